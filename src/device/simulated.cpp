@@ -12,9 +12,10 @@ namespace sqmap::device {
 
 namespace {
 
-constexpr double k_substep = 50e-6;  // s
-constexpr double k_tick = 1e-3;      // s, of the device's own controller
-constexpr double k_max_passed = 1;   // s that one read() lets pass: a program that was stopped does not replay an hour
+constexpr double k_substep = 50e-6;   // s
+constexpr double k_tick = 1e-3;       // s, of the device's own controller
+constexpr double k_never_hot = 1000;  // N, more than any limit
+constexpr double k_max_passed = 1;    // s that one read() lets pass: a program that was stopped does not replay an hour
 
 double steady_now() noexcept
 {
@@ -103,7 +104,7 @@ Capabilities capabilities_of(const Mechanism& m, std::size_t zones)
     c.rotates_in = c.force_out = c.torque_out = true;
     c.max_force = m.max_force;
     c.max_torque = m.max_torque;
-    c.continuous_force = m.continuous_force;
+    c.continuous_force = m.continuous_force > 0 ? m.continuous_force : k_never_hot;
     c.damping = m.damping;
     c.coulomb_friction = m.coulomb_friction;
     c.resolution = m.resolution;

@@ -54,6 +54,7 @@ struct ZoneMemory {
     Twist body_twist{};
     bool has_body = false;
     bool inside = false;  ///< proxy: the device has not been free since the proxy was placed
+    Vec3d side{};         ///< proxy, side_path: unit, outwards where it came from; zero while free
     /// Blending: springs and total of the last tick, and what remains of jumps.
     Wrench springs_before{}, whole_before{}, left{};
     bool was_touching = false;

@@ -15,6 +15,7 @@ constexpr double k_slope = 1;  ///< the force may change by so many times stiffn
 constexpr double k_least_sink = 1e-5;
 constexpr double k_far_side = -0.5;        ///< cosine between outward directions
 constexpr double k_ball_sink = 0.2;        ///< of its radius
+constexpr double k_steep = 0.3;            ///< cosine between a plane's normal and the side that the proxy keeps to
 constexpr double k_let_in = 1e-4;          ///< m per round
 constexpr double k_step = 0.002;           ///< m per round, so that it passes through nothing thicker
 constexpr double k_damping_depth = 0.001;  ///< m: deeper, damping has full strength
@@ -69,6 +70,8 @@ private:
         return apply_inverse(tick_.body(s).pose, at + body_.rotation * tick_.touches[s].planes[0].probe);
     }
     [[nodiscard]] Vec3d outward() const;
+    void turn_side();
+    [[nodiscard]] Vec3d out_of(Vec3d normal, double below) const;
     [[nodiscard]] Vec3d sunk(std::size_t s, Vec3d at) const;
     [[nodiscard]] double load_at(Vec3d at, Vec3d normal) const;
     [[nodiscard]] Held held_back(Vec3d at) const;
@@ -126,11 +129,35 @@ void Proxy::begin()
         const Vec3d still = body_.translation;
         body_.translation = apply(tick_.body(s).pose, apply_inverse(t.body_before, still));
         motion_ += norm(body_.translation - still);
+        tick_.memory.side = tick_.body(s).pose.rotation * transpose_mul(t.body_before.rotation, tick_.memory.side);
         break;
     }
     for (TouchMemory& t : tick_.touches)
         if (t.plane_count == 0) t.sink = sink_;
     before_ = body_.translation;
+    turn_side();
+}
+
+/// The side that the proxy keeps to follows the surface where the device moves over it, not where it only presses.
+void Proxy::turn_side()
+{
+    Vec3d& side = tick_.memory.side;
+    if (const Vec3d normal = outward(); !(tick_.options.side_path > 0) || norm_sq(normal) == 0) {
+        side = {};
+    } else if (norm_sq(side) == 0) {
+        side = normal;
+    } else {
+        const Vec3d moved = tick_.memory.track.shift();
+        const double across = norm(moved - dot(moved, side) * side);
+        side = normalized(normal + std::exp(-across / tick_.options.side_path) * (side - normal));
+    }
+}
+
+/// From a position so far below a plane up to it: along the side that the proxy keeps to, unless the plane is too steep to it.
+Vec3d Proxy::out_of(Vec3d normal, double below) const
+{
+    const double slope = dot(tick_.memory.side, normal);
+    return slope > k_steep ? below / slope * tick_.memory.side : below * normal;
 }
 
 /// Unit, out of all that it lies on.
@@ -186,7 +213,7 @@ Vec3d Proxy::nearest_allowed() const
             const TouchMemory& t = tick_.touches[s];
             if (t.plane_count == 0) continue;
             const double below = dot(t.planes[0].point - plane_point(s, p), t.planes[0].normal);
-            if (below > 0) p += below * plane_normal(s);
+            if (below > 0) p += out_of(plane_normal(s), below);
         }
     return p;
 }

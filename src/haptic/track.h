@@ -31,7 +31,8 @@ public:
     }
 
     /// m since the last tick
-    [[nodiscard]] double step() const { return count_ > 1 ? norm(past_[0].pose.translation - past_[1].pose.translation) : 0; }
+    [[nodiscard]] Vec3d shift() const { return count_ > 1 ? past_[0].pose.translation - past_[1].pose.translation : Vec3d{}; }
+    [[nodiscard]] double step() const { return norm(shift()); }
 
     /// rad since the last tick
     [[nodiscard]] double turn() const

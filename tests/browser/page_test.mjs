@@ -319,8 +319,8 @@ test('a drag is felt: force, arrow and trace agree', async () => {
   await page.screenshot({ path: path.join(folder, 'touch.png') });
   await page.evaluate(() => { window.sqmap.world.pace.on = true; });
   // However many messages come, the page draws once a frame, and a message is as long as its ticks need.
-  const cost = await page.evaluate(() => { const s = window.sqmap; return { ...s.meter.cost(), ticks: s.frame().ticks.length / 4 }; });
-  assert.equal(cost.lastBytes, 4 * (38 + 4 * cost.ticks));
+  const cost = await page.evaluate(() => { const s = window.sqmap; return { ...s.meter.cost(), ticks: s.frame().ticks.length / 5 }; });
+  assert.equal(cost.lastBytes, 4 * (43 + 5 * cost.ticks));
   assert.ok(cost.messages > 10 && cost.draws <= cost.frames && cost.chartDraws <= cost.frames);
   assert.match(await page.textContent('#counters'), /^Servo: [\d,]+ ticks; \d+ late/);
 });

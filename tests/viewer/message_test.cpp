@@ -8,7 +8,7 @@ namespace sqmap::viewer {
 namespace {
 
 const std::string k_settings =
-    R"({"say":"settings","layer":"exact","tolerance":0.0003,"paperForce":true,"stiffness":700,"damping":0.5,"law":"paper",)"
+    R"({"say":"settings","layer":"exact","tolerance":0.0003,"paperForce":true,"proxy":false,"stiffness":700,"damping":0.5,"law":"paper",)"
     R"("friction":0.2,"fC":0.1,"kF":50,"texture":0.0001,"smoothing":0.001,)"
     R"("toolRadius":0.01,"zone":0,"forceLimit":1.5,"tool":3,"toolSize":0.1,"toolTurn":90,"toolTilt":-45})";
 
@@ -33,6 +33,7 @@ TEST(Message, ReadsSettings)
     EXPECT_EQ(m->settings, (Settings{.layer = query::Layer::Exact,
                                      .tolerance = 0.0003,
                                      .paper_force = true,
+                                     .proxy = false,
                                      .stiffness = 700,
                                      .damping = 0.5,
                                      .law = Friction::Paper,

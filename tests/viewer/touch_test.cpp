@@ -55,12 +55,14 @@ TEST(Touch, APressedBallPushesBackAlongItsNormal)
     EXPECT_GE(f.part, 0);
     EXPECT_GT(f.normal.z, 0.99);
     EXPECT_GT(f.force.z, 0.99 * norm(f.force));
-    // As deep as tool and object overlap: the tool is a true ball, the object a polyhedron whose facets lie up to 0.03 mm below.
-    EXPECT_NEAR(f.depth, 0.05 + settings.tool_radius - f.tool.z, 4e-5);
+    // As deep as the hand is below where a ball lies: the object is a polyhedron whose facets are up to 0.03 mm below the sphere.
+    EXPECT_NEAR(f.depth, 0.05 + settings.tool_radius - f.hand.z, 4e-5);
+    EXPECT_NEAR(norm(f.force), settings.stiffness * f.depth, 0.01);
+    EXPECT_NEAR(f.tool.z, 0.05 + settings.tool_radius - 0.0012, 4e-5) << "drawn on the surface, as deep as it rests";
     EXPECT_NEAR(norm(f.point - Vec3d{0, 0, 0.05}), 0, 4e-4) << "on the surface, below the ball";
-    // At rest the hand's spring, 400 N/m, holds what the surface gives, less what the device's own friction bears, 0.05 N.
-    const double hand = 400 * (f.tool.z - (0.05 + settings.tool_radius - 0.003));
-    EXPECT_NEAR(norm(f.force), hand, 0.12);
+    // At rest the hand's spring, 400 N/m, holds what the surface gives.
+    const double hand = 400 * (f.hand.z - (0.05 + settings.tool_radius - 0.003));
+    EXPECT_NEAR(norm(f.force), hand, 0.02);
     touch.stop();
     const TouchFrame stopped = wait_for(touch, [](const TouchFrame& x) { return x.faults != 0; });
     EXPECT_EQ(norm(stopped.force), 0);

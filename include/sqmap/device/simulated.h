@@ -40,15 +40,16 @@ inline constexpr std::array<HandProfile, 5> k_hand_profiles{{
 
 /// The mechanism. Defaults: a light desktop stylus.
 struct Mechanism {
-    double mass = 0.07;              ///< kg, at the tip
-    double damping = 1.0;            ///< b, N s/m
-    double coulomb_friction = 0.05;  ///< f_c, N
-    double inertia = 2e-5;           ///< kg m^2
-    double turn_damping = 5e-4;      ///< N m s/rad
-    double resolution = 25e-6;       ///< m, of the encoder, along each axis
-    int delay_ticks = 1;             ///< ticks from a wrench written to the same wrench exerted; at most 8
-    double timeout = 0.020;          ///< s after the last wrench until the motors let go by themselves
-    double max_force = 3.3, max_torque = 0.2, continuous_force = 1.0;  ///< N, N m, N: what the motors saturate at and can hold
+    double mass = 0.07;                        ///< kg, at the tip
+    double damping = 1.0;                      ///< b, N s/m
+    double coulomb_friction = 0.05;            ///< f_c, N
+    double inertia = 2e-5;                     ///< kg m^2
+    double turn_damping = 5e-4;                ///< N m s/rad
+    double resolution = 25e-6;                 ///< m, of the encoder, along each axis
+    int delay_ticks = 1;                       ///< ticks from a wrench written to the same wrench exerted; at most 8
+    double timeout = 0.020;                    ///< s after the last wrench until the motors let go by themselves
+    double max_force = 3.3, max_torque = 0.2;  ///< N, N m: what is exerted at most
+    double continuous_force = 0;               ///< N that motors could hold for long; 0: there are no motors that heat
 };
 
 /// Where the hand wants to be.

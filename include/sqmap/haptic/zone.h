@@ -82,6 +82,10 @@ struct ZoneOptions {
     /// bear it. The force is then smooth and the torque soft: as the tool turns, the bearing point moves across it. A Patch in
     /// something thinner rises until it no longer touches the far side. 0: it rests on one point.
     double proxy_depth = 0.002;
+    /// m, Proxy. 0: the proxy goes to the allowed position nearest to the device, and so round what is thinner than the press is
+    /// deep. Above 0 it stays above the device along the direction that it came from, which turns to the surface's normal (by
+    /// all but 1/e) while the device moves so far across it: a leg or an ear is then held at any press.
+    double side_path = 0;
     /// Coupled: spring and damper between device and body, and the body. Defaults: for a light desktop stylus (b 1 N s/m, a tick
     /// of delay); choose_coupling takes a device's own numbers. A light body is not noticed in free air.
     double coupling_stiffness = 450, coupling_rotational = 0.18;        ///< N/m, N m/rad

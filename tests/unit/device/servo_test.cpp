@@ -443,7 +443,7 @@ TEST(Keeper, HandsThroughWhatTheDeviceSaysAndThrowsWhatItThrows)
         const Capabilities& c = device->capabilities();
         EXPECT_TRUE(c.simulated && c.force_out && c.rotates_in && !c.rumble_out);
         EXPECT_EQ(c.max_force, Mechanism{}.max_force);
-        EXPECT_EQ(c.continuous_force, Mechanism{}.continuous_force);
+        EXPECT_GT(c.continuous_force, 10 * c.max_force) << "no motors that heat";
         EXPECT_EQ(c.resolution, Mechanism{}.resolution);
         EXPECT_EQ(c.coulomb_friction, Mechanism{}.coulomb_friction);
         EXPECT_EQ(c.damping, Mechanism{}.damping);

@@ -39,6 +39,34 @@ TEST(Step, AProxyHoldsWhereThinPartsLetGo)
     EXPECT_EQ(proxy.touch(frictionless(plate()), Vec3d{0, 0, 0.003}), Wrench{});
 }
 
+TEST(Step, AProxyKeepsToTheSideThatItCameFrom)
+{
+    // A leg of 6 mm: pressed in by 12 mm, a millimetre beside its middle, the nearest way out is on the far side.
+    static const sqmap::test::Solid k_leg(mesh::ellipsoid({0.003, 0.05, 0.003}, 4));
+    for (const double side_path : {0., 0.005}) {
+        ZoneOptions o = with(Averaging::Ball);
+        o.mode = Mode::Proxy;
+        o.side_path = side_path;
+        o.smoothing = ball_of(0.006);
+        Tool tool(stencil_points(o.smoothing), o);
+        Wrench w;
+        for (double z = 0.012; z > -0.003; z -= 2e-4) w = tool.touch(frictionless(k_leg), Vec3d{0.001, 0, z});
+        for (int i = 0; i < 300; ++i) w = tool.touch(frictionless(k_leg), Vec3d{0.001, 0, -0.003});
+        const Vec3d at = tool.report().body.translation;
+        if (side_path > 0) {
+            EXPECT_NEAR(at.x, 0.001 + 0.012 / 9, 2e-4) << "above it along the normal of the first contact";
+            EXPECT_GT(at.z, 0.007);
+            EXPECT_NEAR(w.force.z, k * 0.012, 0.1 * k * 0.012);
+        } else {
+            EXPECT_LT(at.z, 0) << "without it, this leg is no test";
+        }
+        // The device moves across the leg and takes the proxy round it.
+        for (double x = 0.001; x < 0.012; x += 1e-4) w = tool.touch(frictionless(k_leg), Vec3d{x, 0, -0.003});
+        for (double z = -0.003; z < 0.02; z += 2e-4) w = tool.touch(frictionless(k_leg), Vec3d{0.012, 0, z});
+        EXPECT_EQ(w, Wrench{});
+    }
+}
+
 TEST(Step, AProxyOfAMeshHoldsOnAPlateThinnerThanItWouldLie)
 {
     ZoneOptions o = with(Averaging::Patch);

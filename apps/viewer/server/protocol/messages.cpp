@@ -171,14 +171,16 @@ bool read_layer(const json& in, Settings& s)
 bool read_settings(const json& in, Settings& s)
 {
     std::size_t law = 0;
-    if (!read_layer(in, s) || !one_of(in, "law", k_friction_names, law) || !flag(in, "paperForce", s.paper_force)) return false;
+    if (!read_layer(in, s) || !one_of(in, "law", k_friction_names, law) || !flag(in, "paperForce", s.paper_force) ||
+        !flag(in, "proxy", s.proxy))
+        return false;
     s.law = static_cast<Friction>(law);
     return number(in, "tolerance", 0, 0.01, s.tolerance) && number(in, "stiffness", 0, 2000, s.stiffness) &&
            number(in, "damping", 0, 5, s.damping) && number(in, "friction", 0, 1.5, s.friction) &&
            number(in, "fC", 0, 2, s.f_c) && number(in, "kF", 0, 1000, s.k_f) && number(in, "texture", 0, 0.001, s.texture) &&
            number(in, "smoothing", 0, 0.01, s.smoothing) && number(in, "toolRadius", 0.001, 0.05, s.tool_radius) &&
            number(in, "zone", 0, 0.1, s.zone) && number(in, "forceLimit", 0.1, 3.3, s.force_limit) && read_tool(in, s) &&
-           in.size() == 19;
+           in.size() == 20;
 }
 
 }  // namespace
@@ -189,6 +191,7 @@ nlohmann::ordered_json settings_json(const Settings& s)
     return {{"layer", s.layer ? app::layer_name(*s.layer) : k_layer_of_tool},
             {"tolerance", s.tolerance},
             {"paperForce", s.paper_force},
+            {"proxy", s.proxy},
             {"stiffness", s.stiffness},
             {"damping", s.damping},
             {"law", k_friction_names[static_cast<std::size_t>(s.law)]},

@@ -22,9 +22,10 @@ enum class ToolKind : std::uint8_t { Ball, Hand, Mesh };
 struct Settings {
     /// Not layer One. Nothing: as the tool needs it, Exact for a ball or a point, Three for a hand or a mesh.
     std::optional<query::Layer> layer{};
-    double tolerance = 0.0002;                           ///< m, of layer Auto, 0 to 0.01
-    bool paper_force = false;                            ///< haptic::with_paper_force, of models of the normal projection
-    double stiffness = haptic::ZoneOptions{}.stiffness;  ///< N/m, 0 to 2000; the simulated device is proven stable to 467
+    double tolerance = 0.0002;  ///< m, of layer Auto, 0 to 0.01
+    bool paper_force = false;   ///< haptic::with_paper_force, of models of the normal projection
+    bool proxy = true;          ///< the tool stays on the surface while the hand goes below it; not with the paper's force
+    double stiffness = haptic::ZoneOptions{}.stiffness;  ///< N/m, 0 to 2000
     double damping = 0.3;                                ///< N s/m, 0 to 5
     Friction law = haptic::Material{}.friction;
     double friction = haptic::Material{}.mu_dynamic;                    ///< 0 to 1.5; mu_static is a third more

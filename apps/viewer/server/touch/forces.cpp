@@ -13,6 +13,7 @@ namespace {
 
 constexpr double k_static = 1.33;      // mu_static over mu_dynamic
 constexpr int k_sphere_divisions = 2;  // 162 points of a ball with the paper's force
+constexpr double k_hold = 0.005;       // m of the hand's path in which a proxy takes another side
 
 }  // namespace
 
@@ -36,6 +37,10 @@ Forces::Forces(std::vector<ObjectPtr> objects, const Settings& settings) : objec
     if (settings.paper_force && has_paper_force(objects_)) {
         zone = haptic::with_paper_force(zone);
         zone.blend_time = 0;
+    } else if (settings.proxy) {
+        proxy_ = true;
+        zone.mode = haptic::Mode::Proxy;
+        zone.side_path = k_hold;
     }
     if (settings.tool != ToolKind::Ball && (settings.tool == ToolKind::Hand || held)) {
         Tool tool = make_tool(settings, tool_object.get());

@@ -48,6 +48,8 @@ public:
     void adjust(const Live& live) noexcept;
     haptic::StepResult step(const ForceInput& input, haptic::Wrench& wrench) noexcept;
     [[nodiscard]] const haptic::ZoneReport& report() const noexcept { return state_->report(0); }
+    /// m, of the last step: of a proxy the stretch of its spring, else the deepest point.
+    [[nodiscard]] double depth() const noexcept { return proxy_ ? report().depth : report().deepest; }
 
     [[nodiscard]] const std::vector<ObjectPtr>& objects() const noexcept { return objects_; }  ///< null: held as the tool
 
@@ -62,6 +64,7 @@ private:
     std::vector<haptic::TouchedBody> solids_;
     bool doubtful_ = false;  ///< layers below the exact one give wrong verdicts on some object
     bool patch_ = false;     ///< a hand or a mesh, or the paper's force
+    bool proxy_ = false;
     std::vector<Vec3d> points_;
     std::vector<float> weights_, texture_values_;
     haptic::Texture texture_{};

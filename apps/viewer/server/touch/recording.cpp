@@ -27,8 +27,8 @@ Again compute_again(const Recording& recording, const std::optional<Other>& othe
             if (out.ticks.size() % 1000 == 0 && stop && stop()) return out;
             if (!other && tick.live != live) forces.adjust(take->live[live = tick.live]);
             haptic::Wrench wrench{};
-            const haptic::StepResult result = forces.step(tick.input, wrench);
-            if (!tick.input.degraded) depth = result.deepest;
+            (void)forces.step(tick.input, wrench);
+            if (!tick.input.degraded) depth = forces.depth();
             if (!same(wrench.force, tick.commanded.force) || !same(wrench.torque, tick.commanded.torque) ||
                 !same(depth, tick.depth))
                 ++out.different;

@@ -3,6 +3,7 @@
 #include "sqmap/device/handover.h"
 #include "sqmap/device/simulated.h"
 #include "sqmap/query/point.h"
+#include "viewer/server/touch/hand.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,7 +18,7 @@ bool same_tool(const Settings& a, const Settings& b)
 {
     return a.texture == b.texture && a.smoothing == b.smoothing && a.tool_radius == b.tool_radius && a.zone == b.zone &&
            a.force_limit == b.force_limit && a.tool == b.tool && a.tool_object == b.tool_object && a.tool_size == b.tool_size &&
-           a.tool_turn == b.tool_turn && a.tool_tilt == b.tool_tilt && a.paper_force == b.paper_force;
+           a.tool_turn == b.tool_turn && a.tool_tilt == b.tool_tilt && a.paper_force == b.paper_force && a.proxy == b.proxy;
 }
 
 /// What a tick felt, beside the servo's own record of it.
@@ -26,6 +27,7 @@ struct TickForces {
     double depth = 0;
     std::uint32_t contacts = 0, live = 0;
     Vec3d point{}, normal{};
+    sqmap::Pose body{};  ///< of what is drawn: with a proxy not the device's
 };
 
 ForceInput force_input(const device::Sample& sample, double dt, bool degraded)
@@ -33,35 +35,11 @@ ForceInput force_input(const device::Sample& sample, double dt, bool degraded)
     return {sample.poses[0], sample.twists[0], dt, sample.has_twist, degraded};
 }
 
-/// The hand: goes to where it is told, at a hand's speed.
-struct Hand {
-    mutable device::Newest<Vec3d> target;
-    Vec3d start{};
-    mutable Vec3d position{}, velocity{};
-    mutable double time = 0;
-
-    static device::HandTarget at(const void* context, double time, std::size_t) noexcept
-    {
-        const Hand& hand = *static_cast<const Hand*>(context);
-        if (time <= 0) hand.position = hand.start;
-        if (time > hand.time) {
-            const double dt = std::min(time - hand.time, 0.02);
-            hand.time = time;
-            (void)hand.target.take();
-            // A critically damped approach, so that neither position nor speed jumps.
-            constexpr double k_quickness = 60;  // 1/s
-            Vec3d wish = k_quickness * (hand.target.value() - hand.position);
-            if (const double speed = norm(wish); speed > Touch::k_hand_speed) wish = Touch::k_hand_speed / speed * wish;
-            hand.velocity += std::min(1.0, 2 * k_quickness * dt) * (wish - hand.velocity);
-            hand.position += dt * hand.velocity;
-        }
-        return {{{}, hand.position}, {hand.velocity, {}}};
-    }
-};
-
 }  // namespace
 
 struct Touch::Work {
+    explicit Work(Vec3d start) : hand(start) {}
+
     Settings settings;
     std::unique_ptr<Forces> forces;
     Hand hand;
@@ -72,7 +50,7 @@ struct Touch::Work {
     std::unique_ptr<device::Servo> servo;  // last but for what frame() reads: it ends first
     device::ServoTick tick{};
     TickForces last{};
-    double depth = 0;
+    double depth = 0, begun = 0;
     std::uint32_t lives = 0;  ///< that were told
     std::shared_ptr<Take> take;
     std::uint64_t heard = 0;  ///< the newest tick of the take
@@ -92,7 +70,8 @@ std::uint32_t Touch::Work::tick_forces(void* context, const device::TickInput& i
     const haptic::ZoneReport& report = w.forces->report();
     if (!input.pushes.empty()) input.pushes[0] = report.push;
     // Old planes answer for a force, not for what is touched: that stays.
-    if (!input.degraded) w.now = {0, result.deepest, result.contacts, w.now.live, report.point, report.normal};
+    if (!input.degraded) w.now = {0, w.forces->depth(), result.contacts, w.now.live, report.point, report.normal, {}};
+    w.now.body = report.body;
     w.now.tick = input.tick;
     (void)w.queue.push(w.now);
     return result.status;
@@ -113,7 +92,7 @@ void Touch::Work::keep(bool known)
 
 Touch::Touch(std::vector<ObjectPtr> objects, const Settings& settings, std::unique_ptr<device::Device> device, Vec3d start,
              std::shared_ptr<Take> take)
-    : work_(std::make_unique<Work>())
+    : work_(std::make_unique<Work>(start))
 {
     Work& w = *work_;
     w.settings = settings;
@@ -121,12 +100,7 @@ Touch::Touch(std::vector<ObjectPtr> objects, const Settings& settings, std::uniq
         *take = {.objects = objects, .settings = settings, .live = {live_of(settings, 0)}, .ticks = {}, .lost = 0};
     w.take = std::move(take);
     w.forces = std::make_unique<Forces>(std::move(objects), settings);
-    w.hand.start = start;
-    w.hand.target.put(start);
-    w.device =
-        device != nullptr
-            ? std::move(device)
-            : std::make_unique<device::SimulatedDevice>(device::SimulatedOptions{.script = Hand::at, .script_context = &w.hand});
+    w.device = device != nullptr ? std::move(device) : std::make_unique<device::SimulatedDevice>(held_by(w.hand));
     device::ServoOptions options;
     const double max = w.device->capabilities().max_force;
     options.safety.force_limit = max > 0 ? std::min(settings.force_limit, max) : std::min(settings.force_limit, 1.0);
@@ -143,7 +117,7 @@ Touch::Touch(std::vector<ObjectPtr> objects, const Settings& settings, std::uniq
 
 Touch::~Touch() = default;
 
-void Touch::aim(Vec3d target) { work_->hand.target.put(target); }
+void Touch::aim(Vec3d target) { work_->hand.aim(target); }
 
 bool Touch::adjust(const Settings& settings)
 {
@@ -191,15 +165,21 @@ bool Touch::frame(TouchFrame& out)
         out.degraded = out.degraded || w.tick.degraded;
         if (known) w.depth = w.last.depth;
         out.cut = out.ticks.size() == 256;
+        if (w.begun == 0) w.begun = w.tick.time;
+        if (out.ticks.empty()) out.time = w.tick.time - w.begun;
         if (!out.cut)
             out.ticks.push_back({static_cast<float>(norm(w.tick.sent[0].force)), static_cast<float>(norm(w.tick.sent[0].torque)),
-                                 static_cast<float>(w.depth), static_cast<float>(1e6 * w.tick.cpu)});
+                                 static_cast<float>(w.depth), static_cast<float>(1e6 * w.tick.cpu),
+                                 static_cast<float>(w.tick.time - w.begun - out.time)});
     }
     if (!any) return false;
     const device::ServoTick& t = w.tick;
     out.tick = t.tick;
-    out.tool = t.sample.poses[0].translation;
-    out.turn = t.sample.poses[0].rotation;
+    const sqmap::Pose& held = t.sample.poses[0];
+    const sqmap::Pose& drawn = w.last.contacts > 0 ? w.last.body : held;
+    out.tool = drawn.translation;
+    out.turn = drawn.rotation;
+    out.hand = held.translation;
     out.force = t.sent[0].force;
     out.torque = t.sent[0].torque;
     out.acted = t.safety.acted;

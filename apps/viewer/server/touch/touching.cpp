@@ -4,6 +4,7 @@
 #include "viewer/server/touch/tool.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <optional>
 
@@ -239,7 +240,11 @@ void Touching::stream(std::uint64_t frame_number)
                            recording_ && !f.cut && recorded() < k_max_recorded ? static_cast<double>(recorded()) : 0.0})
         out.push_back(static_cast<float>(x));
     for (int row = 0; row < 3; ++row) vector(f.turn.row[row]);
-    for (const TickPoint& t : f.ticks) out.insert(out.end(), {t.force, t.torque, t.depth, t.cpu});
+    vector(f.hand);
+    // A float alone would lose the milliseconds of an hour.
+    const double whole = std::floor(f.time);
+    out.insert(out.end(), {static_cast<float>(whole), static_cast<float>(f.time - whole)});
+    for (const TickPoint& t : f.ticks) out.insert(out.end(), {t.force, t.torque, t.depth, t.cpu, t.since});
     stream_floats(out);
     if (frame_number % k_feet_every == 0) stream_feet();
 }

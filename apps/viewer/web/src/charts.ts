@@ -3,7 +3,7 @@ import uPlot from 'uplot';
 import 'uplot/dist/uPlot.min.css';
 import { h } from './dom';
 import { meter } from './meter';
-import type { Frame } from './net';
+import { TICK, type Frame } from './net';
 
 const SECONDS = 6, RATE = 1000, N = SECONDS * RATE;
 
@@ -72,11 +72,11 @@ export class Charts {
 
   /// again: force, torque and depth of the same ticks as computed again, drawn dashed beside them.
   add(frame: Frame, again: Float32Array | null = null): void {
-    const n = frame.ticks.length / 4;
+    const n = frame.ticks.length / TICK;
     if (n === 0) return;
     for (const s of this.series) {
       s.values.copyWithin(0, n);
-      for (let i = 0; i < n; ++i) s.values[N - n + i] = s.scale * frame.ticks[4 * i + s.pick];
+      for (let i = 0; i < n; ++i) s.values[N - n + i] = s.scale * frame.ticks[TICK * i + s.pick];
       if (s.of < 0) continue;
       s.again.copyWithin(0, n);
       for (let i = 0; i < n; ++i) s.again[N - n + i] = again ? s.scale * again[3 * i + s.of] : NaN;

@@ -13,7 +13,7 @@ export interface ObjectFacts {
   id: number; revision: number; canUndo: boolean; canRedo: boolean;
 }
 export interface Settings {
-  layer: string; tolerance: number; paperForce: boolean; stiffness: number; damping: number;
+  layer: string; tolerance: number; paperForce: boolean; proxy: boolean; stiffness: number; damping: number;
   law: string; friction: number; fC: number; kF: number; texture: number; smoothing: number;
   toolRadius: number; zone: number; forceLimit: number;
   tool: string | number; toolSize: number; toolTurn: number; toolTilt: number;
@@ -26,9 +26,11 @@ export interface Status {
   counters?: Record<string, number>; limit?: number; safeStiffness?: number; deviceName?: string;
 }
 export interface Frame {
-  tool: number[]; turn: number[]; force: number[]; torque: number[]; point: number[]; normal: number[];
+  tool: number[]; hand: number[]; turn: number[]; force: number[]; torque: number[]; point: number[]; normal: number[];
   depth: number; contacts: number; object: number; part: number; acted: number; faults: number;
-  late: number; degraded: boolean; engaged: boolean; connected: boolean; ticks: Float32Array;
+  late: number; degraded: boolean; engaged: boolean; connected: boolean;
+  time: number;         ///< s of its first tick, by the servo's clock
+  ticks: Float32Array;  ///< TICK numbers each: force, torque, depth, CPU time, s since the first
   recorded: number;  ///< ticks that the program has recorded, these included; 0: it does not
 }
 export interface ClothFrame {
@@ -56,14 +58,15 @@ export interface Handlers {
 const token = new URLSearchParams(location.search).get('token') ?? '';
 export const address = (path: string): string => `${path}${path.includes('?') ? '&' : '?'}token=${token}`;
 
-const HEAD = 38, CLOTH_HEAD = 19;
+const HEAD = 43, CLOTH_HEAD = 19;
+export const TICK = 5;
 
 export function readFrame(data: Float32Array): Frame {
   const v = (i: number) => [data[i], data[i + 1], data[i + 2]];
   return {
-    tool: v(2), turn: Array.from(data.subarray(29, 38)), force: v(5), torque: v(8), point: v(11), normal: v(14),
+    tool: v(2), hand: v(38), time: data[41] + data[42], turn: Array.from(data.subarray(29, 38)), force: v(5), torque: v(8), point: v(11), normal: v(14),
     depth: data[17], contacts: data[18], object: data[19], part: data[20], acted: data[21], faults: data[22], late: data[23],
-    degraded: data[24] > 0, engaged: data[25] > 0, connected: data[26] > 0, recorded: data[28], ticks: data.subarray(HEAD, HEAD + 4 * data[27]),
+    degraded: data[24] > 0, engaged: data[25] > 0, connected: data[26] > 0, recorded: data[28], ticks: data.subarray(HEAD, HEAD + TICK * data[27]),
   };
 }
 

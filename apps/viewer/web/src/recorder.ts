@@ -1,8 +1,8 @@
 // What was felt, kept frame by frame: shown again later, saved as a table of ticks, read back from one.
-import type { Frame } from './net';
+import { TICK, type Frame } from './net';
 
 const PER_TICK = ['force_N', 'torque_Nm', 'depth_m', 'cpu_us'];
-const VECTORS = ['tool', 'force', 'torque', 'point', 'normal'] as const;
+const VECTORS = ['tool', 'hand', 'force', 'torque', 'point', 'normal'] as const;
 const NUMBERS = ['depth', 'contacts', 'object', 'part', 'acted', 'faults', 'late'] as const;
 const FLAGS = ['degraded', 'engaged', 'connected'] as const;
 const COLUMNS = ['tick', 'time_s', ...PER_TICK, ...VECTORS.flatMap((v) => ['x', 'y', 'z'].map((c) => `frame_${v}_${c}`)),
@@ -23,6 +23,7 @@ export class Recorder {
   private kept: Kept[] = [];
   private began = 0;
   private timer = 0;
+  private shift = 0;  ///< s, of the servo's clock
   recording = false;
   /// The same poses computed again by the program, if they were: what each tick felt then.
   again: Again | null = null;
@@ -34,14 +35,17 @@ export class Recorder {
   get seconds(): number { return this.kept.length ? this.kept[this.kept.length - 1].at : 0; }
   get count(): number { return this.kept.length; }
 
-  start(): void { this.kept = []; this.again = null; this.recording = true; this.began = performance.now(); }
+  start(): void { this.kept = []; this.again = null; this.recording = true; this.shift = 0; this.began = performance.now(); }
   stop(): void { this.recording = false; }
 
   add(frame: Frame): void {
     if (!this.recording) return;
+    // Another touch begins its clock anew: its time goes on from what is kept.
+    const last = this.kept.at(-1)?.frame;
+    if (last && frame.time + this.shift <= last.time) this.shift = last.time + (last.ticks.at(-1) ?? 0) + 0.001 - frame.time;
     const at = (performance.now() - this.began) / 1000;
     if (at > MOST_SECONDS) { this.onFull(); return; }
-    this.kept.push({ at, frame: { ...frame, ticks: frame.ticks.slice() } });
+    this.kept.push({ at, frame: { ...frame, time: frame.time + this.shift, ticks: frame.ticks.slice() } });
   }
 
   /// As it was, in its own time.
@@ -71,10 +75,10 @@ export class Recorder {
     const rows = [COLUMNS.join(',')], blank = ','.repeat(COLUMNS.length - 2 - PER_TICK.length);
     const short = (x: number) => String(Number(x.toPrecision(9)));
     let tick = 0;
-    for (const { at, frame } of this.kept) {
-      const n = frame.ticks.length / 4;
+    for (const { frame } of this.kept) {
+      const n = frame.ticks.length / TICK;
       for (let i = 0; i < n; ++i) {
-        const own = [tick++, short(at), ...Array.from(frame.ticks.subarray(4 * i, 4 * i + 4), short)].join(',');
+        const at = TICK * i, own = [tick++, (frame.time + frame.ticks[at + 4]).toFixed(6), ...Array.from(frame.ticks.subarray(at, at + 4), short)].join(',');
         rows.push(i < n - 1 ? own + blank : [own, ...VECTORS.flatMap((v) => frame[v].map(short)), ...frame.turn.map(short),
           ...NUMBERS.map((k) => short(frame[k])), ...FLAGS.map((k) => Number(frame[k]))].join(','));
       }
@@ -87,21 +91,25 @@ export class Recorder {
     const lines = text.trim().split('\n');
     if (lines[0]?.trim() !== COLUMNS.join(',')) throw new Error('this is no recording of this page: its columns are others');
     const kept: Kept[] = [];
-    let ticks: number[] = [];
+    let ticks: number[] = [], begun = 0;
     lines.slice(1).forEach((line, row) => {
       const cells = line.split(','), wrong = () => new Error(`row ${row + 2} of the recording is not as it should be`);
       if (cells.length !== COLUMNS.length) throw wrong();
       const number = (i: number) => { const x = Number(cells[i]); if (cells[i].trim() === '' || !Number.isFinite(x)) throw wrong(); return x; };
+      if (!ticks.length) begun = number(1);
+      const since = number(1) - begun;
+      if (since < 0) throw wrong();
       for (let i = 0; i < 4; ++i) ticks.push(number(2 + i));
+      ticks.push(since);
       let at = 2 + PER_TICK.length;
       if (cells[at] === '') return;
       const take = (n: number) => Array.from({ length: n }, () => number(at++));
-      const frame = { ticks: Float32Array.from(ticks), recorded: 0 } as Frame;
+      const frame = { time: begun, ticks: Float32Array.from(ticks), recorded: 0 } as Frame;
       for (const v of VECTORS) frame[v] = take(3);
       frame.turn = take(9);
       for (const k of NUMBERS) frame[k] = number(at++);
       for (const k of FLAGS) frame[k] = number(at++) > 0;
-      const time = number(1);
+      const time = number(1) - (kept[0]?.frame.time ?? begun);
       if (kept.length && time < kept[kept.length - 1].at) throw wrong();
       kept.push({ at: time, frame });
       ticks = [];
@@ -115,7 +123,7 @@ export class Recorder {
 
   /// Of a frame's own ticks, force, torque and depth as computed again; null where they were not.
   againOf(frame: Frame): Float32Array | null {
-    const n = frame.ticks.length / 4, end = frame.recorded;
+    const n = frame.ticks.length / TICK, end = frame.recorded;
     return this.again && end >= n && end <= this.again.ticks.length / 3 ? this.again.ticks.subarray(3 * (end - n), 3 * end) : null;
   }
   get known(): boolean { return this.kept.some((k) => k.frame.recorded > 0); }

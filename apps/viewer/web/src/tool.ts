@@ -3,6 +3,19 @@ import * as THREE from 'three';
 import type { Frame } from './net';
 
 const ARROW = 0.03;  // m of arrow a newton
+const COILS = 7, STEPS = 16;
+const LEAST_SPRING = 0.0005;  // m: shorter ones are not drawn
+
+/// A spring of unit length along y, its first and last tenth straight.
+function coil(): THREE.BufferGeometry {
+  const points = [new THREE.Vector3()];
+  for (let i = 0; i <= COILS * STEPS; ++i) {
+    const t = i / (COILS * STEPS), a = 2 * Math.PI * COILS * t;
+    points.push(new THREE.Vector3(Math.cos(a), 0.1 + 0.8 * t, Math.sin(a)));
+  }
+  points.push(new THREE.Vector3(0, 1, 0));
+  return new THREE.BufferGeometry().setFromPoints(points);
+}
 
 export class Tool {
   private mesh: THREE.Mesh;
@@ -13,6 +26,8 @@ export class Tool {
   private shaft: THREE.Mesh;
   private head: THREE.Mesh;
   private marker: THREE.Mesh;
+  private hand: THREE.Mesh;     ///< where the hand is, below what the tool lies on
+  private spring: THREE.Line;   ///< between the tool and the hand: what pushes
 
   constructor(scene: THREE.Scene, private redraw: () => void) {
     const ball = this.ball = new THREE.SphereGeometry(1, 32, 24);
@@ -32,6 +47,18 @@ export class Tool {
     this.arrow.renderOrder = 10;
     this.shaft.renderOrder = this.head.renderOrder = 10;
     scene.add(this.arrow);
+    this.hand = new THREE.Mesh(ball, new THREE.MeshBasicMaterial({ color: 0xffe600, depthTest: false }));
+    this.hand.scale.setScalar(0.0016);
+    const dark = new THREE.Mesh(ball, new THREE.MeshBasicMaterial({ color: 0x14181d, depthTest: false }));
+    dark.scale.setScalar(1.35);
+    dark.renderOrder = 8;
+    this.hand.renderOrder = 9;
+    this.hand.add(dark);
+    this.spring = new THREE.Line(coil(), new THREE.LineBasicMaterial({ color: 0xffe600, depthTest: false }));
+    this.spring.renderOrder = 9;
+    this.spring.frustumCulled = false;
+    this.hand.visible = this.spring.visible = false;
+    scene.add(this.hand, this.spring);
     this.marker = new THREE.Mesh(ball, new THREE.MeshBasicMaterial({ color: 0xd4145a, depthTest: false }));
     this.marker.renderOrder = 11;
     this.marker.scale.setScalar(0.0022);
@@ -92,14 +119,29 @@ export class Tool {
 
   show(frame: Frame | null): void {
     this.mesh.visible = frame !== null;
-    this.arrow.visible = false;
+    this.arrow.visible = this.hand.visible = this.spring.visible = false;
     this.redraw();
     if (!frame) return;
     this.mesh.position.set(frame.tool[0], frame.tool[1], frame.tool[2]);
     const m = frame.turn;
     this.mesh.quaternion.setFromRotationMatrix(new THREE.Matrix4().set(m[0], m[1], m[2], 0, m[3], m[4], m[5], 0, m[6], m[7], m[8], 0, 0, 0, 0, 1));
+    this.showSpring(new THREE.Vector3(...(frame.hand as [number, number, number])));
     this.showArrow(this.mesh.position, new THREE.Vector3(frame.force[0], frame.force[1], frame.force[2]));
   }
+
+  /// From the tool to where the hand is, where they are apart.
+  private showSpring(hand: THREE.Vector3): void {
+    const along = hand.clone().sub(this.mesh.position), length = along.length();
+    this.hand.visible = this.spring.visible = length > LEAST_SPRING;
+    if (!this.spring.visible) return;
+    this.hand.position.copy(hand);
+    this.spring.position.copy(this.mesh.position);
+    this.spring.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), along.divideScalar(length));
+    this.spring.scale.set(0.0018, length, 0.0018);
+  }
+
+  /// For tests: how far the hand is drawn from the tool; 0 where it is not.
+  springNow(): number { return this.spring.visible ? this.spring.scale.y : 0; }
 
   /// An arrow of force from a point; thick: times the usual thickness, for larger scenes. Null: none.
   showArrow(at: THREE.Vector3 | null, force = new THREE.Vector3(), thick = 1): void {

@@ -25,6 +25,7 @@ const forceChoice = choice('Force', [['full', 'Full'], ['paper', 'The paper’s 
   tellSettings();
   showRows();
 }, 'force-law');
+const followChoice = choice('The tool', [['proxy', 'Stays on the surface'], ['direct', 'Goes where the hand is']], 'proxy', (v) => { state.settings.proxy = v === 'proxy'; tellSettings(); }, 'follow');
 const lawChoice = choice('Friction', [['coulomb', 'Coulomb'], ['paper', 'The paper’s (eq. 33)'], ['none', 'None']], 'coulomb', (v) => { state.settings.law = v; tellSettings(); showRows(); }, 'law');
 const muRow = slider('Coefficient', '', [0, 1, 0.05], () => state.settings.friction, (x) => { state.settings.friction = x; });
 const printedRows = [slider('f_c', 'N', [0, 1, 0.02], () => state.settings.fC, (x) => { state.settings.fC = x; }), slider('k_f', '1/m', [0, 500, 10], () => state.settings.kF, (x) => { state.settings.kF = x; }),
@@ -34,7 +35,7 @@ function showRows(): void {
   toleranceRow.hidden = s.layer !== 'auto';
   muRow.hidden = s.law !== 'coulomb';
   for (const r of printedRows) r.hidden = s.law !== 'paper';
-  for (const [id, value] of [['layer', s.layer], ['law', s.law], ['force-law', s.paperForce ? 'paper' : 'full']]) {
+  for (const [id, value] of [['layer', s.layer], ['law', s.law], ['force-law', s.paperForce ? 'paper' : 'full'], ['follow', s.proxy ? 'proxy' : 'direct']]) {
     const select = touchPanel.querySelector<HTMLSelectElement>(`#${id}`)!;
     if (document.activeElement !== select) select.value = value;
   }
@@ -82,7 +83,7 @@ export const touchPanel = h('div', {},
     lawChoice, muRow, ...printedRows,
     slider('Texture', 'mm', [0, 0.6, 0.05], () => 1000 * state.settings.texture, (x) => { state.settings.texture = x / 1000; }, false),
     slider('Damping', 'N s/m', [0, 2, 0.1], () => state.settings.damping, (x) => { state.settings.damping = x; }),
-    layerChoice, toleranceRow, forceChoice),
+    followChoice, layerChoice, toleranceRow, forceChoice),
   card('Tool', h('label', { class: 'field' }, h('span', {}, 'Tool'), toolSelect), ...ballRows, ...meshRows,
     slider('Impact zone', 'mm', [0, 40, 1], () => 1000 * state.settings.zone, (x) => { state.settings.zone = x / 1000; }, false),
     slider('Force limit', 'N', [0.2, 3.2, 0.1], () => state.settings.forceLimit, (x) => { state.settings.forceLimit = x; }, false),

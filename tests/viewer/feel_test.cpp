@@ -1,0 +1,260 @@
+// What a hand gets of the page's touch: force that holds as long and as hard as it presses, on the side that it came from,
+// without ringing. In steps of a tick, without a clock.
+#include "common/load_mesh.h"
+#include "rehearsal.h"
+#include "sqmap/mesh/shapes.h"
+#include "sqmap/mesh/solid.h"
+#include "support/bodies.h"
+#include "support/parsed.h"
+#include "support/shared_folder.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+namespace sqmap::viewer {
+namespace {
+
+using test::Rehearsal;
+
+constexpr double k_size = 0.2;     // m, R_max of an object, as in the page
+constexpr double k_lift = 0.018;   // m above the surface, where the page takes the tool up
+constexpr double k_engaged = 0.7;  // s, more than the filter's ramp
+
+ObjectPtr object_of(const mesh::Mesh& mesh, const std::string& name)
+{
+    return object_from_model(sqmap::test::baked_bytes(mesh, true), name, k_size);
+}
+
+/// What the demo scene shows, where it was fetched, else meshes like it; and the project's own hand.
+const std::vector<ObjectPtr>& demo_objects()
+{
+    static std::vector<ObjectPtr> out;
+    if (!out.empty()) return out;
+    for (const auto& [name, like] : {std::pair{"elephant", "elephant_10272.obj"},
+                                     {"bull", "bull_7154.obj"},
+                                     {"triceratops", "cat_8108.obj"},
+                                     {"camel", "camel_4512.obj"},
+                                     {"cow", "horse_5946.obj"}}) {
+        std::filesystem::path file = std::filesystem::path(SQMAP_ANIMALS_DIR) / (std::string(name) + ".off");
+        if (!std::filesystem::exists(file)) file = sqmap::test::real_mesh_file(like);
+        if (file.empty()) continue;
+        out.push_back(object_of(app::load_mesh(file, app::LoadOptions{}).mesh, name));
+    }
+    out.push_back(object_of(mesh::polygonized(mesh::hand_capsules(), 0.03), "hand"));
+    return out;
+}
+
+/// 20 cm long and wide, 1 mm thick.
+ObjectPtr plate()
+{
+    mesh::Mesh mesh = sqmap::test::cube();
+    const double side = k_size / std::sqrt(2.) / 2;
+    for (Vec3d& v : mesh.vertices) v = {side * v.x, 0.0005 * v.y, side * v.z};
+    return object_of(mesh, "plate");
+}
+
+mesh::Mesh world_mesh(const Object& object)
+{
+    mesh::Mesh out;
+    out.triangles = object.mesh.triangles;
+    for (const Vec3d& v : object.mesh.vertices) out.vertices.push_back(cast<double>(object.world(v)));
+    return out;
+}
+
+/// A spot where the page would press: world.
+struct Spot {
+    Vec3d point{}, normal{};
+    double thickness = 0;  ///< m, along the normal
+};
+
+/// Spots of so thick parts, far from one another, to which a ball gets from where the page takes it up.
+std::vector<Spot> spots(const Object& object, double least, double most, std::size_t count)
+{
+    const mesh::Mesh mesh = world_mesh(object);
+    const mesh::Solid solid(mesh);
+    const double radius = Settings{}.tool_radius;
+    std::vector<Spot> all;
+    const std::size_t step = std::max<std::size_t>(1, mesh.triangles.size() / 1500);
+    for (std::size_t t = 0; t < mesh.triangles.size(); t += step) {
+        const auto& [i, j, k] = mesh.triangles[t];
+        const Vec3d a = mesh.vertices[i], b = mesh.vertices[j], c = mesh.vertices[k], across = cross(b - a, c - a);
+        Spot spot{(a + b + c) / 3., normalized(across), 0};
+        const auto clear = [&](double height) {
+            const Vec3d at = spot.point + (radius + height) * spot.normal;
+            return !solid.inside(at) && solid.closest_boundary(at).distance > radius + std::min(0.9 * height, 0.004) - 2e-4;
+        };
+        constexpr double k_march = 2.5e-4;
+        for (spot.thickness = k_march; spot.thickness <= most + k_march; spot.thickness += k_march)
+            if (!solid.inside(spot.point - spot.thickness * spot.normal)) break;
+        if (spot.thickness < least || (spot.thickness > most && most < 1)) continue;
+        if (clear(0) && clear(0.002) && clear(0.006) && clear(k_lift)) all.push_back(spot);
+    }
+    // The one farthest from all that were taken, again and again.
+    std::vector<Spot> out;
+    std::vector<double> far(all.size(), std::numeric_limits<double>::infinity());
+    while (out.size() < std::min(count, all.size())) {
+        const std::size_t best = static_cast<std::size_t>(std::max_element(far.begin(), far.end()) - far.begin());
+        out.push_back(all[best]);
+        for (std::size_t i = 0; i < all.size(); ++i) far[i] = std::min(far[i], norm(all[i].point - out.back().point));
+    }
+    return out;
+}
+
+/// A press as the page does it: taken up off the surface, then down.
+class Press {
+public:
+    Press(const ObjectPtr& object, const Settings& settings, const Spot& spot)
+        : spot_(spot),
+          radius_(settings.smoothing > 0 ? settings.smoothing : settings.tool_radius),
+          run_({object}, settings, over(k_lift))
+    {
+        run_.run(k_engaged);
+    }
+    [[nodiscard]] Vec3d over(double height) const { return spot_.point + (radius_ + height) * spot_.normal; }
+    Rehearsal& to(double depth)
+    {
+        run_.aim(over(-depth));
+        return run_;
+    }
+    Rehearsal& up()
+    {
+        run_.aim(over(k_lift));
+        return run_;
+    }
+
+private:
+    Spot spot_;
+    double radius_;
+    Rehearsal run_;
+};
+
+double mean_force(Rehearsal& run, double seconds)
+{
+    double sum = 0;
+    int n = 0;
+    run.run(seconds, [&](const Rehearsal::Tick& t) { sum += norm(t.sent.force), ++n; });
+    return sum / n;
+}
+
+TEST(Feel, ForceIsTheSpringUpToItsLimit)
+{
+    std::printf("%-12s %9s | N at a press of 2 4 6 8 10 12 mm\n", "object", "N/m");
+    for (const ObjectPtr& object : demo_objects()) {
+        const std::vector<Spot> all = spots(*object, 0.02, 1, 1);
+        ASSERT_FALSE(all.empty()) << object->name;
+        double softer[6] = {};
+        for (const double stiffness : {100., 300., 500., 800., 1100., 1500.}) {
+            Press press(object, {.stiffness = stiffness}, all[0]);
+            std::printf("%-12s %9.0f |", object->name.c_str(), stiffness);
+            double before = 0;
+            for (int i = 0; i < 6; ++i) {
+                Rehearsal& run = press.to(0.002 * (i + 1));
+                run.run(0.5);
+                const double force = mean_force(run, 1), wanted = std::min(stiffness * run.last().depth, run.limit());
+                std::printf(" %5.2f", force);
+                EXPECT_NEAR(force, wanted, 0.05 * wanted) << object->name << ' ' << stiffness << ' ' << i;
+                EXPECT_GE(force, 0.999 * before) << object->name << ' ' << stiffness << ": harder feels no softer";
+                EXPECT_GE(force, 0.999 * softer[i]) << object->name << ' ' << stiffness << ": stiffer feels no softer";
+                before = softer[i] = force;
+            }
+            std::printf("\n");
+        }
+    }
+}
+
+TEST(Feel, TenTapsAreAlike)
+{
+    for (const ObjectPtr& object : demo_objects())
+        for (const double stiffness : {500., 1500.}) {
+            Press press(object, {.stiffness = stiffness}, spots(*object, 0.02, 1, 1).at(0));
+            double least = 1e9, most = 0;
+            for (int tap = 0; tap < 10; ++tap) {
+                double peak = 0;
+                press.to(0.006).run(0.4, [&](const Rehearsal::Tick& t) { peak = std::max(peak, norm(t.sent.force)); });
+                press.up().run(0.4);
+                least = std::min(least, peak), most = std::max(most, peak);
+            }
+            EXPECT_LT(most, 1.02 * least) << object->name << ' ' << stiffness;
+            EXPECT_GT(least, 0.5);
+        }
+}
+
+/// Pressed and held, the tool and the force stay on the side that they came from.
+void expect_held(const ObjectPtr& object, const Settings& settings, const Spot& spot)
+{
+    Press press(object, settings, spot);
+    double lowest = 1, least = 1;
+    press.to(0.012).run(1.5, [&](const Rehearsal::Tick& t) {
+        lowest = std::min(lowest, dot(t.tool - spot.point, spot.normal));
+        if (norm(t.sent.force) > 0.1) least = std::min(least, dot(t.sent.force, spot.normal) / norm(t.sent.force));
+    });
+    const bool touching = press.to(0.012).last().touching;
+    EXPECT_GT(lowest, -0.4 * spot.thickness)
+        << object->name << ' ' << 1e3 * spot.thickness << " mm thick: the tool has gone through";
+    EXPECT_GT(least, 0) << object->name << ' ' << 1e3 * spot.thickness << " mm thick: the force has turned";
+    EXPECT_TRUE(touching) << object->name << ' ' << 1e3 * spot.thickness << " mm thick";
+}
+
+TEST(Feel, ThinPartsHold)
+{
+    std::printf("%-12s %6s %14s\n", "object", "spots", "thickness mm");
+    for (const ObjectPtr& object : demo_objects()) {
+        const std::vector<Spot> all = spots(*object, 0.0004, 0.012, 16);
+        double thinnest = 1, thickest = 0;
+        for (const Spot& spot : all) {
+            thinnest = std::min(thinnest, spot.thickness), thickest = std::max(thickest, spot.thickness);
+            for (const double stiffness : {100., 1500.})
+                for (const double friction : {0., 0.3}) expect_held(object, {.stiffness = stiffness, .friction = friction}, spot);
+        }
+        if (all.empty()) continue;
+        std::printf("%-12s %6zu %6.1f to %4.1f\n", object->name.c_str(), all.size(), 1e3 * thinnest, 1e3 * thickest);
+    }
+}
+
+TEST(Feel, APlateOfAMillimetreHolds)
+{
+    const ObjectPtr object = plate();
+    for (const double radius : {0.002, 0.006, 0.02})
+        for (const double smoothing : {0., radius / 4})
+            for (const double stiffness : {100., 500., 1500.})
+                for (const Vec3d at : {Vec3d{0, 0.0005, 0}, Vec3d{0.031, 0.0005, -0.023}})
+                    expect_held(object, {.stiffness = stiffness, .smoothing = smoothing, .tool_radius = radius},
+                                {object->position + at, {0, 1, 0}, 0.001});
+}
+
+TEST(Feel, ATouchNeitherOvershootsNorRings)
+{
+    double worst = 0, longest = 0, tick = 0;
+    for (const ObjectPtr& object : demo_objects())
+        for (const double stiffness : {100., 500., 1000., 1500.})
+            for (const double depth : {0.002, 0.004, 0.006}) {
+                Press press(object, {.stiffness = stiffness}, spots(*object, 0.02, 1, 1).at(0));
+                std::vector<Rehearsal::Tick> ticks;
+                press.to(depth).run(1, [&](const Rehearsal::Tick& t) { ticks.push_back(t); });
+                const double last = ticks.back().depth;
+                std::size_t reached = 0, left = 0;
+                double peak = 0, before = 0;
+                for (std::size_t i = 0; i < ticks.size(); ++i) {
+                    peak = std::max(peak, ticks[i].depth);
+                    if (reached == 0 && ticks[i].depth >= 0.95 * last) reached = i;
+                    if (std::abs(ticks[i].depth - last) > 0.05 * last) left = i + 1;
+                    const double torque = norm(ticks[i].sent.torque);
+                    if (i > reached + 100 && reached > 0) tick = std::max(tick, std::abs(torque - before));
+                    before = torque;
+                }
+                const double ring = left > reached ? 1e-3 * static_cast<double>(left - reached) : 0;
+                EXPECT_LE(peak, 1.1 * last) << object->name << ' ' << stiffness << ' ' << depth;
+                EXPECT_LE(ring, 0.04) << object->name << ' ' << stiffness << ' ' << depth;
+                worst = std::max(worst, peak / last - 1), longest = std::max(longest, ring);
+            }
+    EXPECT_LT(tick, 1e-5) << "N m from tick to tick";
+    std::printf("overshoot at most %.1f %%, ring %.0f ms, torque at rest changes by at most %.2g mN m in a tick\n", 100 * worst,
+                1e3 * longest, 1e3 * tick);
+}
+
+}  // namespace
+}  // namespace sqmap::viewer
