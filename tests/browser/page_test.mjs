@@ -341,7 +341,7 @@ test('sliders reach the program', async () => {
   await until(page, () => window.sqmap.status().settings.stiffness === 800);
   await page.selectOption('#layer', 'exact');
   await until(page, () => window.sqmap.status().settings.layer === 'exact');
-  assert.match(await page.textContent('#device-facts'), /467 N\/m/);
+  assert.ok(!/proven stable/.test(await page.textContent('#device-facts')), 'a device without hardware bears every stiffness');
 });
 
 test('eq. 33 and Auto have their sliders', async () => {

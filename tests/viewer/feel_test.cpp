@@ -72,7 +72,7 @@ struct Spot {
 };
 
 /// Spots of so thick parts, far from one another, to which a ball gets from where the page takes it up.
-std::vector<Spot> spots(const Object& object, double least, double most, std::size_t count)
+std::vector<Spot> spots(const Object& object, double least, double largest, std::size_t count)
 {
     const mesh::Mesh mesh = world_mesh(object);
     const mesh::Solid solid(mesh);
@@ -88,9 +88,9 @@ std::vector<Spot> spots(const Object& object, double least, double most, std::si
             return !solid.inside(at) && solid.closest_boundary(at).distance > radius + std::min(0.9 * height, 0.004) - 2e-4;
         };
         constexpr double k_march = 2.5e-4;
-        for (spot.thickness = k_march; spot.thickness <= most + k_march; spot.thickness += k_march)
+        for (spot.thickness = k_march; spot.thickness <= largest + k_march; spot.thickness += k_march)
             if (!solid.inside(spot.point - spot.thickness * spot.normal)) break;
-        if (spot.thickness < least || (spot.thickness > most && most < 1)) continue;
+        if (spot.thickness < least || (spot.thickness > largest && largest < 1)) continue;
         if (clear(0) && clear(0.002) && clear(0.006) && clear(k_lift)) all.push_back(spot);
     }
     // The one farthest from all that were taken, again and again.
@@ -171,14 +171,14 @@ TEST(Feel, TenTapsAreAlike)
     for (const ObjectPtr& object : demo_objects())
         for (const double stiffness : {500., 1500.}) {
             Press press(object, {.stiffness = stiffness}, spots(*object, 0.02, 1, 1).at(0));
-            double least = 1e9, most = 0;
+            double least = 1e9, max = 0;
             for (int tap = 0; tap < 10; ++tap) {
                 double peak = 0;
                 press.to(0.006).run(0.4, [&](const Rehearsal::Tick& t) { peak = std::max(peak, norm(t.sent.force)); });
                 press.up().run(0.4);
-                least = std::min(least, peak), most = std::max(most, peak);
+                least = std::min(least, peak), max = std::max(max, peak);
             }
-            EXPECT_LT(most, 1.02 * least) << object->name << ' ' << stiffness;
+            EXPECT_LT(max, 1.02 * least) << object->name << ' ' << stiffness;
             EXPECT_GT(least, 0.5);
         }
 }
