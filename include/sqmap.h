@@ -132,6 +132,9 @@ typedef struct sqmap_facts {
 /// Maps a model file and verifies it. path: UTF-8.
 /// Errors: E_FILE, E_MODEL, E_VERSION. Cost: linear in the file.
 SQMAP_API sqmap_code sqmap_open(const char* path, sqmap_model* model);
+/// The same of a model in an archive of `sqmap batch`, mapped where it stands. key: 64 hexadecimal digits.
+/// Errors: E_FILE for what is no archive, E_ARGUMENT where it holds no such model, E_MODEL, E_VERSION.
+SQMAP_API sqmap_code sqmap_open_archived(const char* archive, const char* key, sqmap_model* model);
 /// The same of a file's bytes in memory, which are copied. Errors: E_MODEL, E_VERSION.
 SQMAP_API sqmap_code sqmap_open_bytes(const void* bytes, size_t size, sqmap_model* model);
 /// Bakes triangles. options may be null. The same mesh and options give the same bytes on any number of threads.

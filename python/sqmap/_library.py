@@ -135,6 +135,7 @@ class Simulation(Sized):
 # Functions that return a code: their parameters.
 FUNCTIONS: dict[str, list[Any]] = {
     "sqmap_open": [c_char_p, POINTER(Handle)],
+    "sqmap_open_archived": [c_char_p, c_char_p, POINTER(Handle)],
     "sqmap_open_bytes": [c_void_p, c_size_t, POINTER(Handle)],
     "sqmap_bake": [POINTER(Mesh), POINTER(BakeOptions), POINTER(Handle)],
     "sqmap_bake_file": [c_char_p, POINTER(BakeOptions), POINTER(Handle)],

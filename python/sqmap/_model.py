@@ -126,10 +126,16 @@ class Model(Owned):
     # Files
 
     @classmethod
-    def load(cls, path: "os.PathLike[str] | str") -> "Model":
-        """Maps a model file. Raises FileError, ModelError, VersionError."""
+    def load(cls, path: "os.PathLike[str] | str", key: Optional[str] = None) -> "Model":
+        """Maps a model file; with key, the model of that key in an archive of `sqmap batch`.
+
+        Raises FileError, ModelError, VersionError; ArgumentError where the archive holds no such model.
+        """
         handle = c.Handle()
-        c.call("sqmap_open", path_of(path), handle)
+        if key is None:
+            c.call("sqmap_open", path_of(path), handle)
+        else:
+            c.call("sqmap_open_archived", path_of(path), str(key).encode(errors="replace"), handle)
         return cls(handle)
 
     @classmethod

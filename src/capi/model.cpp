@@ -1,6 +1,7 @@
 // Models behind the C interface: opening, baking, saving, facts.
 #include "objects.h"
 #include "sqmap/bake/bake.h"
+#include "sqmap/io/model_archive.h"
 #include "sqmap/io/model_json.h"
 #include "sqmap/io/read.h"
 #include "sqmap/io/replace_file.h"
@@ -12,6 +13,8 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <optional>
+#include <string_view>
 #include <utility>
 
 namespace sqmap::capi {
@@ -53,6 +56,21 @@ io::MappedModel mapped(const char* path)
         return io::MappedModel(path);
     } catch (const io::ModelFileError& e) {
         refuse_file(path, e);
+    }
+}
+
+io::MappedModel mapped(const char* path, std::string_view key)
+{
+    std::optional<io::ModelArchive> archive;
+    try {
+        archive.emplace(path);
+        if (!archive->find(key))
+            throw Failure{SQMAP_E_ARGUMENT, "key", "the archive holds no such model", "take one of 'sqmap batch list'"};
+        return archive->open(key);
+    } catch (const io::ModelFileError& e) {
+        if (const auto found = archive ? archive->find(key) : std::nullopt)
+            (void)parsed(std::as_bytes(std::span(archive->bytes(found->offset, found->size))), path);
+        throw Failure{SQMAP_E_FILE, path, e.what(), "give the path of an archive that can be read"};
     }
 }
 
@@ -148,7 +166,9 @@ std::shared_ptr<Model> baked(const Input& input, const sqmap_bake_options& o)
 
 Surface::Surface(const model::ModelView& view) : mesh(mesh_of(view)), bvh(mesh) {}
 
-Model::Model(const char* path) : file_(mapped(path)), view_(file_->view()) {}
+Model::Model(const char* path) : Model(mapped(path)) {}
+
+Model::Model(io::MappedModel file) : file_(std::move(file)), view_(file_->view()) {}
 
 Model::Model(std::vector<std::byte> bytes, std::string notes)
     : bytes_(std::move(bytes)), notes_(std::move(notes)), view_(parsed(bytes_, "bytes"))
@@ -183,6 +203,15 @@ sqmap_code sqmap_open(const char* path, sqmap_model* model)
         sqmap_model& out = needed(model, "model");
         out = {};
         out.id = capi::models().open(std::make_shared<capi::Model>(&needed(path, "path")));
+    });
+}
+
+sqmap_code sqmap_open_archived(const char* archive, const char* key, sqmap_model* model)
+{
+    return guarded([&] {
+        sqmap_model& out = needed(model, "model");
+        out = {};
+        out.id = capi::models().open(std::make_shared<capi::Model>(capi::mapped(&needed(archive, "archive"), &needed(key, "key"))));
     });
 }
 

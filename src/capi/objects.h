@@ -29,6 +29,7 @@ class Model {
 public:
     /// @throw Failure
     explicit Model(const char* path);
+    explicit Model(io::MappedModel file);
     /// @throw Failure
     Model(std::vector<std::byte> bytes, std::string notes);
 

@@ -229,6 +229,9 @@ TEST_F(Capi, BadArgumentsAreNamed)
     EXPECT_EQ(model_.id, 0u);
     expect_refused(sqmap_open("model.sqmap", nullptr), SQMAP_E_ARGUMENT, "model");
     expect_refused(sqmap_open("there/is/none.sqmap", &model_), SQMAP_E_FILE, "there/is/none.sqmap");
+    expect_refused(sqmap_open_archived(nullptr, "", &model_), SQMAP_E_ARGUMENT, "archive");
+    expect_refused(sqmap_open_archived("a.tar", nullptr, &model_), SQMAP_E_ARGUMENT, "key");
+    expect_refused(sqmap_open_archived("there/is/none.tar", "", &model_), SQMAP_E_FILE, "there/is/none.tar");
     expect_refused(sqmap_save({42}, "model.sqmap"), SQMAP_E_HANDLE, "handle");
 }
 

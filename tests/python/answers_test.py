@@ -141,6 +141,36 @@ class Files(unittest.TestCase):
             self.assertEqual(of_program[key], of_file[key], key)
             self.assertEqual(of_program[key], of_arrays[key], key)
 
+    def test_a_model_is_loaded_from_an_archive_by_its_key(self):
+        vertices, triangles = torus()
+        with tempfile.TemporaryDirectory() as folder:
+            meshes, library = pathlib.Path(folder, "meshes"), pathlib.Path(folder, "library")
+            meshes.mkdir()
+            (meshes / "torus.obj").write_text("".join(f"v {x!r} {y!r} {z!r}\n" for x, y, z in vertices.tolist()) +
+                                              "".join(f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in triangles.tolist()))
+            program = [sys.executable, "-m", "sqmap", "batch"]
+            done = subprocess.run([*program, str(meshes), "-o", str(library)], capture_output=True, text=True)
+            if done.returncode == 64:
+                self.skipTest("the program was built without libarchive: it has no batch")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            listed = subprocess.run([*program, "list", str(library), "--json"], capture_output=True, text=True, check=True)
+            key, archive = json.loads(listed.stdout)["key"], library / "shards" / "00000-of-00001.tar"
+            model = sqmap.Model.load(archive, key)
+            points = np.random.default_rng(3).uniform(-1.5, 1.5, (200, 3))
+            self.assertEqual(model.signed_distance(points).tolist(), torus_model().signed_distance(points).tolist())
+            self.assertIn(model.to_bytes(), archive.read_bytes())
+            for wrong in ("0" * 64, "", key[:-1], "\ud800"):
+                with self.assertRaises(sqmap.ArgumentError):
+                    sqmap.Model.load(archive, wrong)
+            for path in (meshes / "torus.obj", pathlib.Path(folder, "absent.tar")):
+                with self.assertRaises(sqmap.FileError):
+                    sqmap.Model.load(path, key)
+            damaged = bytearray(archive.read_bytes())
+            damaged[archive.read_bytes().index(model.to_bytes()) + 5000] ^= 255
+            archive.write_bytes(damaged)
+            with self.assertRaises(sqmap.ModelError):
+                sqmap.Model.load(archive, key)
+
     def test_exports_hold_what_the_model_holds(self):
         model = torus_model()
         with tempfile.TemporaryDirectory() as folder:
