@@ -96,6 +96,7 @@ std::vector<std::string> notes_of(const LoadedMesh& loaded)
             return std::string(line);
         };
         out.push_back("moved: from the file " + text(d.input_to_result) + "; to the file " + text(d.result_to_input));
+        if (d.bounding_to_result) out.push_back("moved: from the file where it bounds the solid " + text(*d.bounding_to_result));
         char line[96];
         std::snprintf(line, sizeof line, "made up: %.3g %% of the area", 100 * d.made_up_share);
         out.emplace_back(line);

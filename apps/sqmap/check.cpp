@@ -50,10 +50,14 @@ ordered_json as_json(const std::string& file, const LoadedMesh& loaded)
         out["repairs"].push_back({{"kind", mesh::name_of(r.kind)}, {"count", r.count}});
     for (const mesh::Warning& w : loaded.warnings)
         out["warnings"].push_back({{"code", mesh::name_of(w.kind)}, {"count", w.count}, {"message", w.message}});
-    if (loaded.deviation)
+    if (loaded.deviation) {
         out["moved"] = {{"input_to_result", as_json(loaded.deviation->input_to_result)},
                         {"result_to_input", as_json(loaded.deviation->result_to_input)},
-                        {"made_up_share", loaded.deviation->made_up_share}};
+                        {"made_up_share", loaded.deviation->made_up_share},
+                        {"r_max", mesh::largest_vertex_distance(loaded.mesh)}};
+        if (loaded.deviation->bounding_to_result)
+            out["moved"]["bounding_to_result"] = as_json(*loaded.deviation->bounding_to_result);
+    }
     if (refused) return out;
     const mesh::MeshFacts& f = loaded.facts;
     out["facts"] = {{"vertices", f.vertex_count},

@@ -4,6 +4,8 @@
 #include "sqmap/math/assert.h"
 #include "sqmap/mesh/bvh.h"
 
+#include "wrap/winding.h"
+
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -11,8 +13,15 @@
 namespace sqmap::mesh {
 namespace {
 
+constexpr double k_beside = 1e-5;  ///< share of R_max beside a surface, where its two sides are probed
+
+struct Sample {
+    Vec3d point;
+    std::uint32_t triangle;
+};
+
 /// Points at equal steps of area, in the order of the triangles: each stands for the same share of the surface.
-std::vector<Vec3d> spread(const Mesh& mesh, std::span<const std::uint8_t> left_out, std::uint32_t count)
+std::vector<Sample> spread(const Mesh& mesh, std::span<const std::uint8_t> left_out, std::uint32_t count)
 {
     std::vector<double> area(mesh.triangles.size());
     double total = 0;
@@ -20,7 +29,7 @@ std::vector<Vec3d> spread(const Mesh& mesh, std::span<const std::uint8_t> left_o
         area[t] = !left_out.empty() && left_out[t] != 0 ? 0 : triangle_area(mesh, t);
         total += area[t];
     }
-    std::vector<Vec3d> out;
+    std::vector<Sample> out;
     if (!(total > 0)) return out;
     out.reserve(count + 1);
     constexpr double k_step_u = 0.7548776662466927, k_step_v = 0.5698402909980532;  // 1/p, 1/p^2 of the plastic number
@@ -34,7 +43,7 @@ std::vector<Vec3d> spread(const Mesh& mesh, std::span<const std::uint8_t> left_o
             const double s = beyond ? 1 - u : u, r = beyond ? 1 - v : v;
             const Triangle& corners = mesh.triangles[t];
             const Vec3d a = mesh.vertices[corners[0]];
-            out.push_back(a + s * (mesh.vertices[corners[1]] - a) + r * (mesh.vertices[corners[2]] - a));
+            out.push_back({a + s * (mesh.vertices[corners[1]] - a) + r * (mesh.vertices[corners[2]] - a), t});
         }
     }
     return out;
@@ -57,22 +66,29 @@ std::vector<Vec3d> vertices_of(const Mesh& mesh, std::span<const std::uint8_t> l
     return some;
 }
 
-Distances distances(const Mesh& from, std::span<const std::uint8_t> left_out, const Bvh& to, std::uint32_t samples)
+/// values: distances of samples; in no order afterwards.
+Distances summed(std::vector<double>& values)
 {
     Distances out;
-    std::vector<double> values;
-    double sum = 0;
-    for (const Vec3d& p : spread(from, left_out, samples)) {
-        values.push_back(to.closest_point(p).distance);
-        sum += values.back();
-        out.max = std::max(out.max, values.back());
-    }
-    for (const Vec3d& p : vertices_of(from, left_out, samples)) out.max = std::max(out.max, to.closest_point(p).distance);
     if (values.empty()) return out;
+    double sum = 0;
+    for (const double d : values) {
+        sum += d;
+        out.max = std::max(out.max, d);
+    }
     out.mean = sum / static_cast<double>(values.size());
     const auto at = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) * 99 / 100);
     std::nth_element(values.begin(), at, values.end());
     out.p99 = *at;
+    return out;
+}
+
+Distances distances(const Mesh& from, std::span<const std::uint8_t> left_out, const Bvh& to, std::uint32_t samples)
+{
+    std::vector<double> values;
+    for (const Sample& s : spread(from, left_out, samples)) values.push_back(to.closest_point(s.point).distance);
+    Distances out = summed(values);
+    for (const Vec3d& p : vertices_of(from, left_out, samples)) out.max = std::max(out.max, to.closest_point(p).distance);
     return out;
 }
 
@@ -93,6 +109,23 @@ Deviation deviation(const Mesh& input, const Mesh& result, std::span<const std::
     }
     out.made_up_share = area > 0 ? out.made_up_area / area : 0;
     return out;
+}
+
+Distances bounding_distances(const Mesh& input, const Mesh& result, std::uint32_t samples)
+{
+    SQMAP_ASSERT(!input.triangles.empty() && !result.triangles.empty());
+    const WindingNumber winding(input);
+    const Bvh to(result);
+    const double step = k_beside * largest_vertex_distance(input);
+    std::vector<double> values;
+    for (const Sample& s : spread(input, {}, samples)) {
+        const auto& [i, j, k] = input.triangles[s.triangle];
+        const Vec3d a = input.vertices[i], normal = cross(input.vertices[j] - a, input.vertices[k] - a);
+        const Vec3d beside = step / norm(normal) * normal;
+        if ((winding.at(s.point - beside) > 0.5) != (winding.at(s.point + beside) > 0.5))
+            values.push_back(to.closest_point(s.point).distance);
+    }
+    return summed(values);
 }
 
 }  // namespace sqmap::mesh

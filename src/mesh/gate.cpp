@@ -154,6 +154,8 @@ private:
         const Surface& input = out_.verdict == Admission::Closed ? what_counts(soup, surface_) : soup;
         const double unit = options_.unit.value_or(1.0);
         out_.deviation = deviation(scaled(input, unit), out_.mesh, out_.made_up);
+        if (out_.verdict == Admission::Wrapped)
+            out_.deviation->bounding_to_result = Distances{unit * moved_.mean, unit * moved_.p99, unit * moved_.max};
         if (out_.verdict == Admission::Closed)
             warn(dropped_warning(scaled(what_counts(soup, surface_, false), unit), out_.mesh, unit * diagonal_));
         else
@@ -196,6 +198,7 @@ private:
         for (const Face& f : oriented.faces) triangles.push_back(f.v);
         const WrapResult wrapped = wrap(oriented.points, triangles, options_.wrap);
         if (wrapped.mesh.triangles.empty()) refuse(first_.code, "mesh", "wrapping it finds no solid", "");
+        moved_ = wrapped.moved;
         surface_ = {wrapped.mesh.vertices, std::vector<std::uint32_t>(wrapped.mesh.vertices.size(), k_none), {}};
         for (std::size_t t = 0; t < wrapped.mesh.triangles.size(); ++t)
             surface_.faces.push_back({wrapped.mesh.triangles[t], wrapped.made_up[t] != 0 ? k_none : 0});
@@ -479,6 +482,7 @@ private:
     Box box_;
     double diagonal_ = 0;
     Surface surface_;
+    Distances moved_;                     ///< of a wrapped surface, input units
     std::uint64_t degenerate_count_ = 0;  ///< polygons that repeat a corner
     std::optional<EdgeUse> first_boundary_, first_nonmanifold_;
     std::vector<std::uint32_t> component_;

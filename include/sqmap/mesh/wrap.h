@@ -2,6 +2,7 @@
 // Pure functions and plain data: any number of threads.
 #pragma once
 
+#include "sqmap/mesh/deviation.h"
 #include "sqmap/mesh/mesh.h"
 
 #include <cstdint>
@@ -23,13 +24,15 @@ struct WrapResult {
     double cell = 0;                    ///< side of the grid's cells, mesh units
     double thickness = 0;               ///< of the shells, mesh units; 0: none was needed
     double bound = 0;                   ///< largest error that decimation took on, mesh units
+    Distances moved;                    ///< of the input's surface that bounds the solid, see bounding_distances; mesh units
 };
 
 /// Wraps triangles: the solid where the generalized winding number of the triangles as they are oriented is above 1/2
 /// (Jacobson, Kavan, Sorkine-Hornung 2013), and a shell of the least thickness about sheets that bound no such solid. The
 /// result is closed, manifold and oriented; its vertices lie on the input wherever that bounds the solid, also on its sharp
-/// edges and corners. Parts smaller than two cells are left out. Thinner walls than the thickness become that thick.
-/// points: mesh units, finite; triangles: indices in range, in any order, with or without area.
+/// edges and corners. Parts smaller than two cells are left out. Where more than 1 % of the
+/// surface that bounds the solid misses the tolerance, it is wrapped again in smaller cells, once. Thinner walls than the
+/// thickness become that thick. points: mesh units, finite; triangles: indices in range, in any order, with or without area.
 /// @throw RefusedMesh with E_LIMIT, before any work, where the triangles are more than half of max_cells
 /// @throw InvalidInput for an option out of range
 /// Cost: cells that the surface touches times the logarithm of #triangles; the same result on every run.

@@ -17,6 +17,7 @@
 #include <cmath>
 #include <string>
 #include <tuple>
+#include <utility>
 
 namespace sqmap::mesh {
 
@@ -24,6 +25,7 @@ namespace {
 
 constexpr double k_cell = 2;           ///< side of a cell, in tolerances
 constexpr double k_decimation = 0.25;  ///< error of the decimation, in tolerances
+constexpr double k_finer = 0.9;        ///< of the tolerance that would just have been enough
 constexpr double k_crumb = 2;          ///< diagonal of what is left out, cells
 
 /// Off the planes on which files like to put faces.
@@ -114,15 +116,10 @@ void set_canonical(const ClosedMesh& closed, WrapResult& result)
     }
 }
 
-}  // namespace
-
-WrapResult wrap(std::span<const Vec3d> points, std::span<const Triangle> triangles, const WrapOptions& options)
+/// soup: with a triangle at least.
+WrapResult wrapped(Mesh soup, double largest_distance, const WrapOptions& options)
 {
-    check(options, triangles.size());
     WrapResult result;
-    Mesh soup = soup_of(points, triangles);
-    if (soup.triangles.empty()) return result;
-    const double largest_distance = largest_vertex_distance(soup);
     const double side = cell_side(soup, largest_distance, options);
     const Vec3d origin = box_of(soup.vertices).lo - side * k_offset;
     for (Vec3d& p : soup.vertices) p = (p - origin) / side;
@@ -145,6 +142,30 @@ WrapResult wrap(std::span<const Vec3d> points, std::span<const Triangle> triangl
     result.cell = side;
     result.thickness = positions.has_shells ? options.thickness * largest_distance : 0;
     result.bound = error * side;
+    return result;
+}
+
+}  // namespace
+
+WrapResult wrap(std::span<const Vec3d> points, std::span<const Triangle> triangles, const WrapOptions& options)
+{
+    check(options, triangles.size());
+    const Mesh soup = soup_of(points, triangles);
+    if (soup.triangles.empty()) return {};
+    const double largest_distance = largest_vertex_distance(soup);
+    const auto attempt = [&](const WrapOptions& o) {
+        WrapResult result = wrapped(soup, largest_distance, o);
+        if (!result.mesh.triangles.empty()) result.moved = bounding_distances(soup, result.mesh);
+        return result;
+    };
+    WrapResult result = attempt(options);
+    const double asked = options.tolerance * largest_distance, reached = result.moved.p99;
+    if (reached > asked && result.mesh.triangles.size() < options.max_triangles) {
+        WrapOptions finer = options;
+        finer.tolerance = std::max(k_finer * options.tolerance * asked / reached, 0.5 * options.thickness);
+        WrapResult second = attempt(finer);
+        if (second.moved.p99 < reached) result = std::move(second);
+    }
     return result;
 }
 

@@ -61,4 +61,22 @@ TEST(Deviation, LeavesOutWhatIsMadeUpOneWayAndSaysHowMuchThatIs)
 }
 
 }  // namespace
+TEST(Deviation, BoundingSurfaceLeavesOutInnerWallsAndSheets)
+{
+    Mesh input = sphere(1, 3), result = input;
+    const auto add = [&](const Mesh& other, double size, Vec3d at) {
+        const auto n = static_cast<std::uint32_t>(input.vertices.size());
+        for (const Vec3d& v : other.vertices) input.vertices.push_back(size * v + at);
+        for (const Triangle& t : other.triangles) input.triangles.push_back({t[0] + n, t[1] + n, t[2] + n});
+    };
+    for (Vec3d& v : result.vertices) v = 1.01 * v;
+    add(square(1, 0), 0.2, {0, 0, 0});  // in the ball
+    add(square(1, 0), 0.2, {0, 0, 5});  // outside
+    EXPECT_GT(deviation(input, result).input_to_result.max, 3);
+    const Distances bounding = bounding_distances(input, result);
+    EXPECT_NEAR(bounding.mean, 0.01, 5e-4);
+    EXPECT_LT(bounding.max, 0.0101);
+    EXPECT_EQ(bounding_distances(square(1, 0), result).max, 0);  // bounds nothing
+}
+
 }  // namespace sqmap::mesh
