@@ -98,7 +98,7 @@ ordered_json outcome_of(const app::LoadedMesh& loaded, const bake::BakeResult& b
     out["verdict"] = lower(app::verdict_name(loaded.verdict));
     out["format"] = loaded.format;
     out["notes"] = app::notes_of(loaded);
-    out["cure"] = ordered_json::parse(io::cure_json(baked.model.cure));
+    out["moved"] = ordered_json::parse(io::cure_json(baked.model.cure));
     out["triangles"] = baked.model.header.triangle_count;
     out["r_max"] = baked.model.header.r_max * baked.model.header.unit;
     out["parts"] = baked.report.parts.size();

@@ -19,8 +19,10 @@ void merge(const Library& library, std::uint64_t size);
 struct Verification {
     std::size_t archives = 0, models = 0, rows = 0, faults = 0;
 };
-/// Checks digests of models, parses each, and compares index and rows; prints each fault as a line on standard error.
-[[nodiscard]] Verification verify(const Library& library);
+/// What verify reads.
+enum class Depth : std::uint8_t { Index, Models };
+/// Compares index and rows; down to models checks their digests and parses each. Prints each fault as a line on standard error.
+[[nodiscard]] Verification verify(const Library& library, Depth depth);
 
 /// Writes the model of a key. @throw io::ModelFileError where there is none
 void extract(const Library& library, const std::string& key, const std::filesystem::path& output);

@@ -195,13 +195,15 @@ struct Merge {
 };
 
 struct Verify {
+    bool index = false;
     void add(Command& command)
     {
+        command.flag("--index", index, "Index and rows alone; models are not read");
         command.footer("Exit code: 0 all is well, 2 something is not, 64 wrong usage, 70 internal error.");
     }
     [[nodiscard]] int run(const batch::Library& library) const
     {
-        const batch::Verification found = batch::verify(library);
+        const batch::Verification found = batch::verify(library, index ? batch::Depth::Index : batch::Depth::Models);
         std::printf("%zu archives, %zu models, %zu rows: %zu faults\n", found.archives, found.models, found.rows, found.faults);
         return found.faults == 0 ? 0 : 2;
     }
@@ -223,6 +225,16 @@ struct Garbage {
     {
         const batch::Freed freed = batch::collect_garbage(library);
         std::printf("%zu files, %.1f MB\n", freed.files, static_cast<double>(freed.bytes) / 1e6);
+        return 0;
+    }
+};
+
+struct Report {
+    void add(Command& command) { command.footer("OUT/report/index.html needs no server; OUT/report/rows.csv has all rows."); }
+    [[nodiscard]] int run(const batch::Library& library) const
+    {
+        batch::write_report(library);
+        std::printf("%s\n", (library.report_folder() / "index.html").c_str());
         return 0;
     }
 };
@@ -287,6 +299,7 @@ void add_subcommands(Command& command)
     add_over_library<Merge>(command, "merge", "Join finished shards into archives in order of keys");
     add_over_library<Verify>(command, "verify", "Check every model and every row");
     add_over_library<Retry>(command, "retry", "Bake again what ended by one of these verdicts, within other limits");
+    add_over_library<Report>(command, "report", "Write a page of all items: counts, distributions, pictures, reasons");
     add_over_library<Extract>(command, "extract", "Write one model as a file");
     add_over_library<Garbage>(command, "gc", "Remove what killed runs left and shards that are merged");
 }

@@ -211,7 +211,8 @@ sqmap_code sqmap_open_archived(const char* archive, const char* key, sqmap_model
     return guarded([&] {
         sqmap_model& out = needed(model, "model");
         out = {};
-        out.id = capi::models().open(std::make_shared<capi::Model>(capi::mapped(&needed(archive, "archive"), &needed(key, "key"))));
+        out.id =
+            capi::models().open(std::make_shared<capi::Model>(capi::mapped(&needed(archive, "archive"), &needed(key, "key"))));
     });
 }
 

@@ -5,11 +5,9 @@ import math
 import os
 import pathlib
 import random
-import signal
 import subprocess
 import sys
 import tempfile
-import time
 import unittest
 
 PROGRAM = os.path.abspath(sys.argv.pop(1)) if len(sys.argv) > 1 else "sqmap"
