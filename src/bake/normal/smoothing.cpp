@@ -28,6 +28,7 @@ std::vector<double> kernel_of(SmoothingKernel kernel, int radius)
 
 void add_smoothing(const Caster& caster, const Grid& finest, const NormalMapOptions& options, NormalMap& map)
 {
+    if (options.smoothing_radius == 0) return;
     const std::vector<double> kernel = kernel_of(options.smoothing_kernel, options.smoothing_radius);
     const int radius = static_cast<int>(kernel.size()) - 1;
     const int stride = 1 << map.subdivisions;

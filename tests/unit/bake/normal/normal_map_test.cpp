@@ -204,6 +204,16 @@ TEST(NormalMap, TheOffsetOfEq12GrowsWithTheRadiusItLooksAt)
     EXPECT_LE(largest[1], largest[2] * 1.01);
 }
 
+TEST(NormalMap, WithoutSmoothingNothingIsStoredForIt)
+{
+    const mesh::Mesh ball = mesh::sphere(0.5, 3);
+    const MapRays rays(ball);
+    const NormalMap map = bake_normal_map(rays, all_triangles(ball), Superquadricd{}, {.grid = {17, 32}, .smoothing_radius = 0});
+    EXPECT_TRUE(map.smoothed.empty());
+    const shape::SurfaceAnglesf at{0.2f, 0.3f};
+    EXPECT_EQ(query::sample_smoothed(map.view(), at).distance, query::sample_map(map.view(), at, {}).distance);
+}
+
 // Fig. 13: around a box, over its rounded edges, the normal turns by smaller steps on the smoothed map.
 TEST(NormalMap, SmoothingTurnsTheNormalBySmallerSteps)
 {
