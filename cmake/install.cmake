@@ -1,5 +1,5 @@
 include(CMakePackageConfigHelpers)
-install(TARGETS sqmap_runtime sqmap_parallel sqmap_io sqmap_build sqmap_device sqmap_hardware EXPORT sqmapTargets FILE_SET HEADERS)
+install(TARGETS ${SQMAP_LIBRARIES} EXPORT sqmapTargets FILE_SET HEADERS)
 if(TARGET sqmap_sim)
   install(TARGETS sqmap_sim EXPORT sqmapTargets FILE_SET HEADERS)
 endif()

@@ -1,6 +1,5 @@
 // Forces behind the C interface: one zone, one touched model, and the safety filter, which no caller goes around.
 #include "objects.h"
-#include "sqmap/device/servo.h"
 #include "sqmap/device/simulated.h"
 #include "sqmap/haptic/safety.h"
 #include "sqmap/haptic/step.h"

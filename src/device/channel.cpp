@@ -2,22 +2,18 @@
 
 #include "device/threaded.h"
 
-#include <time.h>
-
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <limits>
 
 namespace sqmap::device {
-namespace {
-
-}  // namespace
 
 double now() noexcept
 {
-    timespec t{};
-    ::clock_gettime(CLOCK_MONOTONIC, &t);
-    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+    using std::chrono::nanoseconds;
+    const auto since = std::chrono::duration_cast<nanoseconds>(std::chrono::steady_clock::now().time_since_epoch()).count();
+    return static_cast<double>(since / 1'000'000'000) + 1e-9 * static_cast<double>(since % 1'000'000'000);
 }
 
 bool unit_rotation(double w, double x, double y, double z, Mat3d& rotation) noexcept

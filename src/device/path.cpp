@@ -1,10 +1,10 @@
 #include "sqmap/device/path.h"
 
 #include "device/channel.h"
+#include "math/number_text.h"
 #include "sqmap/query/point.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <numbers>
@@ -56,7 +56,7 @@ std::string parse_row(std::string_view line, Pose& pose)
         const std::size_t comma = line.find(',');
         if ((comma == std::string_view::npos) != (i == 11)) return "expected 12 numbers, one pose";
         const std::string_view cell = trimmed(line.substr(0, comma));
-        const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), v[i]);
+        const auto [end, error] = sqmap::from_chars(cell.data(), cell.data() + cell.size(), v[i]);
         if (error != std::errc() || end != cell.data() + cell.size() || !std::isfinite(v[i]))
             return "column " + std::to_string(i + 1) + " is no finite number: '" + std::string(cell.substr(0, 40)) + "'";
         if (i < 11) line.remove_prefix(comma + 1);

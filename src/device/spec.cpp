@@ -1,7 +1,8 @@
 #include "sqmap/device/spec.h"
 
+#include "math/number_text.h"
+
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 
@@ -18,7 +19,7 @@ namespace {
 double number_of(const std::string& value, const std::string& what, double min, double max, bool whole)
 {
     double number = 0;
-    const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
+    const auto [end, error] = sqmap::from_chars(value.data(), value.data() + value.size(), number);
     if (error == std::errc() && end == value.data() + value.size() && number >= min && number <= max &&
         (!whole || number == std::floor(number)))
         return number;

@@ -4,6 +4,7 @@
 #include "sqmap/haptic/safety.h"
 
 #include "haptic/sane.h"
+#include "sqmap/math/trigonometry.h"
 
 #include <algorithm>
 #include <cmath>
@@ -61,7 +62,7 @@ Vec3d turn_between(const Mat3d& a, const Mat3d& b)
     const Mat3d d = b * transpose(a);
     const Vec3d s = 0.5 * Vec3d{d.row[2].y - d.row[1].z, d.row[0].z - d.row[2].x, d.row[1].x - d.row[0].y};
     const double sine = norm(s), cosine = 0.5 * (d.row[0].x + d.row[1].y + d.row[2].z - 1);
-    const double angle = std::atan2(sine, cosine);
+    const double angle = angle_of(sine, cosine);
     if (sine > 1e-9) return angle / sine * s;
     return cosine > 0 ? s : Vec3d{angle, 0, 0};  // half a turn: its axis does not matter, nobody turns that far in a tick
 }

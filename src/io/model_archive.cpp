@@ -1,11 +1,7 @@
 #include "sqmap/io/model_archive.h"
 
-#include <fcntl.h>
-#include <sys/mman.h>
-#include <sys/stat.h>
-#include <unistd.h>
+#include "platform/files.h"
 
-#include <cerrno>
 #include <charconv>
 #include <cstring>
 #include <string>
@@ -23,29 +19,26 @@ std::size_t padded(std::size_t size) { return (size + k_block - 1) / k_block * k
 
 ModelArchive::ModelArchive(const std::filesystem::path& path) : path_(path)
 {
-    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    if (fd < 0) throw ModelFileError("cannot open " + path.string() + ": " + std::strerror(errno));
-    struct stat info {};
-    const bool is_file = ::fstat(fd, &info) == 0 && S_ISREG(info.st_mode) && info.st_size >= static_cast<off_t>(2 * k_block);
-    size_ = is_file ? static_cast<std::size_t>(info.st_size) : 0;
-    void* const mapped = is_file ? ::mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, fd, 0) : MAP_FAILED;
-    ::close(fd);
-    if (mapped == MAP_FAILED) fail(is_file ? "it cannot be mapped" : "it is not an archive of models");
-    data_ = static_cast<const char*>(mapped);
+    const platform::Mapping file = platform::map_file(path);
+    if (!file.was_opened) throw ModelFileError("cannot open " + path.string() + ": " + file.error.message());
+    if (file.error == std::errc::invalid_argument || file.size < 2 * k_block) {
+        platform::unmap(file);
+        fail("it is not an archive of models");
+    }
+    if (file.error) fail("it cannot be mapped");
+    size_ = file.size;
+    data_ = reinterpret_cast<const char*>(file.bytes());
     try {
         index_ = member(0, "index");
         if (index_.size() % k_line != 0) fail("its index is damaged");
         rows_ = member(k_block + padded(index_.size()), "rows.jsonl");
     } catch (...) {
-        ::munmap(const_cast<char*>(data_), size_);
+        platform::unmap({data_, 0, size_, {}, true});
         throw;
     }
 }
 
-ModelArchive::~ModelArchive()
-{
-    if (data_ != nullptr) ::munmap(const_cast<char*>(data_), size_);
-}
+ModelArchive::~ModelArchive() { platform::unmap({data_, 0, size_, {}, true}); }
 
 ModelArchive::ModelArchive(ModelArchive&& other) noexcept
     : path_(std::move(other.path_)),

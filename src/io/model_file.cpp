@@ -1,14 +1,9 @@
 #include "sqmap/io/model_file.h"
 
 #include "model/schema.h"
+#include "platform/files.h"
 #include "sqmap/io/replace_file.h"
 
-#include <fcntl.h>
-#include <sys/mman.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
-#include <cerrno>
 #include <cstring>
 #include <string>
 
@@ -149,40 +144,29 @@ MappedModel::MappedModel(const std::filesystem::path& path) : MappedModel(path, 
 
 MappedModel::MappedModel(const std::filesystem::path& path, std::uint64_t offset, std::uint64_t size)
 {
-    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    if (fd < 0) throw ModelFileError("cannot open " + path.string() + ": " + std::strerror(errno));
-    struct stat info {};
-    if (::fstat(fd, &info) != 0 || !S_ISREG(info.st_mode) || info.st_size == 0) {
-        ::close(fd);
+    const platform::Mapping file = platform::map_file(path, offset, size);
+    if (file.error == std::errc::invalid_argument)
         throw ModelFileError(path.string() + " is empty or not a file: bake a model with 'sqmap bake MESH -o MODEL'");
-    }
-    const auto whole = static_cast<std::uint64_t>(info.st_size);
-    if (offset > whole || size > whole - offset || offset % 8 != 0) {
-        ::close(fd);
+    if (file.error == std::errc::result_out_of_range || offset % 8 != 0) {
+        platform::unmap(file);
         throw ModelFileError(path.string() + ": no model stands at byte " + std::to_string(offset) +
                              ": the file was cut or changed");
     }
-    size_ = size > 0 ? size : whole - offset;
-    skip_ = offset % static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
-    mapping_ = ::mmap(nullptr, skip_ + size_, PROT_READ, MAP_PRIVATE, fd, static_cast<off_t>(offset - skip_));
-    ::close(fd);
-    if (mapping_ == MAP_FAILED) {
-        mapping_ = nullptr;
-        throw ModelFileError("cannot map " + path.string() + ": " + std::strerror(errno));
-    }
+    if (file.error)
+        throw ModelFileError((file.was_opened ? "cannot map " : "cannot open ") + path.string() + ": " + file.error.message());
+    mapping_ = file.pages;
+    skip_ = file.skip;
+    size_ = file.size;
     const model::ParseStatus status = model::parse(bytes(), view_);
     if (status != model::ParseStatus::Ok) {
-        ::munmap(mapping_, skip_ + size_);
+        platform::unmap(file);
         mapping_ = nullptr;
         throw ModelFileError(path.string() + ": " + model::to_string(status) +
                              (status == model::ParseStatus::NotAModel ? ": bake a mesh with 'sqmap bake MESH -o MODEL'" : ""));
     }
 }
 
-MappedModel::~MappedModel()
-{
-    if (mapping_ != nullptr) ::munmap(mapping_, skip_ + size_);
-}
+MappedModel::~MappedModel() { platform::unmap({mapping_, skip_, size_, {}, true}); }
 
 MappedModel::MappedModel(MappedModel&& other) noexcept
     : mapping_(other.mapping_), skip_(other.skip_), size_(other.size_), view_(other.view_)

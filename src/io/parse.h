@@ -1,6 +1,7 @@
 // What the readers share: how they fail, how they count, and a cursor over text.
 #pragma once
 
+#include "math/number_text.h"
 #include "sqmap/io/read.h"
 
 #include <charconv>
@@ -70,7 +71,7 @@ public:
     [[nodiscard]] std::uint64_t remaining() const { return static_cast<std::uint64_t>(end_ - at_); }
     [[nodiscard]] std::uint64_t line() const { return line_; }
     [[nodiscard]] std::string where() const { return "line " + std::to_string(line_); }
-    [[nodiscard]] std::string_view rest() const { return {at_, remaining()}; }
+    [[nodiscard]] std::string_view rest() const { return {at_, static_cast<std::size_t>(remaining())}; }
 
     /// Next token of this line; empty at its end.
     std::string_view token_in_line()
@@ -152,7 +153,7 @@ public:
     static bool parse_number(std::string_view t, double& value)
     {
         if (t.size() > 1 && t[0] == '+' && t[1] != '-') t.remove_prefix(1);
-        const auto [end, status] = std::from_chars(t.data(), t.data() + t.size(), value);
+        const auto [end, status] = sqmap::from_chars(t.data(), t.data() + t.size(), value);
         if (status == std::errc::invalid_argument) return false;
         const std::string_view rest(end, static_cast<std::size_t>(t.data() + t.size() - end));
         if (!rest.empty() && rest[0] == '#') {

@@ -1,32 +1,17 @@
 #include "sqmap/io/replace_file.h"
 
+#include "platform/files.h"
 #include "sqmap/io/model_file.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
-#include <cerrno>
-#include <cstring>
 #include <string>
 
 namespace sqmap::io {
 
 namespace {
 
-/// 0, or the error number.
-int write_all(int fd, std::span<const std::byte> bytes)
+void check(const std::error_code& error, const std::filesystem::path& path, const char* cure = "")
 {
-    while (!bytes.empty()) {
-        const ssize_t n = ::write(fd, bytes.data(), bytes.size());
-        if (n > 0)
-            bytes = bytes.subspan(static_cast<std::size_t>(n));
-        else if (n == 0)
-            return ENOSPC;
-        else if (errno != EINTR)
-            return errno;
-    }
-    return 0;
+    if (error) throw ModelFileError("cannot write " + path.string() + ": " + error.message() + cure);
 }
 
 }  // namespace
@@ -35,34 +20,22 @@ void replace_file(const std::filesystem::path& path, std::span<const std::byte> 
 {
     if (path == "/dev/stdout" || path == "/dev/stderr") {
         // Whatever they lead to is someone else's: written on, never replaced.
-        if (const int error = write_all(path == "/dev/stdout" ? 1 : 2, bytes); error != 0)
-            throw ModelFileError("cannot write " + path.string() + ": " + std::strerror(error));
+        check(platform::write_all(path == "/dev/stdout" ? 1 : 2, bytes), path);
         return;
     }
     std::error_code ignored;
     const std::filesystem::path target =
         std::filesystem::is_symlink(path, ignored) ? std::filesystem::weakly_canonical(path, ignored) : path;
-    struct stat info {};
-    if (::stat(target.c_str(), &info) == 0 && !S_ISREG(info.st_mode) && !S_ISDIR(info.st_mode)) {
-        const int fd = ::open(target.c_str(), O_WRONLY | O_CLOEXEC);
-        const int error = fd < 0 ? errno : write_all(fd, bytes);
-        if (fd >= 0) ::close(fd);
-        if (error != 0) throw ModelFileError("cannot write " + path.string() + ": " + std::strerror(error));
+    const std::filesystem::file_status status = std::filesystem::status(target, ignored);
+    if (std::filesystem::is_other(status)) {
+        check(platform::write_to_device(target, bytes), path);
         return;
     }
-    std::string pattern = target.string() + ".XXXXXX";
-    const int fd = ::mkstemp(pattern.data());
-    if (fd < 0)
-        throw ModelFileError("cannot write beside " + path.string() + ": " + std::strerror(errno) + "; choose another folder");
-    ::fchmod(fd, 0644);
-    int error = write_all(fd, bytes);
-    if (error == 0 && ::fsync(fd) != 0) error = errno;
-    ::close(fd);
-    if (error == 0 && ::rename(pattern.c_str(), target.c_str()) != 0) error = errno;
-    if (error != 0) {
-        ::unlink(pattern.c_str());
-        throw ModelFileError("cannot write " + path.string() + ": " + std::strerror(error) + "; nothing was left behind");
-    }
+    const platform::Replaced replaced = platform::write_and_rename(target, bytes);
+    if (!replaced.was_made)
+        throw ModelFileError("cannot write beside " + path.string() + ": " + replaced.error.message() +
+                             "; choose another folder");
+    check(replaced.error, path, "; nothing was left behind");
 }
 
 void refuse_to_replace(const std::filesystem::path& output, std::initializer_list<std::filesystem::path> inputs)

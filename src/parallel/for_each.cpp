@@ -3,6 +3,7 @@
 #include <atomic>
 #include <exception>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -32,12 +33,16 @@ void detail::run(std::size_t count, unsigned threads, void (*work)(void* context
             }
         }
     };
-    {
-        std::vector<std::jthread> pool;
-        const std::size_t wanted = std::min<std::size_t>(thread_count(threads), count);
+    std::vector<std::thread> pool;
+    const std::size_t wanted = std::min<std::size_t>(thread_count(threads), count);
+    pool.reserve(wanted);
+    try {
         for (std::size_t t = 1; t < wanted; ++t) pool.emplace_back(loop);
-        loop();
+    } catch (const std::system_error&) {
+        // As many as the system gives: a browser's page has one.
     }
+    loop();
+    for (std::thread& thread : pool) thread.join();
     if (error) std::rethrow_exception(error);
 }
 

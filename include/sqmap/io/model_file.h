@@ -57,8 +57,8 @@ public:
     [[nodiscard]] std::span<const std::byte> bytes() const { return {static_cast<const std::byte*>(mapping_) + skip_, size_}; }
 
 private:
-    void* mapping_ = nullptr;  ///< whole pages
-    std::size_t skip_ = 0;     ///< bytes before the model in its first page
+    const void* mapping_ = nullptr;  ///< whole pages
+    std::size_t skip_ = 0;           ///< bytes before the model in its first page
     std::size_t size_ = 0;
     model::ModelView view_;
 };

@@ -2,6 +2,7 @@
 // Pure functions and plain data: any number of threads.
 #pragma once
 
+#include "sqmap/math/trigonometry.h"
 #include "sqmap/math/vec.h"
 
 #include <cmath>
@@ -12,7 +13,8 @@ namespace sqmap {
 [[nodiscard]] inline Mat3d rotation_by(Vec3d r) noexcept
 {
     const double angle_sq = norm_sq(r), angle = std::sqrt(angle_sq);
-    const double s = angle > 1e-8 ? std::sin(angle) / angle : 1, c = angle > 1e-8 ? (1 - std::cos(angle)) / angle_sq : 0.5;
+    const auto [sine, cosine] = sine_cosine(angle);
+    const double s = angle > 1e-8 ? sine / angle : 1, c = angle > 1e-8 ? (1 - cosine) / angle_sq : 0.5;
     Mat3d m;
     for (int k = 0; k < 3; ++k) {
         Vec3d e{};
@@ -28,7 +30,7 @@ namespace sqmap {
 {
     const Vec3d twice{m.row[2].y - m.row[1].z, m.row[0].z - m.row[2].x, m.row[1].x - m.row[0].y};  // 2 sin(angle) axis
     const double sine = 0.5 * norm(twice), cosine = 0.5 * (m.row[0].x + m.row[1].y + m.row[2].z - 1);
-    const double angle = std::atan2(sine, cosine);
+    const double angle = angle_of(sine, cosine);
     if (sine > 1e-6) return (0.5 * angle / sine) * twice;
     if (cosine > 0) return 0.5 * twice;
     // Near half a turn: (m + 1) / 2 is the axis times itself.

@@ -30,7 +30,11 @@ double away_from_sphere(const ModelView& model, Vec3d point)
     const float* sphere = model.header.sphere;
     const Vec3d centre = origin_of(model) + model.header.unit * cast<double>(model::vec3(sphere));
     const Vec3d d = point - centre;
-    const double away = std::hypot(d.x, d.y, d.z) * (1 - 1e-9) - model.header.unit * static_cast<double>(sphere[3]) * (1 + 1e-6);
+    const double largest = std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)});
+    if (!(largest > 0)) return 0;
+    if (largest > std::numeric_limits<double>::max()) return std::numeric_limits<double>::max();
+    const Vec3d scaled{d.x / largest, d.y / largest, d.z / largest};  // squares of distances may overflow
+    const double away = largest * norm(scaled) * (1 - 1e-9) - model.header.unit * static_cast<double>(sphere[3]) * (1 + 1e-6);
     return std::clamp(away, 0.0, std::numeric_limits<double>::max());
 }
 

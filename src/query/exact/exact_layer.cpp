@@ -7,6 +7,7 @@
 #include "model/flags.h"
 #include "model/locator.h"
 #include "query/point/central_query.h"
+#include "query/point/layer_one.h"
 #include "sqmap/math/assert.h"
 #include "sqmap/math/triangle.h"
 
@@ -196,8 +197,7 @@ ModelContact answer(const Candidates& candidates, Vec3f point, bool inside)
 bool is_held(const ModelView& model, Vec3f point)
 {
     if (!model::is_normal(model)) return verdict_central(model, point, Layer::Three).part >= 0;
-    return std::any_of(model.parts.begin(), model.parts.end(),
-                       [&](const model::Part& part) { return shape::implicit(model::superquadric_of(part), point) <= 1.f; });
+    return query_layer_one(model, point).part >= 0;
 }
 
 }  // namespace

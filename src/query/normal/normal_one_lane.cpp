@@ -1,4 +1,5 @@
 // The query of section 4.2 with one lane: one point, or one part's answer.
+#undef HWY_COMPILE_ONLY_STATIC
 #define HWY_COMPILE_ONLY_SCALAR
 #include "normal_job.h"
 #include "normal_query.h"

@@ -1,4 +1,5 @@
 // The kernel of layer One with one lane: the reference, and quicker for one point.
+#undef HWY_COMPILE_ONLY_STATIC
 #define HWY_COMPILE_ONLY_SCALAR
 #include "layer_one.h"
 

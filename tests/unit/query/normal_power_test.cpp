@@ -1,4 +1,5 @@
 // One lane, as the reference is compiled.
+#undef HWY_COMPILE_ONLY_STATIC
 #define HWY_COMPILE_ONLY_SCALAR
 #include "sqmap/shape/surface.h"
 #include "support/bodies.h"

@@ -1,0 +1,59 @@
+// Another program as a process of its own, within limits.
+// Any number of threads.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace sqmap::platform {
+
+/// The program on PATH; empty where it is not installed, or where this system's programs are not started. Folders relative to
+/// the present one are not searched.
+[[nodiscard]] std::string program_on_path(std::string_view name);
+
+/// A new folder that nobody else may enter; gone with everything in it at the end of the scope.
+class PrivateFolder {
+public:
+    PrivateFolder();
+    ~PrivateFolder();
+    PrivateFolder(const PrivateFolder&) = delete;
+    PrivateFolder& operator=(const PrivateFolder&) = delete;
+
+    /// Empty where none could be made.
+    [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+private:
+    std::filesystem::path path_;
+};
+
+/// Of the child alone: seconds of CPU time, bytes of memory, bytes of a file.
+struct ChildLimits {
+    std::uint64_t seconds, memory, file;
+};
+
+/// What is run, in which folder; what it prints goes to the file `log`.
+struct Command {
+    std::string program, folder, log;
+    std::vector<std::string> arguments, environment;
+    ChildLimits limits;
+};
+
+enum class ChildEnd {
+    Exited,       ///< code: its exit status
+    NotStarted,   ///< no process can be started
+    TooLong,      ///< not done within three times the seconds, and ended
+    TooMuchTime,  ///< more CPU time than the limit
+    TooMuchFile,  ///< a file beyond the limit
+    Crashed       ///< code: the signal
+};
+struct ChildResult {
+    ChildEnd how = ChildEnd::NotStarted;
+    int code = 0;
+};
+/// Returns when the process and its own children are gone.
+[[nodiscard]] ChildResult run(Command command);
+
+}  // namespace sqmap::platform
