@@ -1,5 +1,6 @@
 // Batches of points behind the C interface: contacts, signed distances, closest points.
 #include "objects.h"
+#include "sqmap/math/triangle.h"
 #include "sqmap/parallel/for_each.h"
 #include "sqmap/query/distance.h"
 #include "sqmap/query/point.h"
@@ -97,6 +98,25 @@ void answer(const query::Body& body, const Batch& batch, const sqmap_query_optio
     });
 }
 
+/// Of several at the same distance the first triangle, whatever order the tree has: a standard library chooses that.
+mesh::ClosestPoint first_closest(const Surface& surface, Vec3d p)
+{
+    mesh::ClosestPoint best;
+    double best_sq = std::numeric_limits<double>::infinity();
+    surface.bvh.visit_nearest(p, best_sq, [&](std::uint32_t t, double) {
+        const mesh::Triangle& tri = surface.mesh.triangles[t];
+        const Vec3d q = closest_point_on_triangle(p, surface.mesh.vertices[tri[0]], surface.mesh.vertices[tri[1]],
+                                                  surface.mesh.vertices[tri[2]]);
+        const double distance_sq = norm_sq(q - p);
+        if (distance_sq < best_sq || (distance_sq == best_sq && t < best.triangle)) {
+            best_sq = distance_sq;
+            best = {q, t, std::sqrt(distance_sq)};
+        }
+        return best_sq * (1 + 1e-12) + std::numeric_limits<double>::min();  // what rounds to the same is visited, too
+    });
+    return best;
+}
+
 void answer(const Surface& surface, const Batch& batch, const sqmap_query_options& o, const sqmap_closest& out)
 {
     constexpr double k_nan = std::numeric_limits<double>::quiet_NaN();
@@ -106,7 +126,7 @@ void answer(const Surface& surface, const Batch& batch, const sqmap_query_option
             const Vec3d p = batch.points[i];
             mesh::ClosestPoint found{{k_nan, k_nan, k_nan}, 0xffffffff, k_nan};
             if (is_finite(p)) {
-                found = surface.bvh.closest_point(apply(back, p));
+                found = first_closest(surface, apply(back, p));
                 found.point = apply(batch.pose, found.point);
             }
             const parallel::Slice one{i, 1};

@@ -68,7 +68,7 @@ std::string_view ModelArchive::member(std::size_t at, std::string_view name) con
 std::string_view ModelArchive::bytes(std::uint64_t offset, std::uint64_t size) const
 {
     if (offset > size_ || size > size_ - offset) fail("it was cut");
-    return {data_ + offset, size};
+    return {data_ + offset, static_cast<std::size_t>(size)};
 }
 
 ArchivedModel ModelArchive::entry(std::size_t i) const

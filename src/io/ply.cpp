@@ -200,7 +200,9 @@ private:
         at_ += sizeof(T);
         if ((encoding_ == Encoding::Little) != (std::endian::native == std::endian::little))
             std::reverse(copy.begin(), copy.end());
-        return std::bit_cast<T>(copy);
+        T value;  // libc++ 13 has no std::bit_cast
+        std::memcpy(&value, copy.data(), sizeof(T));
+        return value;
     }
 
     TextCursor text_;

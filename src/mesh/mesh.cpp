@@ -5,8 +5,8 @@
 #include <Eigen/Dense>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
+#include <cstring>
 #include <numeric>
 #include <tuple>
 
@@ -45,7 +45,12 @@ std::uint64_t content_hash(const Mesh& mesh)
     };
     add(mesh.vertices.size());
     for (const Vec3d& p : mesh.vertices)
-        for (int k = 0; k < 3; ++k) add(std::bit_cast<std::uint64_t>(p[k]));
+        for (int k = 0; k < 3; ++k) {
+            const double value = p[k];
+            std::uint64_t bits = 0;
+            std::memcpy(&bits, &value, sizeof(bits));
+            add(bits);
+        }
     add(mesh.triangles.size());
     for (const Triangle& t : mesh.triangles)
         for (const std::uint32_t v : t) add(v);

@@ -15,7 +15,7 @@ constexpr double k_margin = 1e-6;  ///< cells are larger by that, so that a tria
 struct Pair {
     LatticePoint cell;
     std::uint32_t triangle;
-    friend auto operator<=>(const Pair&, const Pair&) = default;
+    friend bool operator<(const Pair& a, const Pair& b) { return a.cell != b.cell ? a.cell < b.cell : a.triangle < b.triangle; }
 };
 
 Vec3d corner_of(LatticePoint p) { return {double(p[0]), double(p[1]), double(p[2])}; }
