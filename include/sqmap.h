@@ -428,6 +428,59 @@ SQMAP_API sqmap_code sqmap_simulate(sqmap_session session, const sqmap_simulatio
 /// Closes a handle; {0} is passed over.
 SQMAP_API sqmap_code sqmap_close_session(sqmap_session session);
 
+// ---------------------------------------------------------------------------------------------------- tactile pads
+
+/// Taxels that touch models: normal and shear force of each. {0} is none.
+typedef struct sqmap_pad {
+    uint64_t id;
+} sqmap_pad;
+
+/// Forces of a taxel, in the units of the mesh's lengths and of the stiffness; the names are TacSL's. Zero: the default.
+typedef struct sqmap_pad_options {
+    size_t size;
+    double tactile_kn;       ///< force per penetration depth; default 1
+    double tactile_kt;       ///< force per speed of slip, up to Coulomb's limit; default 0.1, below 0: none
+    double tactile_mu;       ///< Coulomb's coefficient; default 0.5, below 0: none
+    double tactile_damping;  ///< force per speed along the surface's normal
+    int32_t layer;           ///< sqmap_layer
+} sqmap_pad_options;
+
+/// One tick. Slip is the motion of a taxel over the model since the tick before.
+typedef struct sqmap_pad_tick {
+    size_t size;
+    sqmap_model model;             ///< that is touched
+    const sqmap_pose* model_pose;  ///< mesh frame -> that of the poses; null: the same
+    const sqmap_pose* pose;        ///< of the pad; null: the same frame
+    double dt;                     ///< since the tick before, s; 0: no slip
+    int32_t restarts;              ///< not zero: the pad was lifted and set elsewhere, no slip
+} sqmap_pad_tick;
+
+/// What a taxel measures, in the pad's frame.
+typedef struct sqmap_taxel {
+    float normal;    ///< pressed in, never negative
+    float shear[3];  ///< perpendicular to the taxel's normal
+    float depth;     ///< penetration depth; 0 where free
+} sqmap_taxel;
+
+/// Taxels of a tick.
+typedef struct sqmap_taxels {
+    size_t size;
+    sqmap_taxel* taxels;         ///< space for `count`, in the order of the points; the caller's
+    size_t count;                ///< as many as the pad has points
+    size_t contacts;             ///< written: taxels inside the model
+    double force[3], torque[3];  ///< written: on the pad, about its origin, in its frame
+    uint32_t status;             ///< written: bits
+} sqmap_taxels;
+
+/// Prepares a pad. points: of the taxels, in the pad's frame, points.pose is not read; normals: outward, as many rows of three
+/// doubles. options may be null. Errors: E_ARGUMENT for what is not finite. Cost: n log n.
+SQMAP_API sqmap_code sqmap_make_pad(const sqmap_points* points, const double* normals, const sqmap_pad_options* options,
+                                    sqmap_pad* pad);
+/// One tick. One thread at a time a pad. Cost: some microseconds for 1,000 taxels; no allocation, no lock.
+SQMAP_API sqmap_code sqmap_tick_pad(sqmap_pad pad, const sqmap_pad_tick* tick, sqmap_taxels* taxels);
+/// Closes a handle; {0} is passed over.
+SQMAP_API sqmap_code sqmap_close_pad(sqmap_pad pad);
+
 #ifdef __cplusplus
 }
 #endif

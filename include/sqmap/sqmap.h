@@ -7,6 +7,7 @@
 #include "sqmap/haptic/patch.h"
 #include "sqmap/haptic/safety.h"
 #include "sqmap/haptic/step.h"
+#include "sqmap/haptic/tactile.h"
 #include "sqmap/math/pose.h"
 #include "sqmap/math/rotation.h"
 #include "sqmap/model/model.h"

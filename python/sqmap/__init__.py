@@ -18,6 +18,7 @@ from ._model import Contacts, Distances, Model, bake
 from ._program import program
 from ._scene import Scene
 from ._session import DISCONNECTED, HELD, RESTART, RESUME, STOP, Force, Session, Simulation
+from ._tactile import TAXEL, TactilePad, Touch
 
 __version__: str = _library.library.sqmap_version().decode()
 #: Of the models that are read and written.
@@ -26,4 +27,4 @@ FORMAT_VERSION: int = _library.library.sqmap_format_version()
 __all__ = ["ArgumentError", "Body", "CONTACT", "Cancelled", "ClosedError", "Contacts", "DISCONNECTED", "Distances", "Error",
            "FORMAT_VERSION", "FileError", "Force", "HELD", "InternalError", "MeshError", "MissingError", "Model", "ModelError",
            "NoMemoryError", "PAIR_CONTACT", "PairContacts", "Probe", "ProbeContacts", "RESTART", "RESUME", "STOP", "Scene",
-           "Session", "Simulation", "VersionError", "Workspace", "bake", "program", "query_pair", "query_probe"]
+           "Session", "Simulation", "TAXEL", "TactilePad", "Touch", "VersionError", "Workspace", "bake", "program", "query_pair", "query_probe"]

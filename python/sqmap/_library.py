@@ -32,7 +32,7 @@ class Text(Sized):
 
 
 class Handle(Structure):
-    """sqmap_model, sqmap_probe, sqmap_workspace, sqmap_session."""
+    """sqmap_model, sqmap_probe, sqmap_workspace, sqmap_session, sqmap_pad."""
     _fields_ = [("id", c_uint64)]
 
 
@@ -132,6 +132,25 @@ class Simulation(Sized):
                 ("depths", c_void_p)]
 
 
+class PadOptions(Sized):
+    _fields_ = [("size", c_size_t), ("tactile_kn", c_double), ("tactile_kt", c_double), ("tactile_mu", c_double),
+                ("tactile_damping", c_double), ("layer", c_int32)]
+
+
+class PadTick(Sized):
+    _fields_ = [("size", c_size_t), ("model", Handle), ("model_pose", POINTER(Pose)), ("pose", POINTER(Pose)), ("dt", c_double),
+                ("restarts", c_int32)]
+
+
+class Taxel(Structure):
+    _fields_ = [("normal", c_float), ("shear", c_float * 3), ("depth", c_float)]
+
+
+class Taxels(Sized):
+    _fields_ = [("size", c_size_t), ("taxels", c_void_p), ("count", c_size_t), ("contacts", c_size_t), ("force", c_double * 3),
+                ("torque", c_double * 3), ("status", c_uint32)]
+
+
 # Functions that return a code: their parameters.
 FUNCTIONS: dict[str, list[Any]] = {
     "sqmap_open": [c_char_p, POINTER(Handle)],
@@ -159,6 +178,9 @@ FUNCTIONS: dict[str, list[Any]] = {
     "sqmap_tick_session": [Handle, POINTER(Tick), POINTER(Force)],
     "sqmap_simulate": [Handle, POINTER(Simulation)],
     "sqmap_close_session": [Handle],
+    "sqmap_make_pad": [POINTER(Points), c_void_p, POINTER(PadOptions), POINTER(Handle)],
+    "sqmap_tick_pad": [Handle, POINTER(PadTick), POINTER(Taxels)],
+    "sqmap_close_pad": [Handle],
 }
 
 
