@@ -1,0 +1,218 @@
+#include "sqmap_mujoco.h"
+
+#include <math.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { k_max_found = 65536 };
+
+typedef struct Mesh {
+    sqmap_model model;
+    sqmap_probe probe;
+} Mesh;
+
+struct sqmap_mujoco {
+    const mjModel* model;
+    Mesh* meshes;  ///< by mesh number; {0} where sqmap does not answer
+    int32_t layer;
+    int max_contacts;
+    sqmap_mujoco* next;
+};
+
+static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
+static sqmap_mujoco* installed;
+static mjfCollision hulls;  ///< MuJoCo's own function
+static _Thread_local sqmap_workspace workspace;
+
+static const sqmap_mujoco* override_of(const mjModel* m)
+{
+    const sqmap_mujoco* o = installed;
+    while (o != NULL && o->model != m) o = o->next;
+    return o;
+}
+
+static sqmap_pose pose_of(const mjData* d, int geom)
+{
+    sqmap_pose pose;
+    for (int i = 0; i < 9; ++i) pose.rotation[i] = d->geom_xmat[9 * geom + i];
+    for (int i = 0; i < 3; ++i) pose.translation[i] = d->geom_xpos[3 * geom + i];
+    return pose;
+}
+
+static double distance_sq(const double* a, const double* b)
+{
+    double sum = 0;
+    for (int i = 0; i < 3; ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
+    return sum;
+}
+
+static int is_deeper(const void* a, const void* b)
+{
+    const sqmap_pair_contact *p = a, *q = b;
+    if (p->depth != q->depth) return p->depth < q->depth ? 1 : -1;
+    return p->index != q->index ? (p->index < q->index ? -1 : 1) : (int)p->vertex_of - (int)q->vertex_of;
+}
+
+/// Keeps at most `limit` of the contacts, deepest first: one of those that are close to one another and point the same way. The
+/// distance that counts as close grows until they are few enough.
+static int thinned(sqmap_pair_contact* contacts, int count, int limit)
+{
+    qsort(contacts, (size_t)count, sizeof *contacts, is_deeper);
+    if (count <= limit) return count;
+    double lo[3], hi[3];
+    for (int k = 0; k < 3; ++k) lo[k] = hi[k] = contacts[0].on_a[k];
+    for (int i = 1; i < count; ++i)
+        for (int k = 0; k < 3; ++k) {
+            lo[k] = fmin(lo[k], contacts[i].on_a[k]);
+            hi[k] = fmax(hi[k], contacts[i].on_a[k]);
+        }
+    for (double close = 0.02 * sqrt(distance_sq(lo, hi));; close *= 1.5) {
+        sqmap_pair_contact kept[mjMAXCONPAIR];
+        int n = 0;
+        for (int i = 0; i < count && n <= limit; ++i) {
+            int is_new = 1;
+            for (int j = 0; j < n && is_new; ++j) {
+                const float* a = contacts[i].normal;
+                const float* b = kept[j].normal;
+                is_new =
+                    distance_sq(contacts[i].on_a, kept[j].on_a) > close * close || a[0] * b[0] + a[1] * b[1] + a[2] * b[2] < 0.9f;
+            }
+            if (is_new && n == limit) ++n;  // too many
+            if (is_new && n < limit) kept[n++] = contacts[i];
+        }
+        if (n <= limit || !(close > 0)) {
+            const int written = n < limit ? n : limit;
+            memcpy(contacts, kept, (size_t)written * sizeof *kept);
+            return written;
+        }
+    }
+}
+
+static int collide(const mjModel* m, const mjData* d, mjContact* con, int g1, int g2, mjtNum margin)
+{
+    const sqmap_mujoco* o = override_of(m);
+    const int a = m->geom_dataid[g1], b = m->geom_dataid[g2];
+    if (o == NULL || o->meshes[a].model.id == 0 || o->meshes[b].model.id == 0) return hulls(m, d, con, g1, g2, margin);
+    if (workspace.id == 0 && sqmap_make_workspace(k_max_found, &workspace) != SQMAP_OK) return 0;
+    const sqmap_pose pa = pose_of(d, g1), pb = pose_of(d, g2);
+    const sqmap_bodies bodies = {
+        sizeof bodies, {o->meshes[a].model, o->meshes[a].probe, &pa}, {o->meshes[b].model, o->meshes[b].probe, &pb}};
+    const sqmap_query_options options = {.size = sizeof options, .layer = o->layer, .margin = fmax(margin, 0)};
+    sqmap_pair_list list = {.size = sizeof list};
+    if (sqmap_query_pair(&bodies, &options, workspace, &list) != SQMAP_OK) return 0;
+    // The workspace is this thread's own, and its contacts are not read again.
+    sqmap_pair_contact* contacts = (sqmap_pair_contact*)list.contacts;
+    const int count = thinned(contacts, (int)list.count, o->max_contacts);
+    for (int i = 0; i < count; ++i) {
+        for (int k = 0; k < 3; ++k) {
+            con[i].pos[k] = 0.5 * (contacts[i].on_a[k] + contacts[i].on_b[k]);
+            con[i].frame[k] = contacts[i].normal[k];
+            con[i].frame[3 + k] = 0;
+        }
+        con[i].dist = fmax(margin, 0) - contacts[i].depth;
+    }
+    return count;
+}
+
+/// A model file of a mesh in a folder, named after its arrays.
+static void name_file(char* path, size_t size, const char* folder, const sqmap_mesh* mesh)
+{
+    uint64_t h = 14695981039346656037ULL;
+    const unsigned char* parts[2] = {(const unsigned char*)mesh->vertices, (const unsigned char*)mesh->triangles};
+    const size_t bytes[2] = {24 * mesh->vertex_count, 24 * mesh->triangle_count};
+    for (int p = 0; p < 2; ++p)
+        for (size_t i = 0; i < bytes[p]; ++i) h = (h ^ parts[p][i]) * 1099511628211ULL;
+    snprintf(path, size, "%s/%016llx-%u.sqmap", folder, (unsigned long long)h, (unsigned)sqmap_format_version());
+}
+
+static sqmap_code bake(const mjModel* m, int mesh, const char* folder, Mesh* out)
+{
+    const int vertices = m->mesh_vertnum[mesh], faces = m->mesh_facenum[mesh];
+    double* xyz = malloc(sizeof(double) * 3 * (size_t)vertices);
+    int64_t* corners = malloc(sizeof(int64_t) * 3 * (size_t)faces);
+    for (int i = 0; i < 3 * vertices; ++i) xyz[i] = m->mesh_vert[3 * m->mesh_vertadr[mesh] + i];
+    for (int i = 0; i < 3 * faces; ++i) corners[i] = m->mesh_face[3 * m->mesh_faceadr[mesh] + i];
+    const sqmap_mesh triangles = {sizeof triangles, xyz, (size_t)vertices, corners, (size_t)faces};
+    char path[4096] = "";
+    if (folder != NULL) name_file(path, sizeof path, folder, &triangles);
+    sqmap_code code = folder != NULL ? sqmap_open(path, &out->model) : SQMAP_E_FILE;
+    if (code != SQMAP_OK) {
+        const sqmap_bake_options options = {.size = sizeof options, .source = m->names + m->name_meshadr[mesh]};
+        code = sqmap_bake(&triangles, &options, &out->model);
+        if (code == SQMAP_OK && folder != NULL) sqmap_save(out->model, path);  // without it the next run bakes again
+    }
+    const sqmap_points points = {sizeof points, xyz, (size_t)vertices, NULL};
+    if (code == SQMAP_OK) code = sqmap_make_probe(&points, &out->probe);
+    free(xyz);
+    free(corners);
+    return code;
+}
+
+static void free_meshes(sqmap_mujoco* o)
+{
+    for (int i = 0; i < o->model->nmesh; ++i) {
+        sqmap_close_model(o->meshes[i].model);
+        sqmap_close_probe(o->meshes[i].probe);
+    }
+    free(o->meshes);
+    free(o);
+}
+
+sqmap_code sqmap_mujoco_install(const mjModel* model, const sqmap_mujoco_options* options, sqmap_mujoco** override)
+{
+    if (model == NULL || override == NULL || (options != NULL && options->size != sizeof *options)) return SQMAP_E_ARGUMENT;
+    *override = NULL;
+    sqmap_mujoco* o = calloc(1, sizeof *o);
+    o->model = model;
+    o->meshes = calloc((size_t)model->nmesh + 1, sizeof *o->meshes);
+    o->layer = options != NULL && options->layer != 0 ? options->layer : SQMAP_LAYER_EXACT;
+    o->max_contacts = options != NULL && options->max_contacts > 0 && options->max_contacts < mjMAXCONPAIR ? options->max_contacts
+                                                                                                           : mjMAXCONPAIR;
+    sqmap_code first = SQMAP_OK;
+    int refused = 0;
+    for (int g = 0; g < model->ngeom; ++g) {
+        const int mesh = model->geom_dataid[g];
+        if (model->geom_type[g] != mjGEOM_MESH || (model->geom_contype[g] == 0 && model->geom_conaffinity[g] == 0) ||
+            o->meshes[mesh].model.id != 0)
+            continue;
+        const sqmap_code code = bake(model, mesh, options != NULL ? options->folder : NULL, &o->meshes[mesh]);
+        if (code == SQMAP_OK) continue;
+        ++refused;
+        if (first == SQMAP_OK) first = code;
+    }
+    if (refused > 0 && sqmap_mujoco_meshes(o) == 0) {
+        free_meshes(o);
+        return first;
+    }
+    pthread_mutex_lock(&lock);
+    if (installed == NULL) {
+        hulls = mjCOLLISIONFUNC[mjGEOM_MESH][mjGEOM_MESH];
+        mjCOLLISIONFUNC[mjGEOM_MESH][mjGEOM_MESH] = collide;
+    }
+    o->next = installed;
+    installed = o;
+    pthread_mutex_unlock(&lock);
+    *override = o;
+    return SQMAP_OK;
+}
+
+int sqmap_mujoco_meshes(const sqmap_mujoco* override)
+{
+    int count = 0;
+    for (int i = 0; i < override->model->nmesh; ++i) count += override->meshes[i].model.id != 0;
+    return count;
+}
+
+void sqmap_mujoco_remove(sqmap_mujoco* override)
+{
+    if (override == NULL) return;
+    pthread_mutex_lock(&lock);
+    sqmap_mujoco** at = &installed;
+    while (*at != NULL && *at != override) at = &(*at)->next;
+    if (*at != NULL) *at = override->next;
+    if (installed == NULL) mjCOLLISIONFUNC[mjGEOM_MESH][mjGEOM_MESH] = hulls;
+    pthread_mutex_unlock(&lock);
+    free_meshes(override);
+}

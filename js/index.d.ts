@@ -1,0 +1,135 @@
+/** Contact and signed distance between complex shapes. Lengths are the mesh's own units; points are rows of x, y, z. */
+
+/** Rows of three numbers: a typed array of 3 n numbers, or a list. */
+export type Rows = Float64Array | Float32Array | number[] | number[][];
+/** A matrix of 4 x 4, row by row, from the mesh's frame to the points'. */
+export type Pose = Float64Array | Float32Array | number[] | number[][];
+/** 1 superquadrics, 2 planes, 3 planes and maps, "exact" triangles, "auto" the cheapest within tolerance. */
+export type Layer = 1 | 2 | 3 | "exact" | "auto";
+
+/** Why a call failed. */
+export class SqmapError extends Error {
+  readonly name: string;     // "E_ARGUMENT", "E_MODEL", "E_VERSION", "E_HANDLE"; of a mesh the gate's own: "E_OPEN"
+  readonly element: string;  // where
+  readonly what: string;     // what was found
+  readonly cure: string;     // what helps
+}
+
+export interface QueryOptions {
+  layer?: Layer;        // default 3
+  tolerance?: number;   // of "auto"
+  margin?: number;      // the surface is moved out by so much
+  smooth?: boolean;     // depth and normal of the smoothed map
+  pose?: Pose;
+}
+/** Of n points. */
+export interface Contacts {
+  contact: Uint8Array;    // n; 1: inside
+  depth: Float64Array;    // n; 0 where free
+  normal: Float64Array;   // 3 n; unit, outward
+  closest: Float64Array;  // 3 n; the nearest surface point; the point itself where free
+  part: Int32Array;       // n; -1 where free
+  certain: Uint8Array;    // n; 1: the verdict is proven
+  status: Uint8Array;     // n; bits: 1 not finite, 2 no exact layer, 4 no surface, 16 made up, 128 not given
+  contacts: number;       // how many are inside
+}
+
+export interface DistanceOptions {
+  band?: number;  // exact within it, on either side; default Infinity, 0 as baked, which is quickest
+  pose?: Pose;
+}
+/** Of n points. */
+export interface Distances {
+  distance: Float64Array;  // n; negative inside; NaN of a point that is not finite
+  gradient: Float64Array;  // 3 n; unit, away from the solid
+  closest: Float64Array;   // 3 n
+  part: Int32Array;        // n
+  known: Uint8Array;       // n; 0 exact, 1 approximate, 2 a bound: no farther than the truth, at least half of it
+  status: Uint8Array;      // n
+}
+/** Of n points; nearest points of the triangles in double precision. */
+export interface ClosestPoints {
+  closest: Float64Array;   // 3 n
+  distance: Float64Array;  // n; never negative
+  triangle: Uint32Array;   // n
+}
+
+export interface ProbeOptions extends QueryOptions {
+  probePose?: Pose;     // of the probe
+  firstOnly?: boolean;  // stop at the first contact
+  capacity?: number;    // contacts that are written; default as many as the probe has points
+}
+export interface ProbeContact {
+  point: number[];   // the nearest surface point
+  normal: number[];  // unit, outward
+  depth: number;
+  index: number;     // of the probe's point
+  part: number;
+  certain: number;
+  status: number;
+}
+
+export interface BakeOptions {
+  targetError?: number;  // percent of R_max, 99th percentile of layer 3's depth; default 0.5
+  band?: number;         // percent of R_max within which distances are exact; default 5
+  thickness?: number;    // open meshes become plates this thick
+  maxParts?: number;     // default 24
+  projection?: "central" | "normal";
+  repair?: "wrap" | "close" | "safe" | "none";
+  surface?: boolean;     // an open mesh is taken as a surface without inside
+  exact?: boolean;       // default true; false leaves out the triangles
+  source?: string;       // what info names as the model's source
+  progress?: (stage: string, done: number) => boolean | void;  // false: stop
+}
+
+export interface Facts {
+  rMax: number; band: number; centre: number[]; radius: number; bytes: number;
+  parts: number; vertices: number; triangles: number;
+  isSolid: boolean; hasExact: boolean; isNormal: boolean; isDoubtful: boolean;
+}
+
+/** Points prepared once, queried many times. */
+export class Probe {
+  readonly count: number;
+  /** Frees the memory; whatever is called afterwards throws. */
+  close(): void;
+}
+
+/** A baked model. */
+export class Model {
+  readonly facts: Facts;
+  /** All that `sqmap info --json` prints. */
+  readonly info: Record<string, unknown>;
+  /** What the gate said of the mesh that was baked. */
+  readonly notes: string[];
+  /** The baked triangles and the part of each. @throws SqmapError of a model without them */
+  readonly mesh: {vertices: Float64Array; triangles: Uint32Array; parts: Int32Array};
+  /** The bytes of a model file. */
+  toBytes(): Uint8Array;
+  /** Which points are inside, how deep, and in which direction out. */
+  query(points: Rows, options?: QueryOptions): Contacts;
+  /** Signed distances on both sides. */
+  distances(points: Rows, options?: DistanceOptions): Distances;
+  /** @throws SqmapError of a model without triangles */
+  closestPoints(points: Rows, options?: {pose?: Pose}): ClosestPoints;
+  /** Which points of a probe are inside. */
+  probe(probe: Probe, options?: ProbeOptions): {contacts: ProbeContact[]; found: number; status: number};
+  /** Frees the memory; whatever is called afterwards throws. */
+  close(): void;
+}
+
+export interface Sqmap {
+  readonly version: string;
+  readonly formatVersion: number;
+  /** A model from the bytes of its file. @throws SqmapError */
+  open(bytes: Uint8Array | ArrayBuffer): Model;
+  /** Bakes triangles; some seconds for ten thousand. @throws SqmapError with the face, vertex or edge and a cure */
+  bake(mesh: {vertices: Rows; triangles: Uint32Array | Int32Array | number[] | number[][]}, options?: BakeOptions): Model;
+  /** Bakes a mesh file: OFF, OBJ, STL, PLY, glTF, GLB. name: its ending says which. */
+  bakeFile(name: string, bytes: Uint8Array, options?: BakeOptions): Model;
+  /** Prepares points that touch models. */
+  probe(points: Rows): Probe;
+}
+
+/** Loads the library. wasm: the bytes of sqmap.wasm, where it is not beside index.js. */
+export function load(options?: {wasm?: Uint8Array | ArrayBuffer}): Promise<Sqmap>;

@@ -1,0 +1,356 @@
+// sqmap in Node and the browser: the C library compiled to WebAssembly, with arrays in and out. See index.d.ts.
+import core from "./core.js";
+import {read, structs, write} from "./structs.js";
+
+/** Why a call failed: name ("E_MESH"), element, message and cure. */
+export class SqmapError extends Error {
+  constructor(name, element, what, cure) {
+    super(`${element}: ${what}; ${cure}`);
+    Object.assign(this, {name, element, what, cure});
+  }
+}
+
+const refuse = (element, what, cure) => new SqmapError("E_ARGUMENT", element, what, cure);
+const layers = new Map([[1, 1], [2, 2], [3, 3], ["exact", 4], ["auto", 5]]);
+const repairs = new Map([["wrap", 4], ["close", 3], ["safe", 2], ["none", 1]]);
+
+function member(map, value, element) {
+  if (!map.has(value)) throw refuse(element, `is ${String(value)}`, `take one of ${[...map.keys()].join(", ")}`);
+  return map.get(value);
+}
+
+function number(value, element) {
+  if (typeof value !== "number") throw refuse(element, `is ${typeof value}`, "give a number");
+  return value;
+}
+
+/** Numbers as an array of rows: typed arrays and lists of lists. */
+function rows(value, element, width = 3) {
+  const flat = ArrayBuffer.isView(value) && !(value instanceof DataView) ? value : Array.isArray(value) ? value.flat() : undefined;
+  if (flat === undefined) throw refuse(element, `is ${typeof value}`, `give an array of ${width} numbers a row`);
+  if (flat.length % width !== 0) throw refuse(element, `has ${flat.length} numbers`, `give ${width} a row`);
+  if (!ArrayBuffer.isView(flat) && !flat.every((x) => typeof x === "number"))
+    throw refuse(element, "has an entry that is no number", "give numbers alone");
+  return flat;
+}
+
+/** A matrix of 4 x 4, row by row, as rotation and translation. */
+function poseNumbers(pose) {
+  const m = rows(pose, "pose", 4);
+  if (m.length !== 16) throw refuse("pose", `has ${m.length} numbers`, "give a matrix of 4 x 4, row by row");
+  return [m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10], m[3], m[7], m[11]];
+}
+
+/** What one call passes to the library: memory that is freed when it returns. */
+class Call {
+  constructor(library) {
+    this.library = library;
+    this.blocks = [];
+  }
+  space(bytes) {
+    const address = this.library._malloc(Math.max(1, bytes));
+    if (address === 0) throw new SqmapError("E_MEMORY", "WebAssembly", `has no ${bytes} bytes`, "query fewer points at a time");
+    this.blocks.push(address);
+    return address;
+  }
+  get view() {
+    return new DataView(this.library.HEAPU8.buffer);
+  }
+  struct(kind, values = {}) {
+    const address = this.space(structs[kind].bytes);
+    write(this.view, structs[kind], address, values);
+    return address;
+  }
+  read(kind, address, name) {
+    return read(this.view, structs[kind], address, name);
+  }
+  numbers(values) {
+    const address = this.space(8 * values.length);
+    new Float64Array(this.library.HEAPU8.buffer, address, values.length).set(values);
+    return address;
+  }
+  text(value) {
+    const bytes = new TextEncoder().encode(String(value));
+    const address = this.space(bytes.length + 1);
+    this.library.HEAPU8.set(bytes, address);
+    this.library.HEAPU8[address + bytes.length] = 0;
+    return address;
+  }
+  pose(pose) {
+    return pose === undefined || pose === null ? 0 : this.numbers(poseNumbers(pose));
+  }
+  points(points, pose) {
+    const xyz = rows(points, "points");
+    return {count: xyz.length / 3, at: this.struct("points", {xyz: this.numbers(xyz), count: xyz.length / 3, pose: this.pose(pose)})};
+  }
+  options({layer = 3, tolerance = 0, margin = 0, band = 0, smooth = false, firstOnly = false} = {}) {
+    return this.struct("queryOptions", {
+      layer: member(layers, layer, "options.layer"), tolerance: number(tolerance, "options.tolerance"),
+      margin: number(margin, "options.margin"), band: number(band, "options.band"),
+      isSmooth: smooth ? 1 : 0, isFirstOnly: firstOnly ? 1 : 0,
+    });
+  }
+  copy(type, address, length) {
+    return new type(this.library.HEAPU8.buffer, address, length).slice();
+  }
+  /** Calls the library. @throws SqmapError */
+  run(name, ...values) {
+    const code = this.library[`_${name}`](...values);
+    if (code === 0) return;
+    const at = this.library._sqmap_last_error();
+    const word = (what) => this.library.UTF8ToString(this.read("error", at, what));
+    throw new SqmapError(word("name"), word("element"), word("message"), word("cure"));
+  }
+  /** A text that the library writes. */
+  written(name, handle) {
+    const text = this.struct("text");
+    this.run(name, handle, text);
+    const needed = this.read("text", text, "needed");
+    const space = this.space(needed);
+    write(this.view, structs.text, text, {text: space, capacity: needed});
+    this.run(name, handle, text);
+    return this.library.UTF8ToString(space);
+  }
+  end() {
+    for (const block of this.blocks) this.library._free(block);
+  }
+}
+
+/** Runs action with a Call that is freed whatever happens. */
+function within(library, action) {
+  const call = new Call(library);
+  try {
+    return action(call);
+  } finally {
+    call.end();
+  }
+}
+
+/** Something of the library's with a handle. */
+class Owned {
+  #library;
+  #handle;
+  #closes;
+  constructor(library, handle, closes) {
+    this.#library = library;
+    this.#handle = handle;
+    this.#closes = closes;
+  }
+  get handle() {
+    return this.#handle;
+  }
+  /** Frees the memory; whatever is called afterwards throws. */
+  close() {
+    const handle = this.#handle;
+    this.#handle = 0n;
+    if (handle !== 0n) within(this.#library, (c) => c.run(this.#closes, handle));
+  }
+  within(action) {
+    if (this.#handle === 0n) throw new SqmapError("E_HANDLE", this.constructor.name, "is closed", "open it again");
+    return within(this.#library, action);
+  }
+}
+
+/** Points prepared once, queried many times. */
+export class Probe extends Owned {
+  constructor(library, handle, count) {
+    super(library, handle, "sqmap_close_probe");
+    this.count = count;
+  }
+}
+
+export class Model extends Owned {
+  constructor(library, handle) {
+    super(library, handle, "sqmap_close_model");
+  }
+  get facts() {
+    return this.within((c) => {
+      const at = c.struct("facts");
+      c.run("sqmap_model_facts", this.handle, at);
+      const facts = {};
+      for (const name of Object.keys(structs.facts.members)) if (name !== "size") facts[name] = c.read("facts", at, name);
+      facts.bytes = Number(facts.bytes);
+      for (const name of ["isSolid", "hasExact", "isNormal", "isDoubtful"]) facts[name] = facts[name] !== 0;
+      return facts;
+    });
+  }
+  get info() {
+    return JSON.parse(this.within((c) => c.written("sqmap_info", this.handle)));
+  }
+  get notes() {
+    return this.within((c) => c.written("sqmap_notes", this.handle)).split("\n").filter((line) => line !== "");
+  }
+  get mesh() {
+    const {vertices, triangles} = this.facts;
+    return this.within((c) => {
+      const v = c.space(24 * vertices), t = c.space(12 * triangles), p = c.space(4 * triangles);
+      c.run("sqmap_triangles", this.handle, v, t, p);
+      return {vertices: c.copy(Float64Array, v, 3 * vertices), triangles: c.copy(Uint32Array, t, 3 * triangles),
+              parts: c.copy(Int32Array, p, triangles)};
+    });
+  }
+  toBytes() {
+    return this.within((c) => {
+      const out = c.space(8);
+      c.run("sqmap_bytes", this.handle, out, out + 4);
+      return c.copy(Uint8Array, c.view.getUint32(out, true), c.view.getUint32(out + 4, true));
+    });
+  }
+  query(points, options = {}) {
+    return this.within((c) => {
+      const {count, at} = c.points(points, options.pose), settings = c.options(options);
+      const contact = c.space(count), certain = c.space(count), status = c.space(count), part = c.space(4 * count);
+      const depth = c.space(8 * count), normal = c.space(24 * count), closest = c.space(24 * count);
+      const out = c.struct("contacts", {contact, depth, normal, closest, part, certain, status});
+      c.run("sqmap_query_points", this.handle, at, settings, out);
+      return {
+        contact: c.copy(Uint8Array, contact, count), depth: c.copy(Float64Array, depth, count),
+        normal: c.copy(Float64Array, normal, 3 * count), closest: c.copy(Float64Array, closest, 3 * count),
+        part: c.copy(Int32Array, part, count), certain: c.copy(Uint8Array, certain, count),
+        status: c.copy(Uint8Array, status, count), contacts: c.read("contacts", out, "contacts"),
+      };
+    });
+  }
+  distances(points, options = {}) {
+    return this.within((c) => {
+      const {count, at} = c.points(points, options.pose), settings = c.options({band: Infinity, ...options});
+      const known = c.space(count), status = c.space(count), part = c.space(4 * count);
+      const distance = c.space(8 * count), gradient = c.space(24 * count), closest = c.space(24 * count);
+      c.run("sqmap_signed_distances", this.handle, at, settings,
+            c.struct("distances", {distance, gradient, closest, part, known, status}));
+      return {
+        distance: c.copy(Float64Array, distance, count), gradient: c.copy(Float64Array, gradient, 3 * count),
+        closest: c.copy(Float64Array, closest, 3 * count), part: c.copy(Int32Array, part, count),
+        known: c.copy(Uint8Array, known, count), status: c.copy(Uint8Array, status, count),
+      };
+    });
+  }
+  closestPoints(points, options = {}) {
+    return this.within((c) => {
+      const {count, at} = c.points(points, options.pose);
+      const closest = c.space(24 * count), distance = c.space(8 * count), triangle = c.space(4 * count);
+      c.run("sqmap_closest_points", this.handle, at, 0, c.struct("closest", {closest, distance, triangle}));
+      return {closest: c.copy(Float64Array, closest, 3 * count), distance: c.copy(Float64Array, distance, count),
+              triangle: c.copy(Uint32Array, triangle, count)};
+    });
+  }
+  probe(probe, options = {}) {
+    if (!(probe instanceof Probe)) throw refuse("probe", "is none", "make one with sqmap.probe(points)");
+    return this.within((c) => {
+      const settings = c.options(options), capacity = options.capacity ?? probe.count;
+      const contacts = c.space(structs.contact.bytes * capacity);
+      const list = c.struct("contactList", {contacts, capacity});
+      const bodies = c.struct("bodies", {modelA: this.handle, poseA: c.pose(options.pose), probeB: probe.handle,
+                                         poseB: c.pose(options.probePose)});
+      c.run("sqmap_query_probe", bodies, settings, list);
+      const found = c.read("contactList", list, "found"), anchor = c.read("contactList", list, "anchor");
+      const out = [];
+      for (let i = 0; i < Math.min(found, capacity); ++i) {
+        const row = {};
+        for (const name of Object.keys(structs.contact.members))
+          row[name] = c.read("contact", contacts + i * structs.contact.bytes, name);
+        row.point = row.point.map((x, k) => x + anchor[k]);
+        out.push(row);
+      }
+      return {contacts: out, found, status: c.read("contactList", list, "status")};
+    });
+  }
+}
+
+class Sqmap {
+  #library;
+  constructor(library) {
+    this.#library = library;
+  }
+  get version() {
+    return this.#library.UTF8ToString(this.#library._sqmap_version());
+  }
+  get formatVersion() {
+    return this.#library._sqmap_format_version();
+  }
+  open(bytes) {
+    const data = bytes instanceof ArrayBuffer ? new Uint8Array(bytes) : bytes;
+    if (!(data instanceof Uint8Array)) throw refuse("bytes", `is ${typeof bytes}`, "give a Uint8Array or ArrayBuffer");
+    return within(this.#library, (c) => {
+      const handle = c.space(8), at = c.space(data.length);
+      this.#library.HEAPU8.set(data, at);
+      c.run("sqmap_open_bytes", at, data.length, handle);
+      return new Model(this.#library, c.view.getBigUint64(handle, true));
+    });
+  }
+  bake({vertices, triangles}, options = {}) {
+    const xyz = rows(vertices, "vertices"), corners = rows(triangles, "triangles");
+    if (![...corners].every(Number.isInteger)) throw refuse("triangles", "has an entry that is no whole number", "give indices");
+    return within(this.#library, (c) => {
+      const indices = c.space(8 * corners.length), wide = new BigInt64Array(this.#library.HEAPU8.buffer, indices, corners.length);
+      for (let i = 0; i < corners.length; ++i) wide[i] = BigInt(corners[i]);
+      const mesh = c.struct("mesh", {vertices: c.numbers(xyz), vertexCount: xyz.length / 3, triangles: indices,
+                                     triangleCount: corners.length / 3});
+      return this.#baked(c, options, (settings, handle) => c.run("sqmap_bake", mesh, settings, handle));
+    });
+  }
+  bakeFile(name, bytes, options = {}) {
+    if (!(bytes instanceof Uint8Array)) throw refuse("bytes", `is ${typeof bytes}`, "give a Uint8Array");
+    const path = `/tmp/${String(name).replace(/.*[/\\]/, "")}`;
+    this.#library.FS.writeFile(path, bytes);
+    try {
+      return within(this.#library, (c) => this.#baked(c, {source: name, ...options},
+                                                      (settings, handle) => c.run("sqmap_bake_file", c.text(path), settings, handle)));
+    } finally {
+      this.#library.FS.unlink(path);
+    }
+  }
+  probe(points) {
+    return within(this.#library, (c) => {
+      const {count, at} = c.points(points), handle = c.space(8);
+      c.run("sqmap_make_probe", at, handle);
+      return new Probe(this.#library, c.view.getBigUint64(handle, true), count);
+    });
+  }
+  #baked(c, options, bake) {
+    const {targetError = 0, band = 0, thickness = 0, maxParts = 0, repair = "wrap", projection = "central", surface = false,
+           exact = true, source, progress} = options;
+    let failure;
+    const called = progress === undefined ? 0 : this.#library.addFunction((context, stage, done) => {
+      try {
+        return progress(this.#library.UTF8ToString(stage), done) === false ? 1 : 0;
+      } catch (error) {
+        failure = error;
+        return 1;
+      }
+    }, "iiid");
+    const handle = c.space(8);
+    const settings = c.struct("bakeOptions", {
+      targetError: number(targetError, "options.targetError"), band: number(band, "options.band"),
+      thickness: number(thickness, "options.thickness"), maxParts: number(maxParts, "options.maxParts"),
+      projection: projection === "normal" ? 1 : 0, repair: member(repairs, repair, "options.repair"),
+      acceptsSurface: surface ? 1 : 0, withoutExact: exact ? 0 : 1, threads: 1, progress: called,
+      source: source === undefined ? 0 : c.text(source),
+    });
+    try {
+      bake(settings, handle);
+    } catch (error) {
+      throw failure ?? error;
+    } finally {
+      if (called !== 0) this.#library.removeFunction(called);
+    }
+    return new Model(this.#library, c.view.getBigUint64(handle, true));
+  }
+}
+
+/** The bytes of sqmap.wasm beside this file. */
+async function moduleBytes() {
+  const url = new URL("./sqmap.wasm", import.meta.url);
+  if (url.protocol !== "file:") {
+    const response = await fetch(url);
+    if (!response.ok) throw new SqmapError("E_FILE", String(url), `cannot be fetched: ${response.status}`, "serve it beside index.js");
+    return response.arrayBuffer();
+  }
+  const {readFile} = await import("node:fs/promises");
+  return readFile(url);
+}
+
+export async function load({wasm} = {}) {
+  const library = await core({wasmBinary: new Uint8Array(wasm ?? await moduleBytes())});
+  return new Sqmap(library);
+}

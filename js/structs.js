@@ -1,0 +1,64 @@
+// Layout of sqmap.h's structs in WebAssembly: pointers and sizes of four bytes, every member at a multiple of its own size.
+
+const sizes = {u8: 1, i16: 2, i32: 4, u32: 4, size: 4, pointer: 4, f32: 4, f64: 8, u64: 8};
+
+/** "name:type" or "name:type[count]" for each member; the first is the struct's size, unless told otherwise. */
+function layout(text, hasSize = true) {
+  const members = {};
+  let end = 0, alignment = 1;
+  for (const word of (hasSize ? "size:size " : "").concat(text).trim().split(/\s+/)) {
+    const [, name, type, count] = word.match(/^(\w+):(\w+)(?:\[(\d+)\])?$/);
+    const size = sizes[type];
+    alignment = Math.max(alignment, size);
+    const offset = Math.ceil(end / size) * size;
+    members[name] = {offset, type, count: count === undefined ? undefined : Number(count)};
+    end = offset + size * Number(count ?? 1);
+  }
+  return {members, bytes: Math.ceil(end / alignment) * alignment};
+}
+
+export const structs = {
+  error: layout("code:i32 name:pointer element:pointer message:pointer cure:pointer"),
+  text: layout("text:pointer capacity:size needed:size"),
+  mesh: layout("vertices:pointer vertexCount:size triangles:pointer triangleCount:size"),
+  bakeOptions: layout(`targetError:f64 band:f64 thickness:f64 maxParts:u32 projection:i32 repair:i32 acceptsSurface:i32
+    withoutExact:i32 threads:u32 progress:pointer progressContext:pointer source:pointer`),
+  facts: layout(`rMax:f64 band:f64 centre:f64[3] radius:f64 bytes:u64 parts:u32 vertices:u32 triangles:u32 isSolid:i32
+    hasExact:i32 isNormal:i32 isDoubtful:i32`),
+  queryOptions: layout("layer:i32 threads:u32 tolerance:f64 margin:f64 band:f64 isSmooth:i32 isFirstOnly:i32"),
+  points: layout("xyz:pointer count:size pose:pointer"),
+  contacts: layout("contact:pointer depth:pointer normal:pointer closest:pointer part:pointer certain:pointer status:pointer contacts:size"),
+  distances: layout("distance:pointer gradient:pointer closest:pointer part:pointer known:pointer status:pointer"),
+  closest: layout("closest:pointer distance:pointer triangle:pointer"),
+  bodies: layout(`modelA:u64 probeA:u64 poseA:pointer modelB:u64 probeB:u64 poseB:pointer`),
+  contact: layout("point:f32[3] normal:f32[3] depth:f32 index:u32 part:i16 certain:u8 status:u8", false),
+  contactList: layout("contacts:pointer capacity:size found:size anchor:f64[3] status:u32"),
+};
+
+const getters = {
+  u8: (v, at) => v.getUint8(at), i16: (v, at) => v.getInt16(at, true), i32: (v, at) => v.getInt32(at, true),
+  u32: (v, at) => v.getUint32(at, true), size: (v, at) => v.getUint32(at, true), pointer: (v, at) => v.getUint32(at, true),
+  f32: (v, at) => v.getFloat32(at, true), f64: (v, at) => v.getFloat64(at, true), u64: (v, at) => v.getBigUint64(at, true),
+};
+const setters = {
+  i32: (v, at, x) => v.setInt32(at, x, true), u32: (v, at, x) => v.setUint32(at, x, true),
+  size: (v, at, x) => v.setUint32(at, x, true), pointer: (v, at, x) => v.setUint32(at, x, true),
+  f64: (v, at, x) => v.setFloat64(at, x, true), u64: (v, at, x) => v.setBigUint64(at, x, true),
+};
+
+/** One member of a struct at an address. */
+export function read(view, struct, address, name) {
+  const {offset, type, count} = struct.members[name];
+  if (count === undefined) return getters[type](view, address + offset);
+  return Array.from({length: count}, (_, i) => getters[type](view, address + offset + i * sizes[type]));
+}
+
+/** Sets the struct's size and the members that are given; what is not given stays zero. */
+export function write(view, struct, address, values) {
+  for (let i = 0; i < struct.bytes; ++i) view.setUint8(address + i, 0);
+  if (struct.members.size?.offset === 0) view.setUint32(address, struct.bytes, true);
+  for (const [name, value] of Object.entries(values)) {
+    const {offset, type} = struct.members[name];
+    setters[type](view, address + offset, value);
+  }
+}

@@ -1,0 +1,247 @@
+#!/usr/bin/env python3
+"""Builds sqmap for other systems and compares their answers with this machine's, bit by bit: ./dev anywhere [DOOR...].
+
+Doors: python, arm64 (run by qemu), windows (run by wine), wasm (run by Node; the npm package is build/anywhere/npm), debian13 (a
+root made by mmdebstrap, which ./dev build, the tests of the C interface and pip are run in). A door whose programs or packages are
+not here is skipped, and the last lines say why. Exit 0 unless a door that ran fails."""
+import argparse
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+BUILD = ROOT / "build/anywhere"
+NATIVE = ROOT / "build/release"
+PROGRAMS = ROOT / "tests/anywhere"
+HEADERS = ("hwy", "flatbuffers", "nlohmann", "CLI", "fast_float", "eigen3")
+
+
+class Skip(Exception):
+    """A door that cannot be tried here."""
+
+
+class Failed(Exception):
+    """A door whose answers differ."""
+
+
+def run(*command, cwd=ROOT, env=None):
+    """The output of a command. Raises Failed with its last lines."""
+    done = subprocess.run([str(c) for c in command], cwd=cwd, env={**os.environ, **(env or {})}, text=True,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
+    if done.returncode != 0:
+        raise Failed(f"{' '.join(map(str, command))} ended with {done.returncode}:\n" + "\n".join(done.stdout.splitlines()[-20:]))
+    return done.stdout
+
+
+def need(packages, *programs):
+    """Raises Skip where one of the programs is not here."""
+    if any(shutil.which(program) is None for program in programs):
+        raise Skip(f"missing here: apt-get install {packages}")
+
+
+def gather_headers():
+    """Headers and CMake packages that belong to no processor, apart from this machine's C headers."""
+    prefix = BUILD / "prefix"
+    (prefix / "include").mkdir(parents=True, exist_ok=True)
+    for name in HEADERS:
+        source, link = pathlib.Path("/usr/include") / name, prefix / "include" / name
+        if not source.exists():
+            raise Skip(f"/usr/include/{name} is not here: apt-get install libhwy-dev libflatbuffers-dev nlohmann-json3-dev "
+                       "libcli11-dev libfast-float-dev libeigen3-dev")
+        if not link.exists():
+            link.symlink_to(source)
+    for folder in ("cmake/nlohmann_json", "cmake/CLI11", "eigen3/cmake"):
+        shutil.copytree(pathlib.Path("/usr/share") / folder, prefix / "share" / folder, dirs_exist_ok=True)
+    return prefix
+
+
+def build(door, *targets):
+    """Configures a door's build with its toolchain file and builds targets."""
+    folder = BUILD / door
+    run("cmake", "-S", ROOT, "-B", folder, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release", f"-DSQMAP_PREFIX={gather_headers()}",
+        f"-DCMAKE_TOOLCHAIN_FILE={ROOT}/cmake/toolchains/{door}.cmake", "-DSQMAP_BUILD_TESTS=OFF", "-DSQMAP_BUILD_BENCH=OFF",
+        "-DSQMAP_BUILD_APPS=OFF")
+    run("cmake", "--build", folder, "-j", os.environ.get("SQMAP_JOBS", "1"), "--target", *targets)
+    return folder
+
+
+def native_programs():
+    """answers and bake on this machine."""
+    for name in ("answers", "bake"):
+        run("cc", "-std=c11", "-O1", "-Iinclude", PROGRAMS / f"{name}.c", "-o", BUILD / name, f"-L{NATIVE}/src/capi", "-lsqmap",
+            f"-Wl,-rpath,{NATIVE}/src/capi", "-lm")
+
+
+def prepare():
+    """Meshes, this machine's models and their answers: [(mesh or None, model, answers)]."""
+    BUILD.mkdir(parents=True, exist_ok=True)
+    native_programs()
+    program = NATIVE / "bin/sqmap"
+    torus = BUILD / "torus.obj"
+    run(program, "shapes", "torus", "-o", torus)
+    meshes = [torus]
+    shared = pathlib.Path(os.environ.get("SQMAP_SHARED_DIR", ROOT.parent / "shared")) / "meshes"
+    for folder in (shared, ROOT / "build/demo/meshes"):
+        meshes += [m for m in sorted(folder.glob("hand_*.obj"))[:1] + sorted(folder.glob("cow*.off"))[:1]]
+    cases = []
+    for mesh in meshes:
+        model = BUILD / f"{mesh.stem}.sqmap"
+        run(BUILD / "bake", mesh, model)
+        cases.append((mesh, model, run(BUILD / "answers", model)))
+    normal = BUILD / "torus_normal.sqmap"
+    run(program, "bake", torus, "--projection", "normal", "-o", normal)
+    cases.append((None, normal, run(BUILD / "answers", normal)))
+    return cases
+
+
+def compare_answers(cases, *command, env=None, path=str):
+    for _, model, expected in cases:
+        found = run(*command, path(model), env=env).replace("\r", "")
+        if found != expected:
+            raise Failed(f"{model.name}: this machine\n{expected}\nthere\n{found}")
+    return f"the same bits on {len(cases)} models, 100,000 points, all layers and distances"
+
+
+def depth_error(model):
+    """The 99th percentile of layer 3's depth error and its wrong verdicts, measured again by this machine."""
+    for line in run(NATIVE / "bin/sqmap", "info", model).splitlines():
+        if line.strip().startswith("depth:"):
+            return line.strip()
+    raise Failed(f"{model}: sqmap info prints no depth")
+
+
+def compare_bakes(cases, door, bake):
+    """Bakes every mesh there; bake(mesh, model)."""
+    said = []
+    for mesh, model, _ in cases:
+        if mesh is None:
+            continue
+        there = BUILD / door / model.name
+        begin = time.monotonic()
+        bake(mesh, there)
+        seconds = time.monotonic() - begin
+        same = there.read_bytes() == model.read_bytes()
+        if not same and depth_error(there).split(";")[0] != depth_error(model).split(";")[0]:
+            said.append(f"{model.stem}: here {depth_error(model)}, there {depth_error(there)}")
+        said.append(f"{model.stem} baked in {seconds:.1f} s: {'the same bytes' if same else 'other bytes'}")
+    return said
+
+
+def compile_programs(folder, compiler, *libraries):
+    for name in ("answers", "bake"):
+        suffix = ".exe" if "mingw" in compiler else ""
+        run(compiler, "-std=c11", "-O1", "-Iinclude", PROGRAMS / f"{name}.c", "-o", folder / f"bin/{name}{suffix}", *libraries)
+
+
+def door_python(cases):
+    if subprocess.run(["/usr/bin/python3", "-c", "import numpy"], check=False, capture_output=True).returncode != 0:
+        raise Skip("missing here: apt-get install python3-numpy")
+    env = {"SQMAP_LIBRARY": str(NATIVE / "src/capi/libsqmap.so"), "PYTHONPATH": str(ROOT / "python")}
+    return [compare_answers(cases, "/usr/bin/python3", PROGRAMS / "answers.py", env=env)]
+
+
+def door_arm64(cases):
+    need("g++-aarch64-linux-gnu qemu-user", "aarch64-linux-gnu-g++", "qemu-aarch64")
+    folder = build("arm64", "sqmap_c")
+    (folder / "bin").mkdir(exist_ok=True)
+    compile_programs(folder, "aarch64-linux-gnu-gcc", f"-L{folder}/src/capi", "-lsqmap", f"-Wl,-rpath,{folder}/src/capi", "-lm")
+    emulator = ("qemu-aarch64", "-L", "/usr/aarch64-linux-gnu")
+    said = [compare_answers(cases, *emulator, folder / "bin/answers")]
+    said += compare_bakes(cases, "arm64", lambda mesh, model: run(*emulator, folder / "bin/bake", mesh, model))
+    if any("other bytes" in line for line in said):
+        raise Failed("\n".join(said))
+    return said
+
+
+def windows_path(path):
+    return "Z:" + str(path).replace("/", "\\")
+
+
+def door_windows(cases):
+    need("g++-mingw-w64-x86-64-posix wine wine64", "x86_64-w64-mingw32-g++-posix", "wine")
+    folder = build("windows", "sqmap_c")
+    compile_programs(folder, "x86_64-w64-mingw32-gcc-posix", folder / "src/capi/libsqmap.dll.a", "-static")
+    env = {"WINEPREFIX": str(BUILD / "wine"), "WINEDEBUG": "-all"}
+    run("wine", "cmd", "/c", "exit", env=env)  # makes its folder, and says so
+    said = [compare_answers(cases, "wine", folder / "bin/answers.exe", env=env, path=windows_path)]
+    said += compare_bakes(cases, "windows",
+                          lambda mesh, model: run("wine", folder / "bin/bake.exe", windows_path(mesh), windows_path(model), env=env))
+    return said
+
+
+def door_wasm(cases):
+    need("emscripten nodejs", "emcc", "node")
+    # Debian's emscripten finds its modules of Node there, whoever's Node runs it.
+    os.environ.setdefault("NODE_PATH", "/usr/share/nodejs:/usr/lib/nodejs")
+    folder = build("wasm", "sqmap_core")
+    package = BUILD / "npm"
+    shutil.copytree(ROOT / "js", package, dirs_exist_ok=True)
+    shutil.copy(ROOT / "LICENSE", package)
+    shutil.copy(folder / "bin/core.mjs", package / "core.js")
+    shutil.copy(folder / "bin/core.wasm", package / "sqmap.wasm")
+    size = sum(f.stat().st_size for f in package.iterdir())
+    said = [f"the npm package is {size / 1e6:.2f} MB: {package}",
+            compare_answers(cases, "node", PROGRAMS / "answers.mjs", package)]
+    said += compare_bakes(cases, "wasm", lambda mesh, model: run("node", PROGRAMS / "bake.mjs", package, mesh, model))
+    said += run("node", PROGRAMS / "package_test.mjs", package).splitlines()[-1:]
+    return said
+
+
+def door_debian13(_):
+    need("mmdebstrap", "mmdebstrap")
+    if os.geteuid() != 0:
+        raise Skip("needs root")
+    root = BUILD / "debian13"
+    source = ("deb [signed-by=/usr/share/keyrings/debian-archive-keyring.gpg] http://deb.debian.org/debian trixie main")
+    packages = ("g++,cmake,ninja-build,python3,python3-numpy,python3-venv,python3-pip,libhwy-dev,libeigen3-dev,"
+                "libflatbuffers-dev,flatbuffers-compiler,nlohmann-json3-dev,libcli11-dev,libpng-dev,libgtest-dev,libbullet-dev")
+    if not (root / "etc/os-release").exists():
+        try:
+            run("mmdebstrap", "--variant=minbase", "--mode=root", f"--include={packages}", "trixie", root, source)
+        except Failed as e:
+            raise Skip(f"no Debian 13 can be made here: {str(e).splitlines()[-1]}") from e
+    inside = root / "sqmap"
+    files = run("git", "ls-files", "--cached", "--others", "--exclude-standard").split("\n")[:-1]
+    for name in files:
+        (inside / name).parent.mkdir(parents=True, exist_ok=True)
+        if (ROOT / name).exists():
+            shutil.copy2(ROOT / name, inside / name)
+    script = ("set -e; cd /sqmap; cmake --preset release -DSQMAP_BUILD_BENCH=OFF > /dev/null; "
+              f"cmake --build build/release -j {os.environ.get('SQMAP_JOBS', '1')} --target sqmap sqmap_c capi_test > build/log; "
+              "build/release/bin/capi_test --gtest_brief=1; "
+              "python3 -m venv --system-site-packages /venv; SQMAP_LIBRARY=/sqmap/build/release/src/capi/libsqmap.so "
+              "/venv/bin/pip install --no-index --no-build-isolation -q ./python; build/release/bin/sqmap shapes torus -o /torus.obj; "
+              "/venv/bin/python -c \"import sqmap; print(sqmap.bake('/torus.obj').signed_distance([[1, 0, 0]]))\"")
+    return run("chroot", root, "bash", "-c", script).splitlines()[-3:]
+
+
+DOORS = {"python": door_python, "arm64": door_arm64, "windows": door_windows, "wasm": door_wasm, "debian13": door_debian13}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("doors", nargs="*", metavar="DOOR", help=f"of {', '.join(DOORS)}; none: all")
+    wanted = parser.parse_args().doors or list(DOORS)
+    if unknown := [d for d in wanted if d not in DOORS]:
+        parser.error(f"there is no door {unknown[0]}; there are {', '.join(DOORS)}")
+    cases = prepare()
+    lines, status = [], 0
+    for door in wanted:
+        print(f"==> {door}", flush=True)
+        try:
+            said = DOORS[door](cases)
+            lines += [f"{door:9} passed   {line}" if i == 0 else f"{'':9}          {line}" for i, line in enumerate(said)]
+        except Skip as e:
+            lines.append(f"{door:9} skipped  {e}")
+        except Failed as e:
+            lines.append(f"{door:9} FAILED   {e}")
+            status = 1
+    print("\n".join(lines))
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,10 @@
+// Bakes a mesh file into a model file through the npm package.
+// usage: node bake.mjs PACKAGE MESH MODEL
+import {readFileSync, writeFileSync} from "node:fs";
+import {basename, resolve} from "node:path";
+import {pathToFileURL} from "node:url";
+
+const [folder, mesh, model] = process.argv.slice(2);
+const {load} = await import(pathToFileURL(resolve(folder, "index.js")));
+const baked = (await load()).bakeFile(basename(mesh), readFileSync(mesh));
+writeFileSync(model, baked.toBytes());

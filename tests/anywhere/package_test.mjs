@@ -1,0 +1,122 @@
+// The npm package: what it answers, and what it says of bad input. Prints the number of checks.
+// usage: node package_test.mjs PACKAGE
+import assert from "node:assert/strict";
+import {resolve} from "node:path";
+import {pathToFileURL} from "node:url";
+
+const {load, SqmapError} = await import(pathToFileURL(resolve(process.argv[2], "index.js")));
+const sqmap = await load();
+
+/** A box from -1 to 1, each side of n x n squares. */
+function box(n) {
+  const vertices = [], triangles = [], numbers = new Map();
+  const vertex = (p) => {
+    const key = p.join();
+    if (!numbers.has(key)) {
+      numbers.set(key, vertices.length);
+      vertices.push(p);
+    }
+    return numbers.get(key);
+  };
+  for (let axis = 0; axis < 3; ++axis)
+    for (const side of [-1, 1])
+      for (let i = 0; i < n; ++i)
+        for (let j = 0; j < n; ++j) {
+          const at = (u, v) => {
+            const p = [0, 0, 0];
+            p[axis] = side;
+            p[(axis + 1) % 3] = (2 * (i + u)) / n - 1;
+            p[(axis + 2) % 3] = (2 * (j + v)) / n - 1;
+            return vertex(p);
+          };
+          const [a, b, c, d] = [at(0, 0), at(1, 0), at(1, 1), at(0, 1)];
+          triangles.push(...(side > 0 ? [[a, b, c], [a, c, d]] : [[a, c, b], [a, d, c]]));
+        }
+  return {vertices, triangles};
+}
+
+let checks = 0;
+function check(name, action) {
+  action();
+  ++checks;
+}
+function refuses(name, code, element, action) {
+  check(name, () => assert.throws(action, (e) => {
+    assert.ok(e instanceof SqmapError, `${name}: ${e}`);
+    assert.equal(e.name, code);
+    assert.match(e.element, element);
+    assert.ok(e.cure.length > 0);
+    return true;
+  }));
+}
+
+const stages = [];
+const model = sqmap.bake(box(6), {source: "box", progress: (stage) => void stages.push(stage)});
+check("facts", () => {
+  const facts = model.facts;
+  assert.ok(facts.isSolid && facts.hasExact && !facts.isNormal);
+  assert.ok(Math.abs(facts.rMax - Math.sqrt(12)) < 1e-6);
+  assert.equal(facts.triangles, 6 * 36 * 2);
+  assert.equal(facts.bytes, model.toBytes().length);
+});
+check("progress", () => assert.ok(stages.length > 3));
+check("info", () => assert.equal(model.info.parts.length, model.facts.parts));
+check("points", () => {
+  const a = model.query([[0, 0, 0.9], [0, 0, 1.1], [0.5, 0, -0.99]], {layer: "exact"});
+  assert.deepEqual([...a.contact], [1, 0, 1]);
+  assert.ok(Math.abs(a.depth[0] - 0.1) < 1e-6 && Math.abs(a.normal[2] - 1) < 1e-6 && Math.abs(a.depth[2] - 0.01) < 1e-6);
+  assert.equal(a.contacts, 2);
+});
+check("distances on both sides", () => {
+  const d = model.distances([0, 0, 0.9, 0, 0, 3, 2, 2, 1]);
+  assert.ok(Math.abs(d.distance[0] + 0.1) < 1e-6 && Math.abs(d.distance[1] - 2) < 1e-6);
+  assert.ok(Math.abs(d.distance[2] - Math.SQRT2) < 1e-6);
+});
+check("a pose moves the model", () => {
+  const pose = [1, 0, 0, 5, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
+  assert.deepEqual([...model.query([5, 0, 0.9, 0, 0, 0.9], {pose}).contact], [1, 0]);
+});
+check("closest points", () => {
+  const c = model.closestPoints([[3, 0, 0]]);
+  assert.ok(Math.abs(c.distance[0] - 2) < 1e-6 && Math.abs(c.closest[0] - 1) < 1e-6);
+});
+check("bytes and back", () => {
+  const again = sqmap.open(model.toBytes());
+  const points = Float64Array.from({length: 3000}, (_, i) => Math.sin(i * 12.9898) * 1.2);
+  assert.deepEqual(again.query(points), model.query(points));
+  again.close();
+});
+check("probe", () => {
+  const probe = sqmap.probe([[0, 0, 0], [0, 0, 0.2], [0, 0, 3]]);
+  const found = model.probe(probe, {probePose: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0.9, 0, 0, 0, 1]});
+  assert.equal(found.found, 1);
+  assert.equal(found.contacts[0].index, 0);
+  assert.ok(Math.abs(found.contacts[0].depth - 0.1) < 1e-3 && Math.abs(found.contacts[0].point[2] - 1) < 1e-3);
+  probe.close();
+});
+check("the same bytes twice", () => {
+  const a = sqmap.bake(box(6), {source: "box"});
+  assert.deepEqual(a.toBytes(), model.toBytes());
+  a.close();
+});
+
+refuses("no mesh", "E_ARGUMENT", /vertices/, () => sqmap.bake({vertices: "x", triangles: []}));
+refuses("an open mesh", "E_OPEN", /edge|component|face/, () => {
+  const {vertices, triangles} = box(6);
+  sqmap.bake({vertices, triangles: triangles.slice(5)}, {repair: "none"});
+});
+refuses("a face beyond the vertices", "E_INDEX", /face/, () => sqmap.bake({vertices: [[0, 0, 0]], triangles: [[0, 1, 9]]}));
+refuses("bytes that are no model", "E_MODEL", /bytes|model/, () => sqmap.open(new Uint8Array(64)));
+refuses("a model cut short", "E_MODEL", /bytes|model/, () => sqmap.open(model.toBytes().slice(0, 5000)));
+refuses("no bytes", "E_ARGUMENT", /bytes/, () => sqmap.open("model"));
+refuses("a wrong layer", "E_ARGUMENT", /layer/, () => model.query([[0, 0, 0]], {layer: 7}));
+refuses("half a point", "E_ARGUMENT", /points/, () => model.query([1, 2, 3, 4]));
+refuses("a pose of nine numbers", "E_ARGUMENT", /pose/, () => model.query([1, 2, 3], {pose: [1, 0, 0, 0, 1, 0, 0, 0, 1]}));
+refuses("a pose that is not rigid", "E_ARGUMENT", /pose/, () => model.query([1, 2, 3], {pose: new Array(16).fill(2)}));
+refuses("stopped", "E_CANCELLED", /./, () => sqmap.bake(box(6), {progress: () => false}));
+check("an exception of progress goes through", () =>
+  assert.throws(() => sqmap.bake(box(6), {progress: () => { throw new TypeError("mine"); }}), TypeError));
+check("NaN is answered", () => assert.ok(Number.isNaN(model.distances([NaN, 0, 0]).distance[0])));
+model.close();
+refuses("a closed model", "E_HANDLE", /Model/, () => model.query([[0, 0, 0]]));
+console.log(`package: ${checks} checks of sqmap ${sqmap.version}`);

@@ -1,0 +1,12 @@
+# Compiles the C# file with its test and runs that on a baked ball.
+file(MAKE_DIRECTORY ${FOLDER})
+function(run)
+  execute_process(COMMAND ${ARGN} WORKING_DIRECTORY ${FOLDER} RESULT_VARIABLE code)
+  if(NOT code EQUAL 0)
+    message(FATAL_ERROR "${ARGN} ended with ${code}")
+  endif()
+endfunction()
+run(${PROGRAM} shapes sphere -o ball.obj)
+run(${PROGRAM} bake ball.obj -o ball.sqmap)
+run(${MCS} -out:CsharpTest.exe ${SOURCE}/bindings/csharp/Sqmap.cs ${SOURCE}/tests/bindings/CsharpTest.cs)
+run(${CMAKE_COMMAND} -E env LD_LIBRARY_PATH=${LIBRARY} ${MONO} CsharpTest.exe ball.sqmap)
