@@ -173,14 +173,16 @@ void read_archive(const fs::path& path, int file, Results& results)
     const io::ModelArchive archive(path);
     each_line(archive.rows(), [&](std::string_view line) {
         Row row = row_of(line);
-        if (!row.key.empty() && row.outcome.verdict() != "killed")
-            results.insert_or_assign(std::move(row.key),
-                                     Finished{.outcome = std::move(row.outcome), .measured = "", .sha256 = ""});
+        const std::string_view verdict = row.outcome.verdict();
+        if (row.key.empty() || verdict == "killed") return;
+        const auto [here, is_new] = results.try_emplace(std::move(row.key));
+        // One key may have run out of time in one shard and not in another.
+        if (is_new || (here->second.model_size == 0 && is_baked(verdict))) here->second.outcome = std::move(row.outcome);
     });
     for (std::size_t i = 0; i < archive.size(); ++i) {
         const io::ArchivedModel model = archive.entry(i);
         const auto found = results.find(model.key);
-        if (found == results.end()) continue;
+        if (found == results.end() || found->second.model_size > 0) continue;
         Finished& f = found->second;
         f.sha256 = model.sha256;
         f.file = file;

@@ -145,13 +145,14 @@ Baked baked_or_refused(const Source& source, const Settings& settings, int outpu
 
 }  // namespace
 
-std::string key_of(std::span<const std::byte> bytes, const fs::path& name, const Settings& settings)
+std::string key_of(std::span<const std::byte> bytes, const Source& source, const Settings& settings)
 {
+    const std::string ending = ending_of(source.file);
     Sha256 hash;
-    hash.add("sqmap batch 1\n" + settings.made_by + "\n" + settings.options + "\n" + ending_of(name) + "\n");
+    hash.add("sqmap batch 1\n" + settings.made_by + "\n" + settings.options + "\n" + ending + "\n");
     hash.add(sha256(text_of(bytes)));
-    if (ending_of(name) == ".gltf") {
-        for (const fs::path& beside : io::buffers_beside(bytes, name.parent_path())) {
+    if (ending == ".gltf" && !source.bytes) {
+        for (const fs::path& beside : io::buffers_beside(bytes, source.file.parent_path())) {
             std::vector<std::byte> buffer;
             if (!read_file(beside, settings.load.limits.max_bytes, buffer)) hash.add(sha256(text_of(buffer)));
         }
@@ -168,7 +169,7 @@ void bake_item(const Source& source, const Settings& settings, int channel, int 
             return;
         }
     }
-    say(channel, k_key + key_of(source.bytes ? *source.bytes : read, source.file, settings));
+    say(channel, k_key + key_of(source.bytes ? *source.bytes : read, source, settings));
     read = {};
     char answer = k_skip;
     if (::read(channel, &answer, 1) != 1 || answer != k_go) return;

@@ -22,14 +22,14 @@ struct Settings {
     bool pictures = true;
 };
 
-/// Key of a mesh: of its bytes, those of the files that it names, the ending of its name, the options and the version.
-[[nodiscard]] std::string key_of(std::span<const std::byte> bytes, const std::filesystem::path& name, const Settings& settings);
-
 /// Where the bytes of a mesh are.
 struct Source {
     std::filesystem::path file;                         ///< to read; of a member, its name
     std::optional<std::span<const std::byte>> bytes{};  ///< of a member of an archive
 };
+
+/// Key of a mesh: of its bytes, those of the files that it names, the ending of its name, the options and the version.
+[[nodiscard]] std::string key_of(std::span<const std::byte> bytes, const Source& source, const Settings& settings);
 
 // Messages to the driver, a line each. "F" and a JSON text: the outcome of a mesh that cannot be read. "K" and its key: one byte
 // comes back, k_go to bake it. "D" and four texts: bytes of model, picture and outcome, which follow each other in the output,

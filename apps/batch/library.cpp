@@ -110,13 +110,7 @@ Contents::Contents(const std::vector<fs::path>& archives)
 {
     for (const fs::path& path : archives) {
         files_.push_back(open_file(path));
-        Results found;
-        read_archive(path, files_.back().get(), found);
-        for (auto& [key, finished] : found) {
-            const auto [here, is_new] = results_.try_emplace(key, finished);
-            // One key may have run out of time in one shard and not in another.
-            if (!is_new && here->second.model_size == 0 && finished.model_size > 0) here->second = std::move(finished);
-        }
+        read_archive(path, files_.back().get(), results_);
         const fs::path measured = Library::measured_of(path);
         each_line(read_all(measured), [&](std::string_view line) {
             const auto known = results_.find(key_of_measured(line));
@@ -124,6 +118,8 @@ Contents::Contents(const std::vector<fs::path>& archives)
         });
         read_rows(path);
     }
+    for (Row& row : rows_)
+        if (results_.contains(row.key)) row.outcome = {};
     const auto less = [](const Row& a, const Row& b) { return a.item < b.item; };
     std::stable_sort(rows_.begin(), rows_.end(), less);
     const auto same = [](const Row& a, const Row& b) { return a.item == b.item; };
@@ -136,7 +132,7 @@ void Contents::read_rows(const fs::path& path)
     each_line(archive.rows(), [&](std::string_view line) {
         Row row = row_of(line);
         if (row.item == R"({"path":null)") return;
-        if (!row.key.empty() && results_.contains(row.key)) row.outcome = {};
+        if (!row.key.empty() && row.outcome.verdict() != "killed") row.outcome = {};
         rows_.push_back(std::move(row));
     });
 }

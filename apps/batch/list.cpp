@@ -25,17 +25,13 @@ void list(const Library& library, bool json)
     const Contents contents(library.archives());
     for (const Row& row : contents.rows()) {
         const double seconds = seconds_of(contents, row);
-        std::string line = contents.line(row);
+        const Row whole{row.item, row.key, contents.outcome(row)};
         if (json) {
+            std::string line = whole.line();
             line.pop_back();
             std::printf("%s,\"seconds\":%.3f}\n", line.c_str(), seconds);
         } else {
-            const nlohmann::json item = nlohmann::json::parse(line);
-            const std::string member = item.value("member", "");
-            const std::string_view verdict = contents.outcome(row).verdict();
-            std::printf("%-10.*s %8.2f  %s%s%s%s%s\n", static_cast<int>(verdict.size()), verdict.data(), seconds,
-                        item.value("path", "").c_str(), member.empty() ? "" : " ", member.c_str(),
-                        item.contains("reason") ? ": " : "", item.value("reason", "").c_str());
+            std::printf("%8.2f  %s\n", seconds, sentence(whole).c_str());
         }
     }
 }

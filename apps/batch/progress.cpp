@@ -18,11 +18,6 @@ std::string duration(double seconds)
     return whole >= 60 ? std::to_string(whole / 60) + " min" : std::to_string(whole) + " s";
 }
 
-bool is_baked(std::string_view verdict)
-{
-    return verdict == "accept" || verdict == "repaired" || verdict == "closed" || verdict == "wrapped";
-}
-
 }  // namespace
 
 Progress::Progress(ProgressMode mode, std::size_t items) : mode_(mode), is_terminal_(::isatty(STDERR_FILENO) != 0), items_(items)
@@ -42,7 +37,7 @@ void Progress::add(const Row& row, double seconds, bool is_new)
         std::fflush(stdout);
     } else if (mode_ == ProgressMode::Auto && is_new && !is_baked(verdict)) {
         if (is_terminal_) std::fprintf(stderr, "\r\033[K");
-        std::fprintf(stderr, "%s\n", row.line().c_str());
+        std::fprintf(stderr, "%s\n", sentence(row).c_str());
     }
     if (Clock::now() - last_ >= (is_terminal_ ? 200ms : 30s)) show(false);
 }

@@ -51,7 +51,8 @@ private:
     Results found_;
 };
 
-/// The results of an archive of io::ModelArchive that is open as file.
+/// Adds the results of an archive of io::ModelArchive that is open as file. Those that are there stay, unless they alone lack a
+/// model.
 void read_archive(const std::filesystem::path& path, int file, Results& results);
 
 /// Writes an archive of those results that have models, with rows as its lines: under another name, synced, renamed. The same

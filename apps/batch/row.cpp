@@ -4,6 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+
 namespace sqmap::batch {
 namespace {
 
@@ -43,6 +45,11 @@ std::string_view Outcome::verdict() const
     return rest.substr(0, rest.find('"'));
 }
 
+bool is_baked(std::string_view verdict)
+{
+    return verdict == "accept" || verdict == "repaired" || verdict == "closed" || verdict == "wrapped";
+}
+
 Outcome outcome_of(std::string_view verdict, const Fault& fault)
 {
     return {dumped({{"verdict", verdict},
@@ -57,6 +64,17 @@ std::string Row::line() const
     std::string out = item;
     if (!key.empty()) out.append(k_key).append(key).append("\"");
     return out.append(",").append(outcome.text, 1);
+}
+
+std::string sentence(const Row& row)
+{
+    const ordered_json all = ordered_json::parse(row.line());
+    std::string out(row.outcome.verdict());
+    out.resize(std::max<std::size_t>(out.size(), 10), ' ');
+    out += " " + all.value("path", "");
+    if (all.contains("member")) out += " " + all.value("member", "");
+    if (all.contains("reason")) out += ": " + all.value("reason", "");
+    return out;
 }
 
 Row row_of(const Item& item, std::string key, Outcome outcome)

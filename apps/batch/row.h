@@ -26,6 +26,9 @@ struct Outcome {
     [[nodiscard]] std::string_view verdict() const;
 };
 
+/// "accept", "repaired", "closed" or "wrapped": there is a model.
+[[nodiscard]] bool is_baked(std::string_view verdict);
+
 /// verdict: "refused", "unreadable", "duplicate", "timeout", "memory", "output", "crash" or "killed".
 [[nodiscard]] Outcome outcome_of(std::string_view verdict, const Fault& fault);
 
@@ -37,6 +40,9 @@ struct Row {
 
     [[nodiscard]] std::string line() const;
 };
+
+/// A row for people: verdict, path, member and reason.
+[[nodiscard]] std::string sentence(const Row& row);
 
 /// A path that is not UTF-8 is given with replaced characters, and as hexadecimal digits in "path_hex" too.
 [[nodiscard]] Row row_of(const Item& item, std::string key, Outcome outcome);

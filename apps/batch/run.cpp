@@ -219,7 +219,8 @@ private:
         Source source{.file = item.member.empty() ? file_of(item, root_) : std::filesystem::path(item.member)};
         if (task.bytes) source.bytes = std::as_bytes(std::span(*task.bytes));
         const auto work = [&](int channel, int output) { bake_item(source, plan_.settings, channel, output); };
-        jobs_.push_back(Job{std::move(task), Child(work, plan_.caps), "", "", ""});
+        Child child(work, plan_.caps);  // before the task moves: it reads the task's bytes
+        jobs_.push_back(Job{std::move(task), std::move(child), "", "", ""});
     }
 
     void wait()

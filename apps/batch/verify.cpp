@@ -36,9 +36,7 @@ private:
         each_line(archive_.rows(), [&](std::string_view line) {
             const Row row = row_of(line);
             ++out_.rows;
-            const std::string_view verdict = row.outcome.verdict();
-            if (!row.key.empty())
-                wanted_[row.key] = verdict == "accept" || verdict == "repaired" || verdict == "closed" || verdict == "wrapped";
+            if (!row.key.empty()) wanted_[row.key] = is_baked(row.outcome.verdict());
         });
     }
 

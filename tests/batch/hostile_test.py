@@ -71,7 +71,7 @@ class Hostile(BatchTest):
 
     def test_caps_are_verdicts_that_can_be_tried_again(self):
         ellipsoids("meshes", 2)
-        grid("meshes/work.off", 20)
+        grid("meshes/work.off", 40)
         self.bake("meshes", "-o", "out", "--time", "1")
         self.assertEqual(rows("out")["work.off"]["verdict"], "timeout")
         self.bake("meshes", "-o", "out", "--time", "60")

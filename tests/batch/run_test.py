@@ -171,17 +171,21 @@ class Archives(BatchTest):
         with zipfile.ZipFile("a.zip", "w", zipfile.ZIP_DEFLATED) as archive:
             archive.write("meshes/0000.off", "deep/0000.off")
             archive.write("meshes/0001.off", "readme.txt")
+            archive.writestr("tiny.off", "OFF\n")
+        pathlib.Path("tiny.off").write_text("OFF\n")
         with tarfile.open("b.tar.gz", "w:gz") as archive:
             archive.add("meshes/0001.off")
             archive.add("meshes/0002.off")
         pathlib.Path("m.jsonl").write_text('{"path": "a.zip"}\n{"path": "b.tar.gz"}\n{"path": "meshes/0000.off"}\n'
-                                           '{"path": "b.tar.gz", "member": "absent.off"}\n')
+                                           '{"path": "b.tar.gz", "member": "absent.off"}\n{"path": "tiny.off"}\n')
         for jobs in ("1", "2"):
             self.bake("m.jsonl", "-o", "out" + jobs, "--jobs", jobs)
             found = rows("out" + jobs)
             self.assertEqual({p: r["verdict"] for p, r in found.items()},
                              {"a.zip/deep/0000.off": "accept", "b.tar.gz/meshes/0001.off": "accept", "b.tar.gz/meshes/0002.off": "accept",
-                              "meshes/0000.off": "accept", "b.tar.gz/absent.off": "unreadable"})
+                              "meshes/0000.off": "accept", "b.tar.gz/absent.off": "unreadable", "a.zip/tiny.off": "refused",
+                              "tiny.off": "refused"})
+            self.assertEqual(found["a.zip/tiny.off"]["key"], found["tiny.off"]["key"])
             self.assertEqual(found["a.zip/deep/0000.off"]["key"], found["meshes/0000.off"]["key"])
 
     def test_a_hostile_archive_is_rows_and_writes_nothing(self):
