@@ -1,0 +1,228 @@
+#!/usr/bin/env python3
+"""The documentation as a site: build/docs/site/index.html. Guides and references of C++, C, Python and JavaScript, notebooks with
+their output, the format, the changelog. A broken link or a public name without documentation fails.
+
+usage: docs_site.py [--without-notebooks]
+"""
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+BUILD = ROOT / "build/docs"
+SOURCE = BUILD / "source"
+PYTHON = "/usr/bin/python3"  # Debian's, which has Sphinx
+
+CONF = '''
+project = "sqmap"
+author = "the sqmap authors"
+copyright = "the sqmap authors, Apache-2.0"
+extensions = ["myst_parser", "breathe", "sphinx.ext.autodoc"]
+html_theme = "furo"
+html_title = "sqmap"
+exclude_patterns = []
+myst_heading_anchors = 4
+myst_enable_extensions = ["dollarmath"]
+breathe_projects = {"sqmap": "XML"}
+breathe_default_project = "sqmap"
+autodoc_member_order = "bysource"
+autodoc_typehints = "signature"
+highlight_language = "none"
+suppress_warnings = ["myst.header", "misc.highlighting_failure"]
+cpp_id_attributes = ["SQMAP_API"]
+c_id_attributes = ["SQMAP_API"]
+'''
+
+DOXYFILE = '''
+PROJECT_NAME = sqmap
+INPUT = "{include}"
+RECURSIVE = YES
+FILE_PATTERNS = *.h
+OUTPUT_DIRECTORY = "{out}"
+GENERATE_HTML = NO
+GENERATE_LATEX = NO
+GENERATE_XML = YES
+JAVADOC_AUTOBRIEF = YES
+ENABLE_PREPROCESSING = YES
+MACRO_EXPANSION = YES
+EXPAND_ONLY_PREDEF = YES
+PREDEFINED = SQMAP_API=
+EXTRACT_ALL = NO
+QUIET = YES
+WARNINGS = NO
+ALIASES = "pre=@par Precondition:^^" "throw=@par Throws:^^"
+'''
+
+INDEX = '''# sqmap
+
+```{{toctree}}
+:maxdepth: 1
+:caption: Start
+
+README
+docs/examples
+docs/guide/python
+docs/guide/c
+docs/guide/javascript
+docs/guide/anywhere
+docs/guide/view
+docs/guide/pictures
+docs/guide/dress
+docs/guide/paper
+{guides}
+```
+
+```{{toctree}}
+:maxdepth: 1
+:caption: Notebooks
+
+{notebooks}
+```
+
+```{{toctree}}
+:maxdepth: 1
+:caption: Reference
+
+reference/cpp
+reference/c
+reference/python
+reference/javascript
+{reference}
+CHANGELOG
+CONTRIBUTING
+```
+
+```{{toctree}}
+:maxdepth: 1
+:caption: How it works
+
+docs/architecture
+{algorithms}
+```
+
+```{{toctree}}
+:maxdepth: 1
+:caption: Measurements
+
+{measurements}
+```
+'''
+
+
+def run(*command, **options):
+    done = subprocess.run([str(c) for c in command], text=True, capture_output=True, check=False, **options)
+    if done.returncode != 0:
+        sys.exit(f"{' '.join(map(str, command))}\n{done.stdout[-6000:]}{done.stderr[-6000:]}")
+    return done.stdout
+
+
+def copy_pages():
+    """Pages keep their folders, so that links between them hold; links to sources become their names."""
+    pages = [ROOT / n for n in ("README.md", "CHANGELOG.md", "CONTRIBUTING.md")] + sorted((ROOT / "docs").rglob("*.md"))
+    for page in pages:
+        target = SOURCE / page.relative_to(ROOT)
+        target.parent.mkdir(parents=True, exist_ok=True)
+
+        def link(match, page=page):
+            text, address = match.groups()
+            path = (page.parent / address.split("#")[0]).resolve()
+            if re.match(r"[a-z]+:|#", address) or path.suffix == ".md" or path.suffix in (".png", ".svg", ".gif", ".jpg"):
+                return match.group(0)
+            if not path.exists():
+                sys.exit(f"{page.relative_to(ROOT)}: {address} does not exist")
+            return text if text.startswith("`") else f"`{text}`"
+
+        target.write_text(re.sub(r"(?<!!)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^)\s]+)\)", link, page.read_text()))
+    shutil.copytree(ROOT / "docs/images", SOURCE / "docs/images", dirs_exist_ok=True)
+
+
+def write_cpp_reference():
+    """A page for each public folder: what its headers declare."""
+    folder = SOURCE / "reference"
+    folder.mkdir(parents=True, exist_ok=True)
+    names = []
+    for group in sorted(p for p in (ROOT / "include/sqmap").iterdir() if p.is_dir()):
+        names.append(f"cpp_{group.name}")
+        parts = [f"# {group.name}\n"]
+        for header in sorted(group.glob("*.h")):
+            path = header.relative_to(ROOT / "include")
+            parts.append(f"## {path}\n\n```{{doxygenfile}} {path}\n:project: sqmap\n```\n")
+        (folder / f"cpp_{group.name}.md").write_text("\n".join(parts))
+    listed = "\n".join(names)
+    (folder / "cpp.md").write_text(f"# C++\n\nOne page for each folder of `include/sqmap`.\n\n```{{toctree}}\n:maxdepth: 2\n\n{listed}\n```\n")
+    (folder / "c.md").write_text("# C\n\n```{literalinclude} sqmap.h\n:language: c\n```\n")
+    shutil.copy(ROOT / "include/sqmap.h", folder)
+    (folder / "javascript.md").write_text("# JavaScript\n\n```{literalinclude} index.d.ts\n:language: typescript\n```\n")
+    shutil.copy(ROOT / "js/index.d.ts", folder)
+    (folder / "python.md").write_text("# Python\n\n```{eval-rst}\n.. automodule:: sqmap\n   :members:\n   :imported-members:\n```\n")
+
+
+def check_python_documentation(env):
+    """Every public name of the package says what it is."""
+    program = ("import sqmap, inspect\n"
+               "bad = []\n"
+               "for name in sqmap.__all__:\n"
+               "    value = getattr(sqmap, name)\n"
+               "    if not (inspect.isclass(value) or inspect.isfunction(value)): continue\n"
+               "    if not inspect.getdoc(value): bad.append(name)\n"
+               "    for key, member in vars(value).items() if inspect.isclass(value) else ():\n"
+               "        member = getattr(member, 'fget', None) or getattr(member, '__func__', member)\n"
+               "        if not key.startswith('_') and inspect.isfunction(member) and not inspect.getdoc(member): bad.append(f'{name}.{key}')\n"
+               "print(*bad)\n")
+    if undocumented := run(PYTHON, "-c", program, env=env).split():
+        sys.exit("without documentation: " + ", ".join(undocumented))
+
+
+def write_notebooks(env):
+    """Each notebook executed, as a page with its pictures."""
+    names = []
+    for notebook in sorted((ROOT / "docs/notebooks").glob("*.ipynb")):
+        run(PYTHON, "-m", "nbconvert", "--to", "markdown", "--execute", "--output-dir", SOURCE / "notebooks", notebook, env=env)
+        page = SOURCE / "notebooks" / f"{notebook.stem}.md"
+        page.write_text(re.sub(r"!\[png\]", "![what the cell draws]", page.read_text()))
+        names.append(f"notebooks/{notebook.stem}")
+    return names
+
+
+def pages_of(pattern, but=()):
+    return [str(p.relative_to(SOURCE).with_suffix("")) for p in sorted(SOURCE.glob(pattern)) if p.stem not in but]
+
+
+def main():
+    if not (ROOT / "build/release/src/capi/libsqmap.so").exists():
+        sys.exit("first ./dev build")
+    env = {**os.environ, "PYTHONPATH": str(ROOT / "python"), "SQMAP_LIBRARY": str(ROOT / "build/release/src/capi/libsqmap.so"),
+           "SQMAP_PROGRAM": str(ROOT / "build/release/bin/sqmap")}
+    shutil.rmtree(SOURCE, ignore_errors=True)
+    SOURCE.mkdir(parents=True)
+    copy_pages()
+    check_python_documentation(env)
+    write_cpp_reference()
+    notebooks = [] if "--without-notebooks" in sys.argv else write_notebooks(env)
+    (BUILD / "Doxyfile").write_text(DOXYFILE.format(include=ROOT / "include/sqmap", out=BUILD))
+    run("doxygen", BUILD / "Doxyfile", cwd=ROOT / "include")
+    for xml in (BUILD / "xml").glob("*.xml"):  # doxygen takes a digit separator for a character
+        xml.write_text(re.sub(r"(\d) &apos;(\d)|(\d) '(\d)", r"\1\3\2\4", xml.read_text()))
+    guides = pages_of("docs/guide/*.md", ("python", "c", "javascript", "anywhere", "view", "pictures", "dress", "paper"))
+    measured = ("measurements", "bench", "reproduction")
+    (SOURCE / "index.md").write_text(INDEX.format(
+        guides="\n".join(guides), notebooks="\n".join(notebooks),
+        reference="\n".join(pages_of("docs/*.md", ("architecture", "examples", *measured))),
+        algorithms="\n".join(pages_of("docs/algorithms/*.md")),
+        measurements="\n".join([f"docs/{m}" for m in measured] + pages_of("docs/notes/*.md"))))
+    (SOURCE / "conf.py").write_text(CONF.replace('"XML"', repr(str(BUILD / "xml"))))
+    warnings = BUILD / "warnings.txt"
+    run(PYTHON, "-m", "sphinx", "-q", "-w", warnings, "-b", "html", SOURCE, BUILD / "site", env=env)
+    # Breathe names a namespace once for every header of it, and Sphinx tells of each.
+    wrong = [line for line in warnings.read_text().splitlines()
+             if re.search("WARNING|ERROR|CRITICAL", line) and not ("/reference/cpp_" in line and "uplicate" in line)]
+    if wrong:
+        sys.exit("\n".join(wrong))
+    print(f"{len(list((BUILD / 'site').rglob('*.html')))} pages: {BUILD / 'site/index.html'}")
+
+
+if __name__ == "__main__":
+    main()
