@@ -6,6 +6,7 @@
 #include "sqmap/io/model_file.h"
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/shapes.h"
+#include "viewer/server/http/kept_token.h"
 #include "viewer/server/http/page.h"
 #include "viewer/server/http/server.h"
 #include "viewer/server/scene/object.h"
@@ -29,6 +30,7 @@ struct Arguments {
     std::vector<std::string> files;
     std::string projection = "central";
     std::uint16_t port = 0;
+    bool open = false;
     viewer::SceneOptions viewer{};
 };
 
@@ -111,12 +113,15 @@ int view(const Arguments& arguments)
     ::pthread_sigmask(SIG_BLOCK, &signals, nullptr);
     viewer::Viewer content(std::move(objects), arguments.viewer);
     try {
-        viewer::Server server(content, {.port = arguments.port, .token = viewer::random_token()});
+        viewer::Server server(content,
+                              {.port = arguments.port, .token = viewer::kept_token(viewer::state_folder(), arguments.port)});
         content.attach(server);
         std::printf("open  %s\n", server.url().c_str());
         if (!viewer::has_page()) std::printf("  this program was built without the page: run ./dev view\n");
         std::printf("  for this machine alone; Ctrl-C ends it\n");
         std::fflush(stdout);
+        if (arguments.open && !viewer::open_in_browser(viewer::state_folder(), server.url()))
+            std::fprintf(stderr, "no browser was started\n  cure: open the address above by hand\n");
         const Ending ending(content, server, signals);
         server.run();
     } catch (const std::system_error& e) {
@@ -136,7 +141,11 @@ void add_view(CommandLine& line)
     const auto arguments = std::make_shared<Arguments>();
     command.option("files", arguments->files, "Models (.sqmap) and meshes, which are baked first; none: two shapes to begin with")
         .existing_file();
-    command.option("--port", arguments->port, "Port on this machine; 0: any that is free").shows_default();
+    command
+        .option("--port", arguments->port,
+                "Port on this machine; 0: any that is free. A named one keeps its address when the program is started anew")
+        .shows_default();
+    command.flag("--open", arguments->open, "Open the address in the browser, too");
     command
         .option("--projection", arguments->projection, "Maps of meshes that are baked here: central, or normal: the paper's own")
         .one_of({"central", "normal"})

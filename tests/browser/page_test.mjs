@@ -1,82 +1,21 @@
 // The page of `sqmap view` in Chromium: what a person would do, and what the program says beside it.
 // usage: node page_test.mjs SQMAP CHROMIUM FOLDER     screenshots go to FOLDER; exit 0 where every claim holds
 import assert from 'node:assert/strict';
-import { execFileSync, spawn } from 'node:child_process';
+import { execFileSync } from 'node:child_process';
 import fs from 'node:fs';
-import { createRequire } from 'node:module';
 import path from 'node:path';
-import { fileURLToPath } from 'node:url';
+import { drop as dropped, feel as felt, folder, onSurface, openPage, require, run, settled, sqmap, start, test, unfold, until } from './harness.mjs';
 
-const [, , sqmap, chromium, folder] = process.argv;
-const web = path.join(path.dirname(fileURLToPath(import.meta.url)), '../../apps/viewer/web/');
-const { chromium: browserType } = createRequire(web)('playwright-core');
-const gltf = createRequire(web)('gltf-validator');
-fs.rmSync(folder, { recursive: true, force: true });
-fs.mkdirSync(folder, { recursive: true });
-
-const program = spawn(sqmap, ['view'], { stdio: ['ignore', 'pipe', 'inherit'] });
-process.on('exit', () => program.kill());
-const url = await new Promise((resolve, reject) => {
-  let text = '';
-  program.stdout.on('data', (d) => { text += d; const m = /http:\S+/.exec(text); if (m) resolve(m[0]); });
-  program.on('exit', (code) => reject(new Error(`sqmap view ended with ${code}`)));
-});
-
-// Software rendering: the machine that tests has no graphics card.
-const browser = await browserType.launch({ executablePath: chromium, args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'] });
-const complaints = [];
-async function open(options = {}) {
-  const page = await browser.newPage({ viewport: { width: 1100, height: 720 }, colorScheme: 'light', acceptDownloads: true, ...options });
-  page.setDefaultTimeout(60000);
-  page.on('pageerror', (e) => complaints.push(e.message));
-  page.on('console', (m) => { if (m.type() === 'error' && !/ERR_|WebSocket|Failed to load resource/.test(m.text())) complaints.push(m.text()); });
-  await page.goto(url);
-  await page.waitForSelector('body[data-ready]');
-  return page;
-}
-
-const tests = [];
-const test = (name, body) => tests.push([name, body]);
-const until = async (page, what, arg) => page.waitForFunction(what, arg, { timeout: 120000, polling: 50 });
-/// Once the stage has the size that its mode gives it.
-const settled = async (page) => {
-  await until(page, () => {
-    const c = document.querySelector('#stage'), b = c.parentElement.getBoundingClientRect();
-    return Math.abs(c.width / Math.min(devicePixelRatio, 2) - b.width) < 2 && Math.abs(c.height / Math.min(devicePixelRatio, 2) - b.height) < 2;
-  });
-  await page.waitForTimeout(100);
-};
-/// A place of the screen where an object's surface faces the eye, well within a part.
-const onSurface = (page, object) => page.evaluate((i) => {
-  const s = window.sqmap, f = s.facts()[i], b = document.querySelector('#stage').getBoundingClientRect();
-  const q = s.world.project(s.world.controls.target.clone().set(...f.position));
-  for (let r = 0; r < 0.6; r += 0.02)
-    for (let a = 0; a < 6.28; a += 0.5) {
-      const x = q.x + r * Math.cos(a), y = q.y + r * Math.sin(a), hit = s.world.cast(x, y);
-      if (hit?.object === i && [[1, 0], [-1, 0], [0, 1], [0, -1]].every(([u, v]) => s.world.cast(x + 0.02 * u, y + 0.02 * v)?.part === hit.part)) return [b.left + ((x + 1) / 2) * b.width, b.top + ((1 - y) / 2) * b.height];
-    }
-  return null;
-}, object);
+const gltf = require('gltf-validator');
+const { program, url } = await start();
+/// Looks first, as most of these tests do.
+const open = (options = {}) => openPage(url, options, { mode: 'look' });
 
 let page;
-
-/// Touches an object until there is a force; the button stays down. A machine that was too busy for the servo may end the force:
-/// then it is lifted and touched again, as the page says.
-const feel = async (object, least) => {
-  const [x, y] = await onSurface(page, object);
-  await page.mouse.move(x, y);
-  for (let tries = 0; ; ++tries) {
-    await page.mouse.down();
-    const felt = await until(page, ([i, n]) => {
-      const f = window.sqmap.frame();
-      return f && (f.faults || (f.contacts > 0 && !f.engaged) ? 'lift' : f.engaged && f.object === i && Math.hypot(...f.force) > n && 'force');
-    }, [object, least]);
-    if ((await felt.jsonValue()) === 'force') return [x, y];
-    assert.ok(tries < 8, 'the servo keeps finding faults');
-    await page.mouse.up();
-    await page.waitForTimeout(300);
-  }
-};
+const feel = (object, least) => felt(page, object, least);
+const drop = (name, text) => dropped(page, [name, text]);
+/// What stands in the menu of exports.
+const inMenu = async (p, selector) => { await p.evaluate(() => { document.querySelector('#export').open = true; }); await p.click(selector); };
 
 test('an address without its token is refused', async () => {
   const base = url.split('?')[0];
@@ -289,6 +228,7 @@ test('while it turns slowly it is drawn coarsely, and in full once it is still',
 
 test('a drag is felt: force, arrow and trace agree', async () => {
   await page.click('#tab-touch');
+  await unfold(page);
   await settled(page);
   let felt = null;
   for (let tries = 0; !felt && tries < 8; ++tries) {
@@ -453,7 +393,15 @@ test('a tool that one window holds is not taken by another, and the sliders are 
   await other.focus('#stage');
   await other.keyboard.press('Enter');
   await until(other, () => /Another window has the tool/.test(document.querySelector('#notice').textContent));
+  // Asked, it is taken over: the one that held it lets go, and is told.
+  await other.keyboard.press('Enter');
+  await other.click('#answer');
+  await until(page, () => !window.sqmap.hand.holding && /has taken the tool/.test(document.querySelector('#notice').textContent));
+  await other.focus('#stage');
+  await other.keyboard.press('Enter');
+  await until(other, () => window.sqmap.hand.holding && window.sqmap.status().touching);
   await other.close();
+  await page.focus('#stage');
   await page.keyboard.press('Space');
   await until(page, () => window.sqmap.status().stopped && !window.sqmap.hand.holding);
   await page.click('#resume');
@@ -485,7 +433,7 @@ test('parts are split, taken back, joined and baked', async () => {
   // The model would be that of the parts before: it is not given away as if it were of these.
   const [base, token] = url.split('?');
   assert.equal((await fetch(`${base}api/object/1/sqmap?${token}`)).status, 409);
-  await page.click('#save-sqmap');
+  await inMenu(page, '#save-sqmap');
   await until(page, () => /Bake the edited parts first/.test(document.querySelector('#notice').textContent));
   assert.match(await page.textContent('#model-facts'), new RegExp(`torus: ${before + 1} parts, edited`));
   await page.click('#undo');
@@ -532,7 +480,7 @@ test('a part gets a name, which splits keep, a file holds, and touch speaks', as
   assert.ok((await named()) >= 0);
   await page.click('#undo');
   await until(page, () => !window.sqmap.facts()[1].edited);
-  const [download] = await Promise.all([page.waitForEvent('download'), page.click('#save-names')]);
+  const [download] = await Promise.all([page.waitForEvent('download'), inMenu(page, '#save-names')]);
   const file = path.join(folder, 'torus.names.json');
   await download.saveAs(file);
   assert.deepEqual(JSON.parse(fs.readFileSync(file)).names.map((n) => n.name), ['tyre <b>']);
@@ -544,7 +492,7 @@ test('a part gets a name, which splits keep, a file holds, and touch speaks', as
   await until_named(true);
   await drop('torus.names.json', '{"names":[{"name":"x","at":[1,2]}]}');
   await page.waitForSelector('#verdict.bad');
-  await page.click('#verdict button');
+  await page.click('#close-verdict');
   // Touched there, it is said.
   await page.evaluate(() => { window.said = []; const live = document.querySelector('#live'); new MutationObserver(() => window.said.push(live.textContent)).observe(live, { childList: true }); });
   await page.click('#tab-touch');
@@ -564,12 +512,6 @@ test('a part gets a name, which splits keep, a file holds, and touch speaks', as
   await page.click('#tab-look');
   await settled(page);
 });
-
-const drop = (name, text) => page.evaluate(([n, t]) => {
-  const data = new DataTransfer();
-  data.items.add(new File([t], n));
-  window.dispatchEvent(new DragEvent('drop', { dataTransfer: data, bubbles: true, cancelable: true }));
-}, [name, text]);
 
 test('a bad mesh is refused with its reason and its cure', async () => {
   await drop('flat.off', 'OFF\n4 2 0\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2\n3 1 3 2\n');
@@ -646,7 +588,7 @@ test('an open mesh is taken as a surface when asked, and its fields are coloured
 
 test('models are saved as GLB, JSON and .sqmap', async () => {
   for (const [kind, check] of [['glb', (b) => b.subarray(0, 4).toString() === 'glTF'], ['json', (b) => JSON.parse(b).parts.length > 0], ['sqmap', (b) => b.length > 1000]]) {
-    const [download] = await Promise.all([page.waitForEvent('download'), page.click(`#save-${kind}`)]);
+    const [download] = await Promise.all([page.waitForEvent('download'), inMenu(page, `#save-${kind}`)]);
     const to = path.join(folder, `saved.${kind}`);
     await download.saveAs(to);
     assert.ok(check(fs.readFileSync(to)), kind);
@@ -663,7 +605,7 @@ test('models are saved as GLB, JSON and .sqmap', async () => {
 test('a link restores the view', async () => {
   await page.check('#superquadrics');
   await page.check('#spheres');
-  await page.click('#link');
+  await inMenu(page, '#link');
   const pose = await page.evaluate(() => window.sqmap.world.pose());
   const link = page.url();
   const other = await open();
@@ -684,7 +626,7 @@ test('a link to a touch restores its settings', async () => {
   const before = await other.evaluate(() => window.sqmap.status().settings.stiffness);
   await set(other, 700);
   await stiffness(other, 700);
-  await other.click('#link');
+  await inMenu(other, '#link');
   const link = other.url();
   await set(other, 250);
   await stiffness(other, 250);
@@ -709,15 +651,16 @@ test('a round of recognition is played by keyboard alone', async () => {
   };
   await tab('#tab-look');
   await page.keyboard.press('ArrowRight');
-  await page.keyboard.press('ArrowRight');
+  await tab('#rounds');
+  await page.keyboard.press('Home');  // four
   await tab('#begin');
   await page.keyboard.press('Enter');
   await until(page, () => window.sqmap.game.running);
   assert.ok(await page.evaluate(() => document.activeElement?.matches('#stage')), 'the keys that it names work at once');
-  const rounds = await page.evaluate(() => window.sqmap.facts().length);
+  const objects = await page.evaluate(() => window.sqmap.facts().length), rounds = 5;  // one of them is practice
   for (let round = 0; round < rounds; ++round) {
     const target = await page.evaluate(() => window.sqmap.game.target);
-    if (round === 0) {
+    if (round < 2) {
       await tab('#stage');
       await page.keyboard.press('Enter');
       for (let i = 0; i < 24; ++i) await page.keyboard.press(['ArrowLeft', 'ArrowUp', 'ArrowRight', 'ArrowDown'][i % 4]);
@@ -725,12 +668,12 @@ test('a round of recognition is played by keyboard alone', async () => {
       for (let i = 0; i < 40 && !(await page.evaluate(() => window.sqmap.frame()?.contacts > 0)); ++i) { await page.keyboard.press('ArrowRight'); await page.waitForTimeout(60); }
       await until(page, () => window.sqmap.frame()?.contacts > 0);
       await page.screenshot({ path: path.join(folder, 'recognise.png') });
-      // Asked, it says again what is touched; sound and speech are switched where one plays.
+      // Asked, it says again what is touched, whatever Caps Lock does; of a hidden object parts have numbers, not names.
       // A light touch may end between the two; then it says so, and is felt for again.
       for (let i = 0; ; ++i) {
         await page.evaluate(() => { document.querySelector('#live').textContent = ''; });
-        await page.keyboard.press('n');
-        await until(page, () => /, \d\.\d newtons$|^Touching nothing$/.test(document.querySelector('#live').textContent));
+        await page.keyboard.press('N');
+        await until(page, () => /^part \d+, \d\.\d newtons$|^Touching nothing$/.test(document.querySelector('#live').textContent));
         if (/newtons$/.test(await page.textContent('#live'))) break;
         assert.ok(i < 20, 'what is touched is said');
         await page.keyboard.press('ArrowRight');
@@ -744,17 +687,22 @@ test('a round of recognition is played by keyboard alone', async () => {
     }
     await tab('input[name=guess]');
     // Right in all rounds but the last.
-    const wanted = round < rounds - 1 ? target : (target + 1) % rounds;
+    const wanted = round < rounds - 1 ? target : (target + 1) % objects;
     await page.keyboard.press('Space');
-    for (let i = 0; i < rounds && !(await page.isChecked(`input[name=guess][value="${wanted}"]`)); ++i) await page.keyboard.press('ArrowDown');
-    for (let twice = 0; twice < 2; ++twice) await page.keyboard.press('Enter');  // it counts once
-    await until(page, (n) => document.querySelector('#score') || document.querySelector('legend')?.textContent.startsWith(`Round ${n}`), round + 2);
+    for (let i = 0; i < objects && !(await page.isChecked(`input[name=guess][value="${wanted}"]`)); ++i) await page.keyboard.press('ArrowDown');
+    await page.keyboard.press('Enter');
+    await page.waitForSelector('#answer-words');
+    assert.match(await page.textContent('#answer-words'), round < rounds - 1 ? /Right: it is/ : /Wrong: it was/);
+    assert.ok(await page.evaluate(() => document.activeElement?.matches('#next') && !window.sqmap.world.objects.hidden), 'what was felt is shown, and Enter goes on');
+    await page.keyboard.press('Enter');
   }
-  assert.match(await page.textContent('#score'), new RegExp(`^${rounds - 1} of ${rounds} right`));
+  assert.match(await page.textContent('#score'), /^3 of 4 right/);
   const rows = (await page.evaluate(() => window.sqmap.game.results())).trim().split('\n');
   assert.equal(rows.length, rounds + 1);
-  assert.match(rows[0], /^participant,date,round,object,hash,guess,right,seconds/);
-  assert.ok(Number(rows[1].split(',')[8]) > 0, 'time in touch is recorded');
+  assert.match(rows[0], /^participant,date,round,practice,object,hash,guess,right,confidence,seconds,servo_seconds,touched_seconds/);
+  const cells = rows[2].split(',');
+  assert.ok(Number(cells[11]) > 0 && Number(cells[10]) >= Number(cells[11]), 'time in touch is the servo\'s');
+  assert.deepEqual(rows.slice(1).map((r) => r.split(',')[3]), ['1', '0', '0', '0', '0']);
 });
 
 test('a figure is dressed: cloth is pulled, pinned, cut and changed', async () => {
@@ -854,6 +802,8 @@ test('nothing overflows, light and dark, narrow and wide', async () => {
       await other.waitForTimeout(250);
       assert.ok(await other.evaluate(() => document.documentElement.scrollWidth <= innerWidth), `${name} ${mode}`);
       assert.ok(width < 820 || (await other.evaluate(() => document.documentElement.scrollHeight <= innerHeight)), `${name} ${mode}: the page does not scroll`);
+      assert.equal(await other.isVisible('#stop'), mode !== 'look', 'STOP is where something can be felt');
+      if (mode === 'look') { await other.screenshot({ path: path.join(folder, `${name}-${mode}.png`) }); continue; }
       const box = await (await other.$('#stop')).boundingBox();
       assert.ok(box.x >= 0 && box.x + box.width <= width && box.width * box.height > 2000, 'STOP is in sight');
       await other.screenshot({ path: path.join(folder, `${name}-${mode}.png`) });
@@ -862,18 +812,4 @@ test('nothing overflows, light and dark, narrow and wide', async () => {
   }
 });
 
-let failed = 0;
-for (const [name, body] of tests) {
-  try {
-    await body();
-    console.log(`ok    ${name}`);
-  } catch (e) {
-    ++failed;
-    console.log(`FAIL  ${name}\n${e.stack}`);
-    if (page) await page.screenshot({ path: path.join(folder, `failed-${failed}.png`) }).catch(() => {});
-  }
-}
-if (complaints.length) { ++failed; console.log(`FAIL  the page complains:\n${complaints.join('\n')}`); }
-await browser.close();
-program.kill();
-process.exit(failed ? 1 : 0);
+await run(() => page);

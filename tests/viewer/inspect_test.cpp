@@ -95,6 +95,24 @@ TEST(Feet, OfATouchAreItsContactsAndNoMoreThanTheirLimit)
     EXPECT_TRUE(feet_of(forces, {{}, tool + Vec3d{0, 0, 0.05}}, 0, query::Layer::Three).empty());
 }
 
+TEST(Slice, HasTheSignedDistanceOnBothSides)
+{
+    const Object& object = central_ball();
+    const std::string slice = slice_bytes(object, 1, object.position + Vec3d{0, 0.02, 0});
+    const auto side = at<std::uint32_t>(slice, 4);
+    ASSERT_EQ(slice.size(), 44 + 4 * std::size_t{side} * side);
+    const Vec3d corner = point_at(slice, 8), along = point_at(slice, 20), up = point_at(slice, 32);
+    int inside = 0;
+    for (std::size_t i = 0; i < std::size_t{side} * side; i += 7) {
+        const double x = static_cast<double>(i % side) / (side - 1), y = static_cast<double>(i / side) / (side - 1);
+        const double wanted = norm(corner + x * along + y * up - object.position) - k_radius;
+        EXPECT_NEAR(static_cast<double>(at<float>(slice, 44 + 4 * i)), wanted, 0.01 * k_radius) << i;
+        inside += wanted < 0 ? 1 : 0;
+    }
+    EXPECT_GT(inside, 100);
+    EXPECT_NEAR(corner.y, object.position.y + 0.02, 1e-6);
+}
+
 TEST(Answers, OfBothProjectionsAreTheBallsOwn)
 {
     const double depth = 0.01;

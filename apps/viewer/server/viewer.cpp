@@ -1,6 +1,7 @@
 #include "viewer/server/viewer.h"
 
 #include "viewer/server/http/page.h"
+#include "viewer/server/http/request_check.h"
 #include "viewer/server/scene/downloads.h"
 
 #include <optional>
@@ -45,7 +46,8 @@ Viewer::Viewer(std::vector<std::shared_ptr<Object>> objects, const SceneOptions&
       bakes_(send_trouble()),
       scene_(audience_, pictures_, bakes_, options),
       touching_(audience_, scene_, pictures_, bakes_),
-      wardrobe_(audience_, pictures_)
+      wardrobe_(audience_, pictures_),
+      program_(random_token())
 {
     for (auto& object : objects) scene_.add(std::move(object));
     scene_.on_objects = [this] { touching_.restart(); };
@@ -102,6 +104,15 @@ bool Viewer::on_text(ConnectionId connection, std::string_view text)
         case Say::Touch:
             touching_.hold(connection, *message);
             return true;
+        case Say::Take:
+            touching_.take(connection);
+            return true;
+        case Say::Rest:
+            touching_.rest(connection);
+            break;
+        case Say::Cancel:
+            scene_.cancel();
+            return true;
         case Say::Stop:
             touching_.stop();
             break;
@@ -141,7 +152,7 @@ void Viewer::on_frame()
 
 ordered_json Viewer::status() const
 {
-    ordered_json out{{"say", "status"}};
+    ordered_json out{{"say", "status"}, {"program", program_}};
     touching_.add_status(out);
     out["cloth"] = wardrobe_.json();
     return out;

@@ -47,6 +47,7 @@ private:
     Wardrobe wardrobe_;
     Routes routes_;
     std::uint64_t frames_ = 0;
+    std::string program_;  ///< no other start of the program has it
 };
 
 }  // namespace sqmap::viewer

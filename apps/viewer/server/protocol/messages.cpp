@@ -236,6 +236,9 @@ std::optional<Message> read_message(std::string_view text)
     };
     if (name == "touch") return done(Say::Touch, read_touch(in, m));
     if (name == "settings") return done(Say::Settings, read_settings(in, m.settings));
+    if (name == "take") return done(Say::Take, in.size() == 1);
+    if (name == "rest") return done(Say::Rest, in.size() == 1);
+    if (name == "cancel") return done(Say::Cancel, in.size() == 1);
     if (name == "stop") return done(Say::Stop, in.size() == 1);
     if (name == "resume") return done(Say::Resume, in.size() == 1);
     if (name == "record") return done(Say::Record, flag(in, "on", m.held) && in.size() == 2);

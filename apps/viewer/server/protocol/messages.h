@@ -48,6 +48,8 @@ struct Settings {
 
 enum class Say : std::uint8_t {
     Touch,  ///< where the hand wants the tool, and whether it is held there
+    Take,   ///< the tool from another window
+    Rest,   ///< nothing is to be touched for now
     Stop,
     Resume,
     Settings,
@@ -62,6 +64,7 @@ enum class Say : std::uint8_t {
     Bake,     ///< the edited parts become the object's model
     Rebake,   ///< the same parts with the other projection, as another object
     Remove,   ///< the object
+    Cancel,   ///< the bake at hand
     Record,   ///< every tick from here on, instead of what was recorded before; or no more
     Fit,      ///< what is to be worn: garment, fabric, whether the figure walks
     Cloth,    ///< what is done to it

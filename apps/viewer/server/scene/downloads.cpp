@@ -125,6 +125,16 @@ void section(const Call& call, const Shown& s, Worker& pictures)
     });
 }
 
+void slice(const Call& call, const Shown& s, Worker& pictures)
+{
+    const std::optional<Vec3d> at = point_of(query_value(call.request.target, "at"));
+    const auto axis = number_of(call.stars[1]);
+    if (!at || !axis || *axis > 2) return call.answer(not_found());
+    pictures.work([answer = call.answer, s, axis = static_cast<int>(*axis), at = *at] {
+        answer(bytes_reply(slice_bytes(*s.object, axis, at)));
+    });
+}
+
 }  // namespace
 
 void add_downloads(Routes& routes, const Scene& scene, Worker& pictures)
@@ -135,7 +145,8 @@ void add_downloads(Routes& routes, const Scene& scene, Worker& pictures)
                                         {"/api/object/*/map/*", map},
                                         {"/api/object/*/at/answers", answers},
                                         {"/api/object/*/search/*", search},
-                                        {"/api/object/*/section/*/*", section}})
+                                        {"/api/object/*/section/*/*", section},
+                                        {"/api/object/*/slice/*", slice}})
         routes.get(pattern, [&scene, &pictures, make = make](const Call& call) {
             const std::optional<Shown> s = shown(scene, call.stars[0]);
             if (!s) return call.answer(not_found());

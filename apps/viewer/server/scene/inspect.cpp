@@ -2,6 +2,7 @@
 
 #include "common/layer_name.h"
 #include "common/render/unrolled.h"
+#include "sqmap/query/distance.h"
 #include "sqmap/query/foot_search.h"
 #include "sqmap/query/point.h"
 #include "viewer/server/protocol/bytes.h"
@@ -140,6 +141,28 @@ ordered_json search_json(const Object& object, std::uint32_t part, Vec3d point)
     }
     out["held"] = true;
     return out;
+}
+
+std::string slice_bytes(const Object& object, int axis, Vec3d through)
+{
+    constexpr int k_slice_side = 144;
+    constexpr double k_larger = 1.2, k_band = 0.1;  // m
+    const int x = axis == 0 ? 2 : 0, y = axis == 1 ? 2 : 1;
+    Vec3d corner = object.position - k_larger * object.half, along{}, up{};
+    corner[axis] = through[axis];
+    along[x] = 2 * k_larger * object.half[x];
+    up[y] = 2 * k_larger * object.half[y];
+    std::vector<Vec3d> points;
+    for (int row = 0; row < k_slice_side; ++row)
+        for (int column = 0; column < k_slice_side; ++column)
+            points.push_back(corner + column / (k_slice_side - 1.) * along + row / (k_slice_side - 1.) * up);
+    std::vector<query::SignedDistance> answers(points.size());
+    query::distances(query::Body{&object.metres, nullptr, object.pose()}, points, answers, k_band);
+    Bytes out("SLC1");
+    out.count(k_slice_side);
+    for (const Vec3d& v : {corner, along, up}) out.point(cast<float>(v));
+    for (const query::SignedDistance& answer : answers) out.put(static_cast<float>(answer.distance));
+    return out.take();
 }
 
 std::string section_bytes(const Object& object, const Parts& parts, const SectionPlane& plane)

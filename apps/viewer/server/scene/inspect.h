@@ -29,4 +29,8 @@ struct SectionPlane {
 /// and x, y of both ends as shares of the edges. @pre the part exists
 [[nodiscard]] std::string section_bytes(const Object& object, const Parts& parts, const SectionPlane& plane);
 
+/// "SLC1", side; of a square of the world across an axis (0 to 2) through a point, a fifth larger than the object's box, a corner
+/// and its two edges (m); then side by side signed distances, m, negative inside, rows along the second edge: exact within 10 cm.
+[[nodiscard]] std::string slice_bytes(const Object& object, int axis, Vec3d through);
+
 }  // namespace sqmap::viewer

@@ -101,8 +101,13 @@ void Scene::change(Entry& entry, std::shared_ptr<const Parts> parts)
 bake::BakeOptions Scene::bake_options(const std::string& name)
 {
     bake::BakeOptions options = options_.bake;
+    cancelled_ = false;
     options.progress = [this, name](const char* stage, double done) {
         if (bakes_.quits()) throw Cancelled{};
+        if (cancelled_) {
+            audience_.post([this, name] { audience_.send_progress(name, "cancelled", 1); });
+            throw Cancelled{};
+        }
         audience_.post([this, name, text = std::string(stage), done] { audience_.send_progress(name, text, done); });
     };
     return options;

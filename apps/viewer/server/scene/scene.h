@@ -6,6 +6,7 @@
 #include "viewer/server/protocol/messages.h"
 #include "viewer/server/scene/object.h"
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -50,6 +51,9 @@ public:
     /// Mesh, model or names: answers with the verdict, then adds the object.
     void upload(HttpRequest request, const Answer& answer);
 
+    /// The bake at hand, where there is one.
+    void cancel() { cancelled_ = true; }
+
     [[nodiscard]] const std::vector<Entry>& entries() const { return entries_; }
     [[nodiscard]] std::vector<ObjectPtr> objects() const;
     /// The first object of the same mesh and the other projection; nothing where there is none.
@@ -77,6 +81,7 @@ private:
     SceneOptions options_;
     std::vector<Entry> entries_;
     std::uint32_t next_id_ = 1;
+    std::atomic<bool> cancelled_{false};
 };
 
 }  // namespace sqmap::viewer

@@ -5,6 +5,7 @@
 #include "viewer/server/scene/scene.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cstring>
 
 namespace sqmap::viewer {
@@ -29,6 +30,28 @@ HttpReply refused(const Refusal& refusal, int status = 200)
                       status);
 }
 
+/// Not below 0; anything else is nothing said.
+double length_in(std::string_view text)
+{
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    return error == std::errc() && end == text.data() + text.size() && value > 0 && value < 1e9 ? value : 0;
+}
+
+/// What the page's dialog chose for a mesh: repair none, safe, close or surface; thickness of sheets and metres per unit.
+app::LoadOptions load_options(std::string_view target, const io::ReadLimits& limits)
+{
+    app::LoadOptions load{.limits = limits};
+    const std::string_view repair = query_value(target, "repair");
+    if (repair == "surface") load.accept_surface = true;
+    if (repair == "none") load.repair = mesh::Repair::None;
+    if (repair == "safe") load.repair = mesh::Repair::Safe;
+    if (repair == "close") load.repair = mesh::Repair::Close;
+    load.thickness = length_in(query_value(target, "thickness"));
+    if (const double unit = length_in(query_value(target, "unit")); unit > 0) load.unit = unit;
+    return load;
+}
+
 HttpReply accepted(const char* verdict)
 {
     return json_reply({{"accepted", true}, {"verdict", verdict}, {"notes", ordered_json::array()}});
@@ -38,12 +61,15 @@ HttpReply accepted(const char* verdict)
 
 void Scene::upload(HttpRequest request, const Answer& answer)
 {
-    if (entries_.size() >= options_.max_objects || bakes_.busy())
-        return answer(refused({"E_LIMIT", "scene", "the scene is full or busy", "remove an object, or wait"}, 503));
+    if (entries_.size() >= options_.max_objects)
+        return answer(
+            refused({"E_LIMIT", "scene", "the scene holds " + std::to_string(options_.max_objects) + " objects, which is all",
+                     "remove an object"},
+                    503));
+    if (bakes_.busy()) return answer(refused({"E_BUSY", "scene", "other files are being baked", "wait, and send it again"}, 503));
     const std::string name = harmless(query_value(request.target, "name"));
     if (name.ends_with(".names.json")) return answer(take_names(name, request.body));
-    app::LoadOptions load{.limits = options_.limits};
-    if (query_value(request.target, "repair") == "surface") load.accept_surface = true;
+    const app::LoadOptions load = load_options(request.target, options_.limits);
     const auto projection =
         query_value(request.target, "projection") == "normal" ? model::Projection::Normal : model::Projection::Central;
     bakes_.work([this, answer, name, load, projection, body = std::move(request.body)] {

@@ -50,7 +50,7 @@ struct Touch::Work {
     std::unique_ptr<device::Servo> servo;  // last but for what frame() reads: it ends first
     device::ServoTick tick{};
     TickForces last{};
-    double depth = 0, begun = 0;
+    double depth = 0, first_time = 0;
     std::uint32_t lives = 0;  ///< that were told
     std::shared_ptr<Take> take;
     std::uint64_t heard = 0;  ///< the newest tick of the take
@@ -165,12 +165,12 @@ bool Touch::frame(TouchFrame& out)
         out.degraded = out.degraded || w.tick.degraded;
         if (known) w.depth = w.last.depth;
         out.cut = out.ticks.size() == 256;
-        if (w.begun == 0) w.begun = w.tick.time;
-        if (out.ticks.empty()) out.time = w.tick.time - w.begun;
+        if (w.first_time == 0) w.first_time = w.tick.time;
+        if (out.ticks.empty()) out.time = w.tick.time - w.first_time;
         if (!out.cut)
             out.ticks.push_back({static_cast<float>(norm(w.tick.sent[0].force)), static_cast<float>(norm(w.tick.sent[0].torque)),
                                  static_cast<float>(w.depth), static_cast<float>(1e6 * w.tick.cpu),
-                                 static_cast<float>(w.tick.time - w.begun - out.time)});
+                                 static_cast<float>(w.tick.time - w.first_time - out.time)});
     }
     if (!any) return false;
     const device::ServoTick& t = w.tick;

@@ -92,8 +92,7 @@ void Touching::hold(ConnectionId connection, const Message& message)
         return move(connection, message);
     }
     // Said once a press.
-    if (message.held && refused_.insert(connection).second)
-        audience_.send(connection, {{"say", "trouble"}, {"text", "Another window has the tool in hand: let go there first."}});
+    if (message.held && refused_.insert(connection).second) audience_.send(connection, ordered_json::object({{"say", "held"}}));
     if (!message.held) refused_.erase(connection);
 }
 
@@ -116,6 +115,20 @@ void Touching::drop_tool()
 {
     touch_.reset();
     holder_ = 0;
+}
+
+void Touching::take(ConnectionId connection)
+{
+    if (holder_ == 0 || holder_ == connection) return;
+    audience_.send(holder_, ordered_json::object({{"say", "taken"}}));
+    refused_.erase(connection);
+    drop_tool();
+    on_status();
+}
+
+void Touching::rest(ConnectionId connection)
+{
+    if (device_ == 0 && (holder_ == 0 || holder_ == connection)) drop_tool();
 }
 
 void Touching::stop()

@@ -31,6 +31,10 @@ public:
 
     // Messages of a page.
     void hold(ConnectionId connection, const Message& message);
+    /// Whoever holds the tool lets go, and is told.
+    void take(ConnectionId connection);
+    /// The page shows nothing that is touched: where nobody else holds the tool the servo ends, and with it the stream.
+    void rest(ConnectionId connection);
     void stop();
     void resume();
     void set(const Settings& settings);

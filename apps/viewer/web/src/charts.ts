@@ -7,7 +7,7 @@ import { TICK, type Frame } from './net';
 
 const SECONDS = 6, RATE = 1000, N = SECONDS * RATE;
 
-interface Series { title: string; scale: number; least: number; pick: number; plot: uPlot | null; values: Float64Array; again: Float64Array; of: number; box: HTMLElement; now: HTMLElement; unit: string; }
+interface Series { title: string; scale: number; least: number; pick: number; plot: uPlot | null; values: Float64Array; again: Float64Array; of: number; box: HTMLElement; cursor: HTMLElement; now: HTMLElement; unit: string; }
 
 /// Of both lines; where nothing was computed again there is no number.
 function peak(s: Series): number {
@@ -28,7 +28,7 @@ export class Charts {
     const make = (title: string, unit: string, pick: number, scale: number, least: number, of = -1): Series => {
       const now = h('span', { class: 'chart-now' }, '0');
       const box = h('div', { class: 'chart-box' });
-      return { title, unit, pick, scale, least, plot: null, values: new Float64Array(N), again: new Float64Array(N).fill(NaN), of, box, now };
+      return { title, unit, pick, scale, least, plot: null, values: new Float64Array(N), again: new Float64Array(N).fill(NaN), of, box, cursor: h('div', { class: 'cursor', hidden: true }), now };
     };
     this.series = [
       make('Force', 'N', 0, 1, 2, 0), make('Depth', 'mm', 2, 1000, 2, 2), make('Torque', 'mN m', 1, 1000, 2, 1), make('CPU a tick', 'µs', 3, 1, 100),
@@ -36,6 +36,25 @@ export class Charts {
     this.element = h('section', { class: 'charts', 'aria-label': 'Strip charts of the last six seconds' },
       ...this.series.map((s) => h('figure', { class: 'chart' }, h('figcaption', {}, h('span', {}, s.title), s.now, h('span', { class: 'unit' }, s.unit)), s.box)));
     new ResizeObserver(() => this.layout()).observe(this.element);
+    for (const s of this.series) s.box.append(s.cursor);
+    this.element.addEventListener('pointermove', (e) => this.point(e, false));
+    this.element.addEventListener('pointerdown', (e) => this.point(e, true));
+    this.element.addEventListener('pointerleave', () => { for (const s of this.series) s.cursor.hidden = true; });
+  }
+
+  onPick: (secondsAgo: number) => void = () => {};  ///< a moment of the charts is chosen
+
+  /// One cursor through all of them.
+  private point(e: PointerEvent, picks: boolean): void {
+    const over = this.series.find((s) => s.box.contains(e.target as Node))?.plot?.over.getBoundingClientRect();
+    for (const s of this.series) s.cursor.hidden = !over;
+    if (!over) return;
+    const share = Math.min(Math.max((e.clientX - over.left) / over.width, 0), 1);
+    for (const s of this.series) {
+      const own = s.plot?.over.getBoundingClientRect(), box = s.box.getBoundingClientRect();
+      if (own) s.cursor.style.transform = `translateX(${(own.left - box.left + share * own.width).toFixed(1)}px)`;
+    }
+    if (picks) this.onPick((1 - share) * SECONDS);
   }
 
   theme(): void { for (const s of this.series) { s.plot?.destroy(); s.plot = null; } this.layout(); }

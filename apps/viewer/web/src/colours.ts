@@ -13,6 +13,22 @@ export function partColour(part: number): Rgb {
   return round === 0 ? base : (base.map((x) => (round === 1 ? 0.5 * x + 0.5 : 0.55 * x)) as Rgb);
 }
 
+/// Colours of parts such that neighbours differ most: each takes the hue farthest from those that its neighbours have.
+export function distinctColours(neighbours: number[][]): Rgb[] {
+  const lab = (c: Rgb): Rgb => { const y = 0.3 * c[0] + 0.59 * c[1] + 0.11 * c[2]; return [1.2 * y, 0.7 * (c[0] - y), 0.7 * (c[2] - y)]; };
+  const far = (a: Rgb, b: Rgb) => Math.hypot(...lab(a).map((x, k) => x - lab(b)[k]));
+  const out: Rgb[] = [];
+  neighbours.forEach((beside, part) => {
+    const taken = beside.filter((n) => n < part).map((n) => out[n]);
+    // Of those far enough from every neighbour the one that is due keeps the colours varied.
+    const least = (k: number) => Math.min(9, ...taken.map((c) => far(c, partColour(k))));
+    const order = HUES.map((_, k) => (part + k) % HUES.length);
+    const best = order.find((k) => least(k) > 0.25) ?? order.reduce((a, b) => (least(b) > least(a) ? b : a));
+    out.push(partColour(best));
+  });
+  return out;
+}
+
 function ramp(stops: number[], t: number): Rgb {
   const x = Math.min(Math.max(t, 0), 1) * (stops.length - 1);
   const i = Math.min(Math.floor(x), stops.length - 2);

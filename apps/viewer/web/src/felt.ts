@@ -1,11 +1,12 @@
 // A frame of what is felt: now, or of a recording. It is heard at once and drawn with the next picture.
 import * as THREE from 'three';
 import { Charts } from './charts';
+import { setDent } from './skin';
 import { announce } from './dom';
 import { meter } from './meter';
 import type { Frame } from './net';
 import { rumble, sound, voice } from './panels/senses';
-import { forceRead, hand, world } from './stage';
+import { canvas, forceRead, forceTag, hand, world } from './stage';
 import { state } from './state';
 import { onStop, showResume } from './stop';
 import { onTheme } from './theme';
@@ -30,25 +31,43 @@ export function show(frame: Frame, replayed = false, again: Float32Array | null 
   if (state.mode === 'look' || state.mode === 'dress') return;
   toDraw = frame;
   const force = Math.hypot(...frame.force);
-  sound.play(frame, world.project(toolPlace.set(...(frame.tool as [number, number, number]))).x);
+  if (frame.object >= 0 && state.facts[frame.object]) sound.size = 2 * Math.max(...state.facts[frame.object].half);
+  sound.play(frame, world.project(toolPoint.set(...(frame.tool as [number, number, number]))).x);
   rumble.play(force, state.settings.forceLimit);
   for (const witness of witnesses) witness(frame);
   const name = frame.contacts > 0 ? touchedName(frame) : '';
   voice.touch(state.mode === 'recognise' && !state.playing ? '' : name);
   if (frame.faults & 16 && !replayed) showResume();
 }
-const toolPlace = new THREE.Vector3();
-const touchedName = (frame: Frame): string => (frame.object >= 0 ? state.facts[frame.object]?.parts[frame.part]?.name : undefined) ?? 'surface';
+const toolPoint = new THREE.Vector3();
+/// While somebody guesses, names would tell.
+const touchedName = (frame: Frame): string => state.playing ? (frame.part >= 0 ? `part ${frame.part + 1}` : 'surface') : (frame.object >= 0 ? state.facts[frame.object]?.parts[frame.part]?.name : undefined) ?? 'surface';
 
-export function hideTool(): void { toDraw = null; world.tool.show(null); forceRead.textContent = ''; }
+export function hideTool(): void { toDraw = null; setDent(null); world.tool.show(null); forceRead.textContent = ''; forceTag.hidden = true; }
+
+/// Beside the arrow's head.
+function showTag(force: number): void {
+  const tip = world.tool.tipOfArrow();
+  forceTag.hidden = !tip;
+  if (!tip) return;
+  // Beyond the tip, as the arrow points on the screen.
+  const p = world.project(tip), from = world.project(toolPoint), box = canvas.getBoundingClientRect(), away = new THREE.Vector2((p.x - from.x) * box.width, (from.y - p.y) * box.height).setLength(30);
+  const x = Math.min(Math.max(0.5 * (p.x + 1) * box.width + away.x, 36), box.width - 36), y = Math.min(Math.max(0.5 * (1 - p.y) * box.height + 0.7 * away.y, 14), box.height - 14);
+  forceTag.style.transform = `translate(${x.toFixed(0)}px, ${y.toFixed(0)}px) translate(-50%, -50%)`;
+  const text = `${force.toFixed(1)} N`;
+  if (forceTag.textContent !== text) forceTag.textContent = text;
+}
 
 export function draw(frame: Frame): void {
+  const touches = frame.contacts > 0 && !world.objects.hidden, force = Math.hypot(...frame.force);
+  if (touches) setDent(new THREE.Vector3(...(frame.point as [number, number, number])), new THREE.Vector3(...(frame.normal as [number, number, number])).negate(), frame.depth);
+  else setDent(null);
   world.tool.show(frame);
-  const force = Math.hypot(...frame.force);
+  showTag(force);
   const why = REASONS.filter(([bit]) => (frame.acted & bit) !== 0).map(([, text]) => text);
   const words = !frame.connected ? 'device gone' : frame.faults & 16 ? 'stopped' : frame.faults ? 'no force: the filter found a fault (the computer was busy?). Lift and touch again' :
     frame.contacts > 0 && !frame.engaged && force === 0 ? 'no force yet: lift once, then it comes in gently' :
-    frame.contacts > 0 ? `${force.toFixed(2)} N · ${(1000 * frame.depth).toFixed(1)} mm deep · ${state.playing ? 'touching' : touchedName(frame)}` : 'free';
+    frame.contacts > 0 ? `${force.toFixed(2)} N · ${(1000 * frame.depth).toFixed(1)} mm deep · ${touchedName(frame)}` : 'free';
   const text = words + (why.length && frame.contacts > 0 ? ` · ${why.join(', ')}` : '');
   if (forceRead.textContent !== text) forceRead.textContent = text;
 }
@@ -66,6 +85,15 @@ world.onFrame = (now) => {
   pageCost.textContent = meter.words();
 };
 voice.onSay = (text) => { if (text && state.mode !== 'look') announce(text); };
+
+let sought = '';
+hand.onSeek = (object, distance, direction) => {
+  if (object === null) { sought = ''; return; }
+  sound.guide(distance);
+  const name = state.playing ? 'the object' : state.facts[object]?.name ?? 'the object', text = `Nothing here: ${name} is ${direction}${direction === 'close by' ? '' : distance > 0.5 ? ', far' : ', near'}.`;
+  if (text !== sought) announce(text);
+  sought = text;
+};
 
 /// Asked for, also where nothing has changed.
 hand.onAsk = () => {

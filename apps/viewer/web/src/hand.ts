@@ -7,7 +7,7 @@ const LIFT = 0.018;  // m above the surface when let go
 const NUMB = 700;    // ms without a force, until it is lifted
 
 export class Hand {
-  press = 0.004;    ///< m below the surface that the hand wants to be
+  press = 0.006;    ///< m below the surface that the hand wants to be
   only = -1;        ///< one object alone, or all
   enabled = false;  ///< touch mode
   private held = false;
@@ -108,6 +108,19 @@ export class Hand {
     this.begin();
   }
 
+  /// Over nothing: says where the nearest object is on the screen, so that the arrow keys find it.
+  private seek(): void {
+    if (this.world.cast(this.at.x, this.at.y, this.only)) { this.onSeek(null, 0, ''); return; }
+    const near = this.world.nearestOnScreen(this.at, this.only);
+    if (!near) return;
+    const dx = near.x - this.at.x, dy = near.y - this.at.y, words: string[] = [];
+    if (Math.abs(dy) > 0.04) words.push(dy > 0 ? 'up' : 'down');
+    if (Math.abs(dx) > 0.04) words.push(dx > 0 ? 'right' : 'left');
+    this.onSeek(near.object, Math.hypot(dx, dy), words.join(' and ') || 'close by');
+  }
+  /// distance: on the screen, 0 to 2; object null: there is something under the hand.
+  onSeek: (object: number | null, distance: number, direction: string) => void = () => {};
+
   deeper(by: number): void {
     this.press = Math.min(Math.max(this.press + by, -0.005), 0.015);
     if (this.held) this.aim();
@@ -142,31 +155,35 @@ export class Hand {
     if (!this.enabled) return;
     const step = e.shiftKey ? 0.006 : 0.024;
     const moves: Record<string, [number, number]> = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, step], ArrowDown: [0, -step] };
-    const move = moves[e.key];
+    const move = moves[e.key], letter = e.key.length === 1 ? e.key.toLowerCase() : e.key;  // whatever Shift and Caps Lock make of it
     if (move) {
       e.preventDefault();
       e.stopPropagation();
       if (!this.held) { this.hold(); return; }
       this.at.set(Math.min(Math.max(this.at.x + move[0] / this.world.camera.aspect, -1), 1), Math.min(Math.max(this.at.y + move[1], -1), 1));
       this.aim();
+      this.seek();
     } else if (e.key === 'Enter') {
       e.preventDefault();
-      if (this.held) { this.letGo(); this.onKeyTouch('Lifted'); } else { this.hold(); this.onKeyTouch('Touching'); }
+      if (this.held) { this.letGo(); this.onKeyTouch('Lifted'); return; }
+      this.hold();
+      this.onKeyTouch('Touching');
+      this.seek();
     } else if (e.key === 'PageDown' || e.key === 'PageUp') {
       e.preventDefault();
       this.deeper(e.key === 'PageDown' ? 0.0005 : -0.0005);
       this.onKeyTouch(`Press ${(1000 * this.press).toFixed(1)} millimetres`);
-    } else if (e.key === 'n') {
+    } else if (letter === 'n') {
       this.onAsk();
-    } else if (e.key === 'q' || e.key === 'e') {
+    } else if (letter === 'q' || letter === 'e') {
       // Walk round the object.
       const offset = this.world.camera.position.clone().sub(this.world.controls.target);
-      offset.applyAxisAngle(new THREE.Vector3(0, 1, 0), (e.key === 'q' ? 1 : -1) * (Math.PI / 12));
+      offset.applyAxisAngle(new THREE.Vector3(0, 1, 0), (letter === 'q' ? 1 : -1) * (Math.PI / 12));
       this.world.camera.position.copy(this.world.controls.target).add(offset);
       this.world.camera.lookAt(this.world.controls.target);
       this.world.camera.updateMatrixWorld();
       this.world.redraw();
-      this.onKeyTouch(e.key === 'q' ? 'Turned 15 degrees left' : 'Turned 15 degrees right');
+      this.onKeyTouch(letter === 'q' ? 'Turned 15 degrees left' : 'Turned 15 degrees right');
       if (this.held) this.aim();
     }
   }

@@ -2,21 +2,24 @@
 import './style.css';
 import { announce, h } from './dom';
 import { charts, hideTool, pageCost } from './felt';
-import { main, panel } from './layout';
+import { help } from './help';
+import { edge, main, panel, sheet } from './layout';
 import { meter } from './meter';
 import { modePanel, setMode, tabList, tabs } from './modes';
 import { link, type ObjectFacts } from './net';
-import { notice, progressBox, showProgress, trouble } from './notices';
-import { card } from './panels/controls';
+import { notice, progressBox, question, showProgress, trouble, wait } from './notices';
+import { folded } from './panels/controls';
 import { costume } from './panels/dress';
-import { dialog, restoreLink, sharePanel, zone } from './panels/files';
+import { firstMinute, lookAt } from './first';
+import { dialog, exportMenu, openButton, zone } from './panels/files';
+import { restoreView } from './session';
 import { inspected } from './panels/inspect';
 import { pickBox } from './panels/look';
 import { count, factsBox } from './panels/models';
 import { map, mapCard, showFeet } from './panels/parts';
 import { game } from './panels/recognise';
 import { hear, recorder } from './panels/recording';
-import { sound } from './panels/senses';
+import { sound, soundButton } from './panels/senses';
 import { again, counters } from './panels/touch';
 import { hand, stage, world } from './stage';
 import { changed, state } from './state';
@@ -24,9 +27,9 @@ import { stopButton } from './stop';
 import { applyTheme, themeButton } from './theme';
 
 const connection = h('span', { class: 'pill', id: 'connection', role: 'status' }, 'connecting …');
-panel.append(notice, progressBox, dialog, mapCard, pickBox, factsBox, modePanel, card('Timing', counters, pageCost), sharePanel);
-main.append(stage, panel, charts.element);
-document.getElementById('app')!.replaceChildren(h('header', {}, h('h1', {}, 'sqmap'), tabList, connection, themeButton, stopButton), main, zone);
+panel.append(notice, progressBox, dialog, modePanel, pickBox, mapCard, factsBox, folded('Timing', 'timing', counters, pageCost));
+main.append(stage, edge, sheet, panel, charts.element);
+document.getElementById('app')!.replaceChildren(h('header', {}, h('h1', {}, 'sqmap'), tabList, openButton, exportMenu, connection, soundButton, themeButton, help.button, stopButton), main, zone, help.dialog);
 
 let first = true;
 
@@ -42,11 +45,13 @@ function scene(objects: ObjectFacts[]): void {
   if (state.selected && state.selected.part >= objects[state.selected.object].parts.length) state.selected.part = -1;
   changed('scene');
   void world.setScene(objects).then(() => {
-    if (first || objects.length !== before.length) world.frame();
-    if (first) restoreLink();
+    if (first) firstMinute();
+    else if (objects.length > before.length) { world.frame(objects.length - 1); lookAt(objects.length - 1); }
+    else if (objects.length < before.length) { world.frame(); lookAt(-1); }
+    if (first) restoreView();
     first = false;
     document.body.dataset.ready = String(state.frames);
-  }).catch((e) => trouble(String(e)));
+  }).catch((e) => trouble(e));
 }
 
 function connected(yes: boolean): void {
@@ -55,14 +60,17 @@ function connected(yes: boolean): void {
   if (yes) { again(); costume.again(); return; }
   sound.quiet();
   hideTool();
+  state.frame = null;
+  counters.textContent = 'The program does not answer.';
   announce('The connection is lost. There is no force.', true);
 }
 
-setMode('look');
+setMode('touch');
 applyTheme();
 link.open({
   scene,
   status(s) {
+    if (state.status && state.status.program !== s.program) { wait('The program has been started anew.'); announce('The program has been started anew.', true); }
     state.status = s;
     tabs.dress.hidden = !s.cloth.here;
     changed('status');
@@ -78,6 +86,12 @@ link.open({
   progress: showProgress,
   trouble,
   connected,
+  stranger() {
+    connection.textContent = 'another program is running here';
+    question('A new program is running at this address, and only the address that it printed opens it: look where sqmap view was started.', 'I have read it', () => {});
+  },
+  held() { question('Another window has the tool in hand.', 'Take it over', () => link.say({ say: 'take' })); },
+  taken() { hand.letGo(); trouble('Another window has taken the tool over.'); },
 });
 
 // For the browser tests.

@@ -2,6 +2,7 @@
 import { h } from './dom';
 import { hideTool } from './felt';
 import { main, panel } from './layout';
+import { link } from './net';
 import { costume, dressPanel } from './panels/dress';
 import { lookPanel } from './panels/look';
 import { gamePanel, HIDDEN_HINT } from './panels/recognise';
@@ -11,7 +12,7 @@ import { touchPanel } from './panels/touch';
 import { canvas, hand, hint, showHint, world } from './stage';
 import { changed, MODES, state, type Mode } from './state';
 
-export const tabs: Record<Mode, HTMLButtonElement> = { look: tab('look', 'Look'), touch: tab('touch', 'Touch'), recognise: tab('recognise', 'Recognise'), dress: tab('dress', 'Dress') };
+export const tabs: Record<Mode, HTMLButtonElement> = { touch: tab('touch', 'Touch'), look: tab('look', 'Look'), recognise: tab('recognise', 'Recognise'), dress: tab('dress', 'Dress') };
 function tab(which: Mode, text: string): HTMLButtonElement {
   return h('button', { role: 'tab', id: `tab-${which}`, 'aria-controls': 'panel', onclick: () => setMode(which) }, text);
 }
@@ -27,7 +28,7 @@ export const tabList = h('div', { class: 'tabs', role: 'tablist', 'aria-label': 
 export const modePanel = h('div', { id: 'mode-panel' });
 const hints: Record<Mode, string> = {
   look: 'Drag to turn it. Click it for numbers. Drop a mesh here to bake it.',
-  touch: 'Press on an object and drag: you are touching it. The arrow is the force.',
+  touch: '',
   recognise: 'Press Begin, then feel for the hidden object with sound on.',
   dress: 'The figure is being prepared: some seconds.',
 };
@@ -43,7 +44,8 @@ export function setMode(next: Mode): void {
   panel.querySelector('.senses')?.append(senses);
   panel.setAttribute('aria-labelledby', `tab-${state.mode}`);
   main.dataset.mode = state.mode;
-  showHint(state.playing && state.mode !== 'dress' ? (state.mode === 'recognise' ? HIDDEN_HINT : 'A round of recognition goes on: the objects stay hidden until you leave the game.') : hints[state.mode]);
+  if (!state.playing && !hints[next]) hint.hidden = true;
+  else showHint(state.playing && state.mode !== 'dress' ? (state.mode === 'recognise' ? HIDDEN_HINT : 'A round of recognition goes on: the objects stay hidden until you leave the game.') : hints[state.mode]);
   hand.enabled = state.mode === 'touch' || state.mode === 'recognise';
   if (state.mode !== 'recognise') hand.only = state.playing ? hand.only : -1;
   world.objects.hidden = state.mode === 'dress' || state.playing;
@@ -51,7 +53,7 @@ export function setMode(next: Mode): void {
   changed('mode');
   if (before !== state.mode && state.mode === 'dress') { world.tool.mark(null); if (costume.last) hint.hidden = true; costume.enter(); }
   if (before === 'dress' && state.mode !== 'dress') { costume.leave(); world.tool.mark(null); world.frame(); }
-  if (state.mode === 'look' || state.mode === 'dress') hideTool();
+  if (state.mode === 'look' || state.mode === 'dress') { hideTool(); link.say({ say: 'rest' }); }
   world.objects.dims = state.mode === 'look';
   void world.objects.paint();
 }

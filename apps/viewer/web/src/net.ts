@@ -21,6 +21,7 @@ export interface Settings {
 export interface Worn { garment: string; fabric: string; walks: boolean; pinned: number; number: number; seams: { name: string; sewn: boolean }[]; }
 export interface DeviceRow { name: string; here: boolean; state: string; rate: number; limit: number; }
 export interface Status {
+  program: string;  ///< another one after every start
   touching: boolean; stopped: boolean; device: number; devices: DeviceRow[]; settings: Settings;
   cloth: { here: boolean; worn: Worn | null }; toolRevision: number;
   counters?: Record<string, number>; limit?: number; safeStiffness?: number; deviceName?: string;
@@ -53,6 +54,10 @@ export interface Handlers {
   progress(progress: Progress): void;
   trouble(text: string): void;
   connected(yes: boolean): void;
+  /// Another program answers here, and this page does not have its token.
+  stranger(): void;
+  held(): void;   ///< another window has the tool
+  taken(): void;  ///< another window took it from this one
 }
 
 const token = new URLSearchParams(location.search).get('token') ?? '';
@@ -99,7 +104,8 @@ export class Link {
     const socket = new WebSocket(`ws://${location.host}${address('/ws')}`);
     this.socket = socket;
     socket.binaryType = 'arraybuffer';
-    socket.onopen = () => { this.wait = 250; this.handlers.connected(true); };
+    let opened = false;
+    socket.onopen = () => { opened = true; this.wait = 250; this.handlers.connected(true); };
     socket.onmessage = (event) => {
       if (event.data instanceof ArrayBuffer) {
         const data = new Float32Array(event.data);
@@ -112,10 +118,14 @@ export class Link {
       else if (message.say === 'status') this.handlers.status(message);
       else if (message.say === 'progress') this.handlers.progress(message);
       else if (message.say === 'trouble') this.handlers.trouble(message.text);
+      else if (message.say === 'held') this.handlers.held();
+      else if (message.say === 'taken') this.handlers.taken();
     };
-    socket.onclose = () => {
+    socket.onclose = async () => {
       if (this.socket !== socket) return;
       this.handlers.connected(false);
+      // Refused: only who has read the new program's address may go on.
+      if (!opened && (await fetch(address('/api/tool'), { method: 'HEAD' }).then((r) => r.status, () => 0)) === 403) this.handlers.stranger();
       setTimeout(() => this.connect(), this.wait);
       this.wait = Math.min(2 * this.wait, 4000);
     };
@@ -133,27 +143,33 @@ export class Link {
 
 export const link = new Link();
 
-export async function fetchBytes(path: string): Promise<ArrayBuffer> {
-  const reply = await fetch(address(path));
+async function answerTo(path: string): Promise<Response> {
+  let reply;
+  try { reply = await fetch(address(path)); } catch { throw new Error('The program does not answer.'); }
   if (!reply.ok) throw new Error(`${path}: ${(await reply.text()).trim()}`);
-  return reply.arrayBuffer();
+  return reply;
+}
+
+export async function fetchBytes(path: string): Promise<ArrayBuffer> {
+  return (await answerTo(path)).arrayBuffer();
 }
 
 export async function fetchJson<T>(path: string): Promise<T> {
-  const reply = await fetch(address(path));
-  if (!reply.ok) throw new Error(`${path}: ${(await reply.text()).trim()}`);
-  return reply.json() as Promise<T>;
+  return (await answerTo(path)).json() as Promise<T>;
 }
 
 export interface Verdict {
   accepted: boolean; verdict: string; code?: string; element?: string; message?: string; cure?: string; notes?: string[]; triangles?: number;
 }
 
+/// How a file is read; empty: as it needs.
+export interface Reading { repair: string; thickness: string; unit: string; projection: string; }
+
 /// Sends a file; sent: share of it that is on its way, 0 to 1.
-export function upload(file: File, repair: '' | 'surface', projection: string, sent: (share: number) => void): Promise<Verdict> {
+export function upload(file: File, reading: Reading, sent: (share: number) => void, signal: AbortSignal): Promise<Verdict> {
   return new Promise((resolve, reject) => {
-    const request = new XMLHttpRequest();
-    request.open('POST', address(`/api/upload?name=${encodeURIComponent(file.name)}${repair ? `&repair=${repair}` : ''}&projection=${projection}`));
+    const request = new XMLHttpRequest(), words = Object.entries({ name: file.name, ...reading }).filter(([, v]) => v !== '').map(([k, v]) => `${k}=${encodeURIComponent(v)}`);
+    request.open('POST', address(`/api/upload?${words.join('&')}`));
     request.upload.onprogress = (e) => { if (e.lengthComputable) sent(e.loaded / e.total); };
     request.onload = () => {
       if (request.status === 413) {
@@ -164,6 +180,8 @@ export function upload(file: File, repair: '' | 'surface', projection: string, s
       try { resolve(JSON.parse(request.responseText)); } catch { reject(new Error(request.responseText || `status ${request.status}`)); }
     };
     request.onerror = () => reject(new Error('the program does not answer'));
+    request.onabort = () => reject(new Error('cancelled'));
+    signal.addEventListener('abort', () => request.abort());
     request.send(file);
   });
 }

@@ -16,10 +16,21 @@ export function wait(text: string): void {
   clearTimeout(noticeDue);
   noticeDue = window.setTimeout(() => { notice.hidden = true; }, 5000);
 }
-export function trouble(text: string): void { wait(text); notice.className = 'notice bad'; announce(text, true); }
+export function trouble(what: unknown): void {
+  const text = what instanceof Error ? what.message : String(what);
+  wait(text); notice.className = 'notice bad';
+  announce(text, true);
+}
+/// Stays until it is answered.
+export function question(text: string, answer: string, act: () => void): void {
+  wait(text);
+  clearTimeout(noticeDue);
+  notice.append(' ', h('button', { id: 'answer', onclick: () => { notice.hidden = true; act(); } }, answer));
+  announce(text, true);
+}
 
 export function showProgress(p: Progress): void {
-  progressBox.hidden = p.stage === 'done' || p.stage === 'failed';
+  progressBox.hidden = p.stage === 'done' || p.stage === 'failed' || p.stage === 'cancelled';
   const stages: Record<string, [string, number]> = { decompose: ['cutting into parts', 0.1], fit: ['fitting superquadrics', 0.3], map: ['making maps', 0.5], measure: ['measuring', 0.75], refine: ['refining', 0.85], bones: ['its bones', p.done] };
   const [text, at] = stages[p.stage] ?? [p.stage, 1];
   progressText.textContent = `Baking ${p.name}: ${text}`;

@@ -1,7 +1,8 @@
 // The objects as three.js draws them: surfaces, superquadrics, spheres and overlays, coloured by part or by field.
 import * as THREE from 'three';
 import { acceleratedRaycast, computeBoundsTree, disposeBoundsTree } from 'three-mesh-bvh';
-import { colourField, partColour, type Rgb, type Scale } from './colours';
+import { colourField, distinctColours, partColour, type Rgb, type Scale } from './colours';
+import { dented } from './skin';
 import { meter } from './meter';
 import { fetchBytes, type ObjectFacts } from './net';
 
@@ -14,7 +15,7 @@ export interface Hit { object: number; part: number; triangle: number; point: TH
 interface Shown {
   id: number; revision: number;
   surface: THREE.Mesh | null; superquadrics: Pieces<THREE.Mesh>; spheres: Pieces<THREE.LineSegments>; partOf: Uint32Array; fields: Map<string, Float32Array>;
-  indexed: THREE.BufferGeometry | null; samples: THREE.Points | null; shell: THREE.Mesh | null; hidden: Float32Array | null; painted: string;
+  colours: Rgb[]; indexed: THREE.BufferGeometry | null; samples: THREE.Points | null; shell: THREE.Mesh | null; hidden: Float32Array | null; painted: string;
 }
 
 /// One thing a part, all drawn in one call: colours are of vertices, piece p has those from first[p] to first[p + 1].
@@ -33,7 +34,7 @@ function setOpacity(pieces: Pieces<THREE.Mesh | THREE.LineSegments>, of: (piece:
   if (changed) colour.needsUpdate = true;
 }
 
-const linearPart = (part: number, scale = 1): THREE.Color => new THREE.Color().setRGB(...(partColour(part).map((x) => scale * x) as Rgb), THREE.SRGBColorSpace);
+const linear = (c: Rgb, scale = 1): THREE.Color => new THREE.Color().setRGB(...(c.map((x) => scale * x) as Rgb), THREE.SRGBColorSpace);
 
 const HIDDEN: Rgb = [0.85, 0.05, 0.62];
 
@@ -47,7 +48,7 @@ export const fullRatio = (): number => Math.min(devicePixelRatio, 2);
 
 export class Objects {
   colourBy = 'parts';
-  surfaceAs: 'solid' | 'clear' | 'off' = 'solid';
+  surfaceAs: 'solid' | 'clear' | 'wire' | 'off' = 'solid';
   withSuperquadrics = false;
   withSpheres = false;
   withSamples = false;
@@ -55,11 +56,12 @@ export class Objects {
   withHidden = false;  ///< Q2: what its part's projection does not see first
   inHand = -1;         ///< the object that is held as the tool
   hiddenShare: string[] = [];
+  focus = -1;          ///< the object that is looked at: the others are pale; -1: all alike
   hidden = false;  ///< recognition: nothing but the tool
   dims = true;     ///< parts beside the selected one are pale
   onScale: (scale: Scale | null) => void = () => {};
   onWait: (kind: string, done: number, of: number) => void = () => {};  ///< fields that the program computes
-  onTrouble: (text: string) => void = () => {};
+  onTrouble: (what: unknown) => void = () => {};
   private facts: ObjectFacts[] = [];
   private shown: (Shown | null)[] = [];
   private selected: { object: number; part: number } | null = null;
@@ -117,16 +119,17 @@ export class Objects {
       indexed.computeVertexNormals();
       const geometry = indexed.toNonIndexed();
       geometry.setAttribute('color', new THREE.BufferAttribute(new Float32Array(9 * nt), 3));
+      geometry.setAttribute('seen', new THREE.BufferAttribute(new Uint8Array(3 * nt).fill(1), 1));
       geometry.computeBoundsTree({ indirect: true } as never);
-      surface = new THREE.Mesh(geometry, new THREE.MeshStandardMaterial({ vertexColors: true, roughness: 0.75, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1, side: f.solid ? THREE.FrontSide : THREE.DoubleSide }));
+      surface = new THREE.Mesh(geometry, dented(new THREE.MeshStandardMaterial({ vertexColors: true, roughness: 0.75, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1, side: f.solid ? THREE.FrontSide : THREE.DoubleSide })));
       this.scene.add(surface);
     }
-    const superquadrics = this.buildSuperquadrics(sqData), spheres = this.buildSpheres(f);
+    const own = distinctColours(f.parts.map((p) => p.neighbours)), superquadrics = this.buildSuperquadrics(sqData, own), spheres = this.buildSpheres(f, own);
     this.scene.add(superquadrics.all, spheres.all);
-    return { id: f.id, revision: f.revision, surface, superquadrics, spheres, partOf, fields: new Map(), indexed, samples: null, shell: null, hidden: null, painted: '' };
+    return { id: f.id, revision: f.revision, surface, superquadrics, spheres, partOf, fields: new Map(), colours: own, indexed, samples: null, shell: null, hidden: null, painted: '' };
   }
 
-  private buildSuperquadrics(data: ArrayBuffer): Pieces<THREE.Mesh> {
+  private buildSuperquadrics(data: ArrayBuffer, own: Rgb[]): Pieces<THREE.Mesh> {
     const count = new Uint32Array(data, 4, 1)[0], sizes: [number, number, number][] = [], first = [0];
     let at = 8, corners = 0;
     for (let p = 0; p < count; ++p) {
@@ -141,7 +144,7 @@ export class Objects {
     sizes.forEach(([from, v, t], p) => {
       positions.set(new Float32Array(data, from + 8, 3 * v), 3 * first[p]);
       for (const corner of new Uint32Array(data, from + 8 + 12 * v, 3 * t)) index[next++] = corner + first[p];
-      const c = linearPart(p);
+      const c = linear(own[p]);
       for (let k = first[p]; k < first[p + 1]; ++k) colours.set([c.r, c.g, c.b, 1], 4 * k);
     });
     const g = new THREE.BufferGeometry();
@@ -155,12 +158,12 @@ export class Objects {
   }
 
   /// Two levels, as section 4.1 has them: piece 0 about the object, the others about each superquadric.
-  private buildSpheres(f: ObjectFacts): Pieces<THREE.LineSegments> {
+  private buildSpheres(f: ObjectFacts, own: Rgb[]): Pieces<THREE.LineSegments> {
     const ring = new THREE.EdgesGeometry(new THREE.SphereGeometry(1, 20, 14), 1).getAttribute('position'), n = ring.count;
     const all = [f.sphere, ...f.parts.map((p) => p.sphere)], first = all.map((_, i) => i * n).concat(all.length * n);
     const positions = new Float32Array(3 * n * all.length), colours = new Float32Array(4 * n * all.length);
     all.forEach(([x, y, z, r], i) => {
-      const c = i === 0 ? new THREE.Color(0x888888) : linearPart(i - 1);
+      const c = i === 0 ? new THREE.Color(0x888888) : linear(own[i - 1]);
       for (let k = 0; k < n; ++k) {
         positions.set([x + r * ring.getX(k), y + r * ring.getY(k), z + r * ring.getZ(k)], 3 * (i * n + k));
         colours.set([c.r, c.g, c.b, 1], 4 * (i * n + k));
@@ -214,18 +217,20 @@ export class Objects {
       const material = s.surface.material as THREE.MeshStandardMaterial, clear = this.surfaceAs === 'clear';
       if (material.transparent !== clear) material.needsUpdate = true;
       material.transparent = clear;
+      material.wireframe = this.surfaceAs === 'wire';
       material.opacity = clear ? 0.35 : 1;
       const field = scale && values[i] ? scale.colours : null;
       // What decides the colours; the same is not painted twice.
-      const key = `${kind}${field ? '' : '!'}|${scale?.key ?? ''}|${chosen}|${hidden ? 1 : 0}`;
-      if (s.painted !== key) { s.painted = key; meter.spend('colours', () => this.colour(s, field, starts[i], chosen, hidden)); }
+      const pale = this.focus >= 0 && this.focus !== i;
+      const key = `${kind}${field ? '' : '!'}|${scale?.key ?? ''}|${chosen}|${hidden ? 1 : 0}|${pale ? 1 : 0}`;
+      if (s.painted !== key) { s.painted = key; meter.spend('colours', () => this.colour(s, field, starts[i], pale ? -2 : chosen, hidden)); }
     }));
     this.hiddenShare = shares.filter((x) => x);
     if (this.colourBy === kind) this.onScale(scale);
     this.redraw();
   }
 
-  /// Each triangle by its field's colour, or its part's.
+  /// Each triangle by its field's colour, or its part's. chosen: the part beside which the others are pale; -1: none; -2: all are.
   private colour(s: Shown, field: Rgb[] | null, start: number, chosen: number, hidden: Float32Array | null): void {
     const attribute = s.surface!.geometry.getAttribute('color') as THREE.BufferAttribute, array = attribute.array as Float32Array;
     const magenta = new THREE.Color().setRGB(...HIDDEN, THREE.SRGBColorSpace), own = new THREE.Color(), parts: THREE.Color[] = [];
@@ -234,7 +239,7 @@ export class Objects {
       let c: THREE.Color;
       if (hidden && hidden[t] === 1) c = magenta;
       else if (field) c = own.setRGB(...field[start + t], THREE.SRGBColorSpace);
-      else c = parts[part] ??= chosen >= 0 && chosen !== part ? new THREE.Color().setRGB(...(partColour(part).map((x) => 0.45 * x + 0.4) as Rgb), THREE.SRGBColorSpace) : linearPart(part);
+      else c = parts[part] ??= chosen !== -1 && chosen !== part ? linear(s.colours[part].map((x) => 0.45 * x + 0.4) as Rgb) : linear(s.colours[part]);
       for (let k = 9 * t; k < 9 * t + 9; k += 3) { array[k] = c.r; array[k + 1] = c.g; array[k + 2] = c.b; }
     }
     meter.coloured += s.partOf.length;
@@ -247,7 +252,7 @@ export class Objects {
     let done = 0;
     if (missing.length) this.onWait(kind, 0, missing.length);
     await Promise.all(missing.map(async ([s, i]) => {
-      try { s.fields.set(kind, new Float32Array(await fetchBytes(`/api/object/${i}/field/${kind}`), 8)); } catch (e) { this.onTrouble(String(e)); }
+      try { s.fields.set(kind, new Float32Array(await fetchBytes(`/api/object/${i}/field/${kind}`), 8)); } catch (e) { this.onTrouble(e); }
       if (this.colourBy === kind) this.onWait(kind, ++done, missing.length);
     }));
   }
@@ -258,7 +263,7 @@ export class Objects {
       if (this.withSamples && !s.samples) {
         const data = await fetchBytes(`/api/object/${i}/samples`), n = new Uint32Array(data, 4, 1)[0];
         const g = new THREE.BufferGeometry(), part = new Uint32Array(data, 8 + 12 * n, n), colours = new Float32Array(3 * n);
-        for (let k = 0; k < n; ++k) { const c = linearPart(part[k], 0.45); colours.set([c.r, c.g, c.b], 3 * k); }
+        for (let k = 0; k < n; ++k) { const c = linear(s.colours[part[k]], 0.45); colours.set([c.r, c.g, c.b], 3 * k); }
         g.setAttribute('position', new THREE.BufferAttribute(new Float32Array(data, 8, 3 * n), 3));
         g.setAttribute('color', new THREE.BufferAttribute(colours, 3));
         if (!s.samples) {
@@ -283,7 +288,7 @@ export class Objects {
         }
       }
       if (this.withHidden && !s.hidden) s.hidden = new Float32Array(await fetchBytes(`/api/object/${i}/hidden`), 8);
-    } catch (e) { this.onTrouble(String(e)); }
+    } catch (e) { this.onTrouble(e); }
   }
 
   /// For tests and legends: samples shown, share of vertices that the offset moves, triangles hidden.
@@ -313,12 +318,46 @@ export class Objects {
     return { object, part: s.partOf[t], triangle: t, point: found.point.clone(), normal };
   }
 
+  private left: Set<string> = new Set();  ///< parts that are left out, as "id/part"
+  /// Shows a part or leaves it out; what is left out is not clicked either.
+  show(object: number, part: number, yes: boolean): void {
+    const s = this.shown[object];
+    if (!s?.surface) return;
+    const seen = s.surface.geometry.getAttribute('seen') as THREE.BufferAttribute;
+    for (let t = 0; t < s.partOf.length; ++t) if (s.partOf[t] === part) seen.array.fill(yes ? 1 : 0, 3 * t, 3 * t + 3);
+    seen.needsUpdate = true;
+    const key = `${s.id}/${part}`;
+    if (yes) this.left.delete(key); else this.left.add(key);
+    this.redraw();
+  }
+  /// One part alone; -1: all parts again.
+  isolate(object: number, part: number): void { this.facts[object]?.parts.forEach((_, p) => this.show(object, p, part < 0 || p === part)); }
+  isLeft(object: number, part: number): boolean { return this.left.has(`${this.shown[object]?.id}/${part}`); }
+  /// What lies before the plane is not drawn; null: all is.
+  cut(plane: THREE.Plane | null): void {
+    for (const s of this.shown) if (s?.surface) (s.surface.material as THREE.MeshStandardMaterial).clippingPlanes = plane ? [plane] : null;
+    for (const s of this.shown) if (s?.surface) (s.surface.material as THREE.MeshStandardMaterial).side = plane || !this.facts[this.shown.indexOf(s)].solid ? THREE.DoubleSide : THREE.FrontSide;
+    this.redraw();
+  }
+
   select(object: number, part: number): void {
     this.selected = object < 0 ? null : { object, part };
     void this.paint();
   }
 
   fieldAt(object: number, kind: string, triangle: number): number | undefined { return this.shown[object]?.fields.get(kind)?.[triangle]; }
+  colourOf(object: number, part: number): Rgb { return this.shown[object]?.colours[part] ?? partColour(part); }
+  /// What is drawn of the objects that can be touched.
+  surfaces(): THREE.Mesh[] { return this.shown.flatMap((s, i) => (s?.surface && i !== this.inHand ? [s.surface] : [])); }
+  /// Every so many vertices of the objects that can be touched, or of one.
+  eachVertex(only: number, every: number, see: (object: number, v: THREE.Vector3) => void): void {
+    const v = new THREE.Vector3();
+    this.shown.forEach((s, i) => {
+      if (!s?.indexed || (only >= 0 && i !== only) || i === this.inHand) return;
+      const p = s.indexed.getAttribute('position');
+      for (let k = 0; k < p.count; k += every) see(i, v.fromBufferAttribute(p, k));
+    });
+  }
   ready(): boolean { return this.shown.length > 0 && this.shown.every((s) => s !== null); }
 
   /// The nearest surface along a ray. only: one object, or -1.
@@ -328,7 +367,8 @@ export class Objects {
       if (!s?.surface || (only >= 0 && i !== only) || i === this.inHand) return;
       const visible = s.surface.visible;
       s.surface.visible = true;
-      const [hit] = raycaster.intersectObject(s.surface, false);
+      raycaster.firstHitOnly = this.left.size === 0;
+      const hit = raycaster.intersectObject(s.surface, false).find((found) => !this.isLeft(i, s.partOf[found.faceIndex!]));
       s.surface.visible = visible;
       if (!hit || hit.distance >= distance || hit.faceIndex == null) return;
       distance = hit.distance;

@@ -8,6 +8,8 @@ const FLAGS = ['degraded', 'engaged', 'connected'] as const;
 const COLUMNS = ['tick', 'time_s', ...PER_TICK, ...VECTORS.flatMap((v) => ['x', 'y', 'z'].map((c) => `frame_${v}_${c}`)),
   ...Array.from({ length: 9 }, (_, i) => `frame_turn_${Math.floor(i / 3)}${i % 3}`), ...NUMBERS.map((n) => `frame_${n}`), ...FLAGS.map((n) => `frame_${n}`)];
 const MOST_SECONDS = 600;
+const SHOWN = 6;  // s, of the charts
+const LIMIT = 8 | 256;  // bits of haptic::SafetyStep
 
 export interface Again { different: number; lost: number; largestForce: number; rmsForce: number; largestDepth: number; ticks: Float32Array; }
 
@@ -29,13 +31,16 @@ export class Recorder {
   again: Again | null = null;
   replaying = false;
   onFrame: (frame: Frame, at: number, of: number) => void = () => {};
+  paused = false;    ///< replaying, and standing still
+  position = 0;      ///< s, of a replay
+  onSeek: (frames: Frame[], at: number) => void = () => {};
   onEnd: () => void = () => {};
   onFull: () => void = () => {};  ///< as long as a recording may be
 
   get seconds(): number { return this.kept.length ? this.kept[this.kept.length - 1].at : 0; }
   get count(): number { return this.kept.length; }
 
-  start(): void { this.kept = []; this.again = null; this.recording = true; this.shift = 0; this.began = performance.now(); }
+  start(): void { this.kept = []; this.position = 0; this.again = null; this.recording = true; this.shift = 0; this.began = performance.now(); }
   stop(): void { this.recording = false; }
 
   add(frame: Frame): void {
@@ -48,26 +53,54 @@ export class Recorder {
     this.kept.push({ at, frame: { ...frame, time: frame.time + this.shift, ticks: frame.ticks.slice() } });
   }
 
-  /// As it was, in its own time.
+  /// As it was, in its own time, from where it stands; from the beginning where it had ended.
   replay(): void {
     if (!this.kept.length) return;
     this.recording = false;
     this.replaying = true;
-    const began = performance.now();
-    let next = 0;
+    this.paused = false;
+    if (this.position >= this.seconds) this.position = 0;
+    const began = performance.now() - 1000 * this.position;
+    let next = this.kept.findIndex((k) => k.at >= this.position);
+    cancelAnimationFrame(this.timer);
     const step = () => {
-      const now = (performance.now() - began) / 1000;
-      while (next < this.kept.length && this.kept[next].at <= now) this.onFrame(this.kept[next++].frame, now, this.seconds);
+      this.position = Math.min((performance.now() - began) / 1000, this.seconds);
+      while (next < this.kept.length && this.kept[next].at <= this.position) this.onFrame(this.kept[next++].frame, this.position, this.seconds);
       if (next >= this.kept.length) { this.halt(); return; }
       this.timer = requestAnimationFrame(step);
     };
     step();
   }
+  /// Stands still there: the frames of the seconds before it, the last one is of that moment.
+  seek(to: number): void {
+    if (!this.kept.length) return;
+    this.pause();
+    this.position = Math.max(0, Math.min(to, this.seconds));
+    this.onSeek(this.kept.filter((k) => k.at <= this.position && k.at > this.position - SHOWN).map((k) => k.frame).concat(this.position < this.kept[0].at ? [this.kept[0].frame] : []), this.position);
+  }
+  pause(): void {
+    cancelAnimationFrame(this.timer);
+    this.recording = false;
+    this.replaying = this.paused = this.kept.length > 0;
+  }
   halt(): void {
     if (!this.replaying) return;
     cancelAnimationFrame(this.timer);
-    this.replaying = false;
+    this.replaying = this.paused = false;
     this.onEnd();
+  }
+
+  /// Moments that somebody may look for: where contact begins, where the limit or a fault acts.
+  marks(): { at: number; kind: 'contact' | 'limit' | 'fault' }[] {
+    const out: { at: number; kind: 'contact' | 'limit' | 'fault' }[] = [];
+    let before: Frame | null = null;
+    for (const { at, frame } of this.kept) {
+      if (frame.contacts > 0 && !(before && before.contacts > 0)) out.push({ at, kind: 'contact' });
+      if (frame.acted & LIMIT && !(before && before.acted & LIMIT)) out.push({ at, kind: 'limit' });
+      if (frame.faults && !before?.faults) out.push({ at, kind: 'fault' });
+      before = frame;
+    }
+    return out;
   }
 
   /// A row a tick; what is known of a frame only stands in the row of its last tick.
@@ -118,6 +151,7 @@ export class Recorder {
     this.halt();
     this.recording = false;
     this.kept = kept;
+    this.position = 0;
     this.again = null;
   }
 

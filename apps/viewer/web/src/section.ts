@@ -1,6 +1,6 @@
 // A section through an object: the level sets of a part's inside-outside function F (eqs. 1 and 2) about the cut surface.
 import * as THREE from 'three';
-import { css, partColour, sequentialColour, type Rgb } from './colours';
+import { css, sequentialColour, type Rgb } from './colours';
 import { levelSet } from './contours';
 import { h } from './dom';
 
@@ -38,6 +38,8 @@ export class SectionView {
   private point: THREE.Vector3 | null = null;
   private foot: THREE.Vector3 | null = null;
 
+  colour: (part: number) => Rgb = () => [0.5, 0.5, 0.5];  ///< of a part
+
   constructor() { new ResizeObserver(() => this.draw()).observe(this.canvas); }
 
   show(section: Section | null, part: number, point: THREE.Vector3 | null): void {
@@ -69,7 +71,7 @@ export class SectionView {
     };
     lines(s.others, style.getPropertyValue('--soft').trim(), 1, [4, 4]);
     for (const { level, colour, segments } of s.levels) lines(segments, css(colour), level === 1 ? 3 : 1.6);
-    for (const cut of s.cuts) lines(cut.ends, cut.part === this.part ? style.getPropertyValue('--ink').trim() : css(partColour(cut.part)), cut.part === this.part ? 2 : 1.4);
+    for (const cut of s.cuts) lines(cut.ends, cut.part === this.part ? style.getPropertyValue('--ink').trim() : css(this.colour(cut.part)), cut.part === this.part ? 2 : 1.4);
     c.font = '600 12px system-ui';
     for (const [i, { colour, segments }] of s.levels.entries()) {
       // At the rightmost of each, where they are farthest apart; below one another they do not meet.

@@ -1,4 +1,5 @@
 // Force for other senses: sound, rumble, speech.
+import { MODES, PLAIN } from './materials';
 import type { Frame } from './net';
 
 /// Pitch tells how hard, loudness too; a rustle tells how fast the tool slides; a tap marks every new contact.
@@ -10,11 +11,17 @@ export class Sound {
   private pan!: StereoPannerNode;
   private touching = false;
   private before: number[] | null = null;
+  private depthBefore = 0;
+  private band!: BiquadFilterNode;
+  material = PLAIN;   ///< of what is touched
+  size = 0.1;         ///< m, of the touched object
   on = false;
+  onSwitch: () => void = () => {};
 
   /// Browsers start sound only from a key or a click.
   start(): void {
     this.on = true;
+    this.onSwitch();
     if (this.context) { void this.context.resume(); return; }
     const c = new AudioContext();
     this.context = c;
@@ -33,14 +40,14 @@ export class Sound {
     noise.loop = true;
     const band = c.createBiquadFilter();
     band.type = 'bandpass';
-    band.frequency.value = 1400;
+    this.band = band;
     this.noiseGain = c.createGain();
     this.noiseGain.gain.value = 0;
     noise.connect(band).connect(this.noiseGain).connect(this.pan);
     noise.start();
   }
 
-  stop(): void { this.on = false; this.quiet(); }
+  stop(): void { this.on = false; this.onSwitch(); this.quiet(); }
 
   quiet(): void {
     if (!this.context) return;
@@ -62,10 +69,31 @@ export class Sound {
     let speed = 0;
     if (this.before) speed = Math.hypot(...frame.tool.map((x, i) => x - this.before![i])) * 60;
     this.before = frame.tool;
-    this.noiseGain.gain.setTargetAtTime(touching ? Math.min(speed * 2, 0.25) : 0, t, 0.02);
-    if (touching && !this.touching) this.tap(520);
+    this.noiseGain.gain.setTargetAtTime(touching ? this.material.rustle * Math.min(speed * 3, 0.4) : 0, t, 0.02);
+    this.band.frequency.setTargetAtTime(this.material.pitch * (1 + Math.min(speed, 0.5)), t, 0.03);
+    if (touching && !this.touching) this.strike(Math.max(frame.depth - this.depthBefore, 0) * 60);
     this.touching = touching;
+    this.depthBefore = touching ? frame.depth : 0;
   }
+
+  /// The modes of a bar of the touched object's size and material, struck at this speed, m/s: the lowest sounds longest.
+  strike(speed: number): void {
+    if (!this.on || !this.context) return;
+    const c = this.context, m = this.material, lowest = Math.min(Math.max(m.speed / this.size, 60), 2400), loud = 0.3 * m.loud * Math.min(0.25 + 2 * speed, 1);
+    MODES.forEach((ratio, k) => {
+      if (lowest * ratio > 9000) return;
+      const o = c.createOscillator(), g = c.createGain(), lasts = Math.max(m.periods / lowest / (1 + 0.6 * k), 0.012);
+      o.frequency.value = lowest * ratio;
+      g.gain.setValueAtTime(loud / (1 + 1.2 * k), c.currentTime);
+      g.gain.exponentialRampToValueAtTime(0.0005, c.currentTime + 3 * lasts);
+      o.connect(g).connect(this.pan);
+      o.start();
+      o.stop(c.currentTime + 3 * lasts);
+    });
+  }
+
+  /// The nearer, the higher: for a hand that looks for something.
+  guide(distance: number): void { this.tap(900 / (1 + 3 * distance)); }
 
   tap(pitch: number): void {
     if (!this.on || !this.context) return;

@@ -11,8 +11,12 @@ export const hint = h('p', { class: 'hint', id: 'hint' });
 const legend = h('div', { class: 'legend', hidden: true });
 export const forceRead = h('output', { class: 'force', id: 'force', 'aria-live': 'off' });
 export const factsLine = h('p', { class: 'facts-line', id: 'model-facts' });  // always in sight, however the panel is scrolled
-export const stage = h('div', { class: 'stage' }, canvas, hint, legend, h('div', { class: 'corner' }, forceRead, factsLine));
+export const forceTag = h('div', { class: 'force-tag', hidden: true, 'aria-hidden': 'true' });  // the words in the corner say it, too
+export const invite = h('div', { class: 'invite', id: 'invite', hidden: true, 'aria-hidden': 'true' }, 'Press and drag on me');
+export const stage = h('div', { class: 'stage' }, canvas, forceTag, invite, hint, legend, h('div', { class: 'corner' }, forceRead, factsLine));
 export const world = new World(canvas);
+if (!world.renderer) stage.append(h('div', { class: 'no-picture', id: 'no-picture', role: 'note' }, h('p', {}, 'This browser shows no 3D picture: WebGL is off or missing.'),
+  h('p', {}, 'Switch on hardware acceleration or WebGL in its settings, or open the address in another browser. Until then touch works by keys: Enter touches, arrows move, N says what is touched, with sound and numbers.')));
 export const hand = new Hand(world, canvas);
 onTheme(() => world.theme());
 

@@ -4,7 +4,7 @@ import type { Frame, ObjectFacts, Settings, Status } from './net';
 import type { Hit } from './objects';
 
 export type Mode = 'look' | 'touch' | 'recognise' | 'dress';
-export const MODES: Mode[] = ['look', 'touch', 'recognise', 'dress'];
+export const MODES: Mode[] = ['touch', 'look', 'recognise', 'dress'];
 
 export interface State {
   mode: Mode;
@@ -19,7 +19,7 @@ export interface State {
 }
 
 export const state: State = {
-  mode: 'look',
+  mode: 'touch',
   facts: [],
   status: null,
   selected: null,

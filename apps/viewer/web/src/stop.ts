@@ -13,17 +13,26 @@ export function onStop(end: () => void): void { atStop.push(end); }
 const forces: (() => boolean)[] = [];
 export function whileFelt(test: () => boolean): void { forces.push(test); }
 
+/// Where something can be felt: there STOP is offered.
+const canBeFelt = (): boolean => state.mode !== 'look' || (state.status?.device ?? 0) > 0;
+
+let before: HTMLElement | null = null;  ///< who had the focus
+
 function stop(): void {
-  link.say({ say: 'stop' });
+  before = document.activeElement instanceof HTMLElement ? document.activeElement : null;
+  if (state.mode !== 'dress' || (state.status?.device ?? 0) > 0) link.say({ say: 'stop' });
   hand.letGo();
   for (const end of atStop) end();
   announce('Stopped. No force.', true);
 }
-function resume(): void { link.say({ say: 'resume' }); announce('Going on.'); canvas.focus(); }
+function resume(): void { link.say({ say: 'resume' }); announce('Going on.'); (before?.isConnected && before !== document.body ? before : canvas).focus(); }
 
 document.addEventListener('keydown', (e) => {
   if (e.code !== 'Space') return;
   const at = document.activeElement;
+  // Whoever stops twice in fright does not go on: that is Enter's.
+  if (at instanceof Element && at.id === 'resume') { e.preventDefault(); return; }
+  if (!canBeFelt() || document.querySelector('dialog[open]')) return;
   // While anything can be felt the space bar is STOP wherever the focus is; else buttons and fields keep it.
   const felt = hand.holding || forces.some((test) => test()) || (state.status?.touching && (state.status.device > 0 || (state.frame && state.frame.contacts > 0)));
   if (!felt && at && at !== document.body && at !== canvas) return;
@@ -34,12 +43,15 @@ window.addEventListener('blur', () => hand.letGo());
 
 export function showResume(text = 'Stopped: there is no force.'): void {
   if (stage.querySelector('#resume')) return;
-  stage.append(h('div', { class: 'stopped', role: 'alertdialog', 'aria-label': text }, h('p', {}, text), h('button', { id: 'resume', class: 'primary', onclick: () => resume() }, 'Resume')));
+  const button = h('button', { id: 'resume', class: 'primary', onclick: () => resume() }, 'Resume ', h('kbd', {}, 'Enter'));
+  stage.append(h('div', { class: 'stopped', role: 'alertdialog', 'aria-label': text }, h('p', {}, text), button));
+  button.focus();
 }
 function hideResume(): void { stage.querySelector('.stopped')?.remove(); }
 /// Where nothing is felt it is in nobody's way.
 function showStopped(): void { if (state.status?.stopped && (state.mode === 'touch' || state.mode === 'recognise')) showResume(); else hideResume(); }
 on(['mode', 'status'], () => {
   showStopped();
+  stopButton.hidden = !canBeFelt();
   if (state.status) stopButton.setAttribute('aria-pressed', String(state.status.stopped));
 });

@@ -4,7 +4,7 @@ import type { Frame } from './net';
 
 const ARROW = 0.03;  // m of arrow a newton
 const COILS = 7, STEPS = 16;
-const LEAST_SPRING = 0.0005;  // m: shorter ones are not drawn
+const LEAST_SPRING = 0.0003;  // m: shorter ones are not drawn
 
 /// A spring of unit length along y, its first and last tenth straight.
 function coil(): THREE.BufferGeometry {
@@ -25,6 +25,8 @@ export class Tool {
   private arrow = new THREE.Group();
   private shaft: THREE.Mesh;
   private head: THREE.Mesh;
+  private shaftEdge: THREE.Mesh;  ///< white round both: seen on every colour
+  private headEdge: THREE.Mesh;
   private marker: THREE.Mesh;
   private hand: THREE.Mesh;     ///< where the hand is, below what the tool lies on
   private spring: THREE.Line;   ///< between the tool and the hand: what pushes
@@ -42,7 +44,11 @@ export class Tool {
     const paint = new THREE.MeshBasicMaterial({ color: 0xd4145a, depthTest: false });
     this.shaft = new THREE.Mesh(new THREE.CylinderGeometry(0.0016, 0.0016, 1, 12).translate(0, 0.5, 0), paint);
     this.head = new THREE.Mesh(new THREE.ConeGeometry(0.0045, 0.011, 16).translate(0, 0.0055, 0), paint);
-    this.arrow.add(this.shaft, this.head);
+    const edge = new THREE.MeshBasicMaterial({ color: 0xffffff, depthTest: false });
+    this.shaftEdge = new THREE.Mesh(new THREE.CylinderGeometry(0.0026, 0.0026, 1, 12).translate(0, 0.5, 0), edge);
+    this.headEdge = new THREE.Mesh(new THREE.ConeGeometry(0.0064, 0.0145, 16).translate(0, 0.0056, 0), edge);
+    this.shaftEdge.renderOrder = this.headEdge.renderOrder = 9;
+    this.arrow.add(this.shaftEdge, this.headEdge, this.shaft, this.head);
     this.arrow.visible = false;
     this.arrow.renderOrder = 10;
     this.shaft.renderOrder = this.head.renderOrder = 10;
@@ -151,10 +157,12 @@ export class Tool {
     if (!at || !this.arrow.visible) return;
     this.arrow.position.copy(at);
     this.arrow.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), force.clone().divideScalar(size));
-    this.shaft.scale.set(thick, length, thick);
-    this.head.scale.setScalar(thick);
-    this.head.position.y = length;
+    for (const shaft of [this.shaft, this.shaftEdge]) shaft.scale.set(thick, length, thick);
+    for (const head of [this.head, this.headEdge]) { head.scale.setScalar(thick); head.position.y = length; }
   }
+
+  /// The arrow's end, where it is drawn.
+  tipOfArrow(): THREE.Vector3 | null { return this.arrow.visible ? new THREE.Vector3(0, this.head.position.y + 0.012, 0).applyQuaternion(this.arrow.quaternion).add(this.arrow.position) : null; }
 
   /// For tests: where the arrow is and points.
   arrowNow(): { visible: boolean; direction: number[]; length: number } {

@@ -5,11 +5,21 @@ import { meter } from './meter';
 import type { ObjectFacts } from './net';
 import { fullRatio, Objects, type Hit } from './objects';
 import { Pace } from './pace';
+import { GroundShadow } from './shadow';
 import { Tool } from './tool';
 import { Traces } from './traces';
 
+function rendererOf(canvas: HTMLCanvasElement): THREE.WebGLRenderer | null {
+  try {
+    const renderer = new THREE.WebGLRenderer({ canvas, antialias: true });
+    renderer.localClippingEnabled = true;
+    renderer.debug.checkShaderErrors = false;  // to ask would wait for the graphics card
+    return renderer;
+  } catch { return null; }
+}
+
 export class World {
-  readonly renderer: THREE.WebGLRenderer;
+  readonly renderer: THREE.WebGLRenderer | null;  ///< null: this browser has no WebGL; all but the picture goes on
   readonly camera = new THREE.PerspectiveCamera(35, 1, 0.005, 20);
   readonly controls: OrbitControls;
   private scene = new THREE.Scene();
@@ -19,6 +29,7 @@ export class World {
   readonly extra = new THREE.Group();  ///< the figure and its cloth
   private raycaster = new THREE.Raycaster();
   private ground: THREE.GridHelper;
+  private shadow: GroundShadow | null;
   onFrame: (now: number) => void = () => {};  ///< before each draw
   readonly pace = new Pace();
   private share = 1;  ///< of the screen's pixels along each side that were drawn last
@@ -26,9 +37,8 @@ export class World {
   private dirty = true;
 
   constructor(private canvas: HTMLCanvasElement) {
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true });
-    this.renderer.debug.checkShaderErrors = false;  // to ask would wait for the graphics card
-    this.renderer.setPixelRatio(fullRatio());
+    this.renderer = rendererOf(canvas);
+    this.renderer?.setPixelRatio(fullRatio());
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.enableDamping = true;
     this.controls.dampingFactor = 0.15;
@@ -43,6 +53,7 @@ export class World {
     (this.ground.material as THREE.Material).transparent = true;
     (this.ground.material as THREE.Material).opacity = 0.22;
     this.scene.add(this.ground);
+    this.shadow = this.renderer && new GroundShadow(this.scene, this.renderer);
     this.objects = new Objects(this.scene, () => this.redraw());
     this.tool = new Tool(this.scene, () => this.redraw());
     this.traces = new Traces(this.scene, () => this.redraw());
@@ -63,6 +74,7 @@ export class World {
           this.fineness(1);
         } else this.fineness(this.pace.next(now));
         this.dirty = false;
+        if (!this.renderer) return;
         this.renderer.render(this.scene, this.camera);
         meter.drawn(this.renderer.info.render.calls, this.renderer.info.render.triangles);
       });
@@ -75,7 +87,7 @@ export class World {
   private fineness(share: number): void {
     if (share === this.share) return;
     this.share = share;
-    this.renderer.setPixelRatio(share * fullRatio());  // sets the size as well
+    this.renderer?.setPixelRatio(share * fullRatio());  // sets the size as well
   }
 
   theme(): void {
@@ -87,7 +99,7 @@ export class World {
   private resize(): void {
     const box = (this.canvas.parentElement as HTMLElement).getBoundingClientRect();
     if (box.width < 2 || box.height < 2) return;
-    this.renderer.setSize(box.width, box.height, false);
+    this.renderer?.setSize(box.width, box.height, false);
     this.camera.aspect = box.width / box.height;
     this.camera.updateProjectionMatrix();
     // Nobody has turned it since: in sight it stays.
@@ -100,6 +112,13 @@ export class World {
     const drawn = this.objects.set(facts);
     this.groundUnder();
     await drawn;
+    this.shade();
+  }
+
+  /// The shadow on the ground, anew: of the objects that are drawn.
+  shade(): void {
+    this.shadow?.draw(this.objects.surfaces(), this.objects.box(), this.objects.low - 0.001);
+    this.dirty = true;
   }
 
   /// All objects, or one, in sight.
@@ -124,6 +143,25 @@ export class World {
     }
     this.controls.update();
     this.framed = { box: box.clone(), at: this.camera.position.clone() };
+    this.camera.updateMatrixWorld();
+    this.dirty = true;
+  }
+
+  readonly axes = new THREE.AxesHelper(0.1);
+  /// x red, y green, z blue, 10 cm each, at the lower corner of what is drawn.
+  showAxes(yes: boolean): void {
+    const box = this.objects.box();
+    this.axes.position.set(box.min.x, this.objects.low, box.max.z);
+    if (yes) this.scene.add(this.axes); else this.scene.remove(this.axes);
+    this.dirty = true;
+  }
+
+  /// From a direction, as far away as it is.
+  look(from: THREE.Vector3): void {
+    const distance = this.camera.position.distanceTo(this.controls.target);
+    this.camera.position.copy(this.controls.target).addScaledVector(from.clone().normalize(), distance);
+    this.controls.update();
+    this.camera.updateMatrixWorld();
     this.dirty = true;
   }
 
@@ -173,6 +211,18 @@ export class World {
     return this.raycaster.ray.intersectPlane(plane, new THREE.Vector3()) ?? p.clone();
   }
 
+  /// The point of any object's surface, or of one object's, that appears nearest to a point of the canvas.
+  nearestOnScreen(at: THREE.Vector2, only: number): { object: number; x: number; y: number } | null {
+    let best: { object: number; x: number; y: number } | null = null, least = Infinity;
+    const p = new THREE.Vector3();
+    this.objects.eachVertex(only, 40, (object, v) => {
+      p.copy(v).project(this.camera);
+      const far = Math.hypot(p.x - at.x, p.y - at.y);
+      if (far < least && Math.abs(p.z) <= 1) { least = far; best = { object, x: p.x, y: p.y }; }
+    });
+    return best;
+  }
+
   /// Where p appears, -1 to 1 each way.
   project(p: THREE.Vector3): THREE.Vector2 { const q = p.clone().project(this.camera); return new THREE.Vector2(q.x, q.y); }
 
@@ -182,9 +232,16 @@ export class World {
     this.raycaster.setFromCamera(new THREE.Vector2(x, y), this.camera);
     return this.raycaster.intersectObject(mesh, false)[0] ?? null;
   }
-  picture(): Promise<Blob | null> {
+  /// width: pixels; 0: as many as the screen shows.
+  async picture(width = 0): Promise<Blob | null> {
+    if (!this.renderer) return null;
     this.fineness(1);
+    const box = (this.canvas.parentElement as HTMLElement).getBoundingClientRect();
+    if (width > 0) this.renderer.setPixelRatio(width / box.width);
     this.renderer.render(this.scene, this.camera);
-    return new Promise((resolve) => this.canvas.toBlob(resolve, 'image/png'));
+    const blob = await new Promise<Blob | null>((resolve) => this.canvas.toBlob(resolve, 'image/png'));
+    this.renderer.setPixelRatio(fullRatio());
+    this.dirty = true;
+    return blob;
   }
 }

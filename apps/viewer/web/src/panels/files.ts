@@ -1,12 +1,13 @@
 // Meshes and models that are opened, saved, and linked to.
 import { announce, fill, h, save } from '../dom';
 import { setMode, tabs } from '../modes';
-import { address, upload, type Settings } from '../net';
+import { openSheet } from '../layout';
+import { address, link, upload, type Settings } from '../net';
 import { trouble, wait } from '../notices';
 import { world } from '../stage';
 import { MODES, on, state, type Mode } from '../state';
 import { setTheme, THEMES } from '../theme';
-import { card, choice } from './controls';
+import { choice, folded } from './controls';
 import { costume } from './dress';
 import { lookPanel } from './look';
 import { select } from './parts';
@@ -14,16 +15,21 @@ import { tellSettings } from './touch';
 
 /// What was found in a file.
 export const dialog = h('section', { class: 'card verdict', id: 'verdict', hidden: true, tabIndex: -1, 'aria-label': 'Verdict on the file' });
-const fileInput = h('input', { type: 'file', id: 'file', class: 'sr-only', accept: '.off,.obj,.stl,.ply,.gltf,.glb,.sqmap,.json', onchange: () => { const f = fileInput.files?.[0]; if (f) void drop(f); fileInput.value = ''; } });
+const fileInput = h('input', { type: 'file', id: 'file', hidden: true, 'aria-label': 'Mesh, model or names', accept: '.off,.obj,.stl,.ply,.gltf,.glb,.sqmap,.json', multiple: true, onchange: () => { drop([...(fileInput.files ?? [])]); fileInput.value = ''; } });
 
 let projection = 'central';
 const exportsRow = h('div', { class: 'row wrap', id: 'exports' });
-export const sharePanel = card('Files', h('div', { class: 'row wrap' },
-  h('button', { id: 'open', onclick: () => fileInput.click() }, 'Open a mesh …'), fileInput,
-  h('button', { id: 'picture', onclick: async () => { const b = await world.picture(); if (b) save('sqmap.png', b, 'image/png'); } }, 'Picture'),
-  h('button', { id: 'link', onclick: () => copyLink() }, 'Copy link')),
-  choice('New meshes get', [['central', 'Central maps'], ['normal', 'The paper’s maps']], 'central', (v) => { projection = v; }, 'projection'),
-  exportsRow);
+export const openButton = h('button', { id: 'open', onclick: () => fileInput.click() }, 'Open …');
+const widthChoice = h('select', { id: 'picture-width', 'aria-label': 'Width of the picture' }, ...[['0', 'as on the screen'], ['1920', '1920 wide'], ['3840', '3840 wide'], ['7680', '7680 wide']].map(([v, t]) => h('option', { value: v }, t)));
+/// What leaves the page: always at hand, folded until it is wanted.
+export const exportMenu = h('details', { class: 'menu', id: 'export' }, h('summary', { class: 'button' }, 'Export'), h('div', { class: 'menu-body card' },
+  fileInput, exportsRow,
+  h('div', { class: 'row wrap' },
+    h('button', { id: 'picture', onclick: async () => { const b = await world.picture(Number(widthChoice.value)); if (b) save('sqmap.png', b, 'image/png'); else trouble('There is no picture: this browser has no WebGL.'); } }, 'Picture'), widthChoice),
+  h('div', { class: 'row wrap' }, h('button', { id: 'link', onclick: () => copyLink() }, 'Copy link to this view')),
+  choice('New meshes get', [['central', 'Central maps'], ['normal', 'The paper’s maps']], 'central', (v) => { projection = v; }, 'projection')));
+document.addEventListener('pointerdown', (e) => { if (exportMenu.open && !exportMenu.contains(e.target as Node)) exportMenu.open = false; });
+exportMenu.addEventListener('keydown', (e) => { if (e.key === 'Escape') { exportMenu.open = false; exportMenu.querySelector('summary')!.focus(); } });
 
 function showExports(): void {
   const i = state.selected?.object ?? 0, f = state.facts[i];
@@ -37,28 +43,71 @@ on(['scene', 'selected'], showExports);
 let checkedIn = state.mode;
 on(['mode'], () => { if (state.mode !== checkedIn) dialog.hidden = true; checkedIn = state.mode; });
 
-async function drop(file: File, repair: '' | 'surface' = ''): Promise<void> {
+// ---- Files that are opened, one after the other
+
+interface Waiting { file: File; row: HTMLLIElement; state: HTMLElement; abort: AbortController; }
+const waiting: Waiting[] = [];
+let busy = false;
+
+const repairChoice = choice('Repair', [['', 'whatever it needs'], ['close', 'close holes, no wrapping'], ['safe', 'only what moves nothing'], ['none', 'nothing'], ['surface', 'take it as a surface']], '', () => {}, 'repair');
+const unitChoice = choice('Unit of the file', [['', 'as it says, or its own'], ['1', 'metre'], ['0.01', 'centimetre'], ['0.001', 'millimetre'], ['0.0254', 'inch']], '', () => {}, 'unit');
+const thicknessInput = h('input', { type: 'number', id: 'thickness', min: '0', step: 'any', placeholder: '0: no sheets', 'aria-label': 'Thickness of sheets, units of the file' });
+const valueOf = (field: HTMLElement): string => field.querySelector('select')!.value;
+const queueList = h('ul', { class: 'queue', id: 'queue' });
+const verdictBox = h('div', {});
+const optionsBox = folded('How the next file is read', 'file-options', repairChoice, h('label', { class: 'field' }, h('span', {}, 'Sheets are'), thicknessInput), unitChoice,
+  h('p', { class: 'note' }, 'Sheets: open surfaces become plates of this thickness, in units of the file. A file may have 64 MB and 500,000 faces, the scene 16 objects; sqmap bake has no such limits.'));
+fill(dialog, queueList, verdictBox, optionsBox, h('div', { class: 'row wrap' }, h('button', { id: 'close-verdict', onclick: () => { dialog.hidden = true; } }, 'Close')));
+
+function drop(files: Iterable<File>): void {
+  for (const file of files) {
+    const state = h('span', { class: 'note' }, 'waiting'), abort = new AbortController();
+    const row = h('li', {}, h('span', { class: 'queue-name' }, file.name), state, h('button', { class: 'small', 'aria-label': `Cancel ${file.name}`, onclick: () => { abort.abort(); link.say({ say: 'cancel' }); state.textContent = 'cancelled'; } }, '✕'));
+    waiting.push({ file, row, state, abort });
+    queueList.append(row);
+  }
+  while (queueList.childElementCount > 6) queueList.firstElementChild!.remove();
+  void work();
+}
+
+async function work(): Promise<void> {
+  if (busy) return;
+  busy = true;
+  for (let next = waiting.shift(); next; next = waiting.shift()) if (!next.abort.signal.aborted) await check(next);
+  busy = false;
+}
+
+async function check(one: Waiting): Promise<void> {
+  const { file, state, abort } = one;
   dialog.hidden = false;
   dialog.className = 'card verdict';
-  dialog.replaceChildren(h('h2', {}, file.name), h('p', {}, 'Checking …'));
+  verdictBox.replaceChildren();
+  openSheet(true);
   try {
-    const v = await upload(file, repair, projection, (share) => { dialog.lastElementChild!.textContent = share < 1 ? `Sending ${Math.round(100 * share)} %` : 'Checking …'; });
+    const options = { repair: valueOf(repairChoice), thickness: thicknessInput.value, unit: valueOf(unitChoice), projection };
+    const v = await upload(file, options, (share) => { state.textContent = share < 1 ? `sending ${Math.round(100 * share)} %` : 'checking …'; }, abort.signal);
     const good = v.accepted;
+    state.textContent = good ? '✓' : '✗';
+    one.row.querySelector('button')!.hidden = !good;
     dialog.className = `card verdict ${good ? 'good' : 'bad'}`;
-    fill(dialog, h('h2', {}, file.name), h('p', { class: 'word' }, `${good ? '✓' : '✗'} ${v.verdict}${v.code ? ` ${v.code}` : ''}`),
+    const again = (repair: string, text: string, id: string) => h('button', { id, onclick: () => { repairChoice.querySelector('select')!.value = repair; drop([file]); repairChoice.querySelector('select')!.value = repair; } }, text);
+    fill(verdictBox, h('h2', {}, file.name), h('p', { class: 'word' }, `${good ? '✓' : '✗'} ${v.verdict}${v.code ? ` ${v.code}` : ''}`),
       v.message && h('p', {}, `${v.element ? `At ${v.element}: ` : ''}${v.message}`), v.cure && h('p', {}, `What helps: ${v.cure}`),
       v.notes?.length ? h('ul', {}, ...v.notes.map((n) => h('li', {}, n))) : null,
-      (v.code === 'E_OPEN' || v.code === 'E_FLAT' || v.verdict === 'CLOSED' || v.verdict === 'WRAPPED') && repair !== 'surface' && h('button', { id: 'as-surface', onclick: () => void drop(file, 'surface') }, 'Take it as a surface without inside'), ' ',
-      h('button', { onclick: () => { dialog.hidden = true; } }, 'Close'));
+      (v.code === 'E_OPEN' || v.code === 'E_FLAT' || v.verdict === 'CLOSED' || v.verdict === 'WRAPPED') && options.repair !== 'surface' && again('surface', 'Take it as a surface without inside', 'as-surface'));
+    if (!good) optionsBox.open = true;
     announce(`${file.name}: ${v.verdict}. ${v.message ?? ''}`, !good);
     if (!good) dialog.focus();
-  } catch (e) { dialog.hidden = true; trouble(`${file.name}: ${e instanceof Error ? e.message : e}`); }
+  } catch (e) {
+    state.textContent = abort.signal.aborted ? 'cancelled' : '✗';
+    if (!abort.signal.aborted) trouble(new Error(`${file.name}: ${e instanceof Error ? e.message : e}`));
+  }
 }
 /// Over the page while a file is dragged across it.
-export const zone = h('div', { class: 'dropzone', id: 'dropzone', hidden: true }, h('strong', {}, 'Drop the mesh: it is checked, then baked'));
+export const zone = h('div', { class: 'dropzone', id: 'dropzone', hidden: true }, h('strong', {}, 'Drop meshes: they are checked, then baked'));
 addEventListener('dragover', (e) => { e.preventDefault(); zone.hidden = false; });
 addEventListener('dragleave', (e) => { if (!e.relatedTarget) zone.hidden = true; });
-addEventListener('drop', (e) => { e.preventDefault(); zone.hidden = true; const f = e.dataTransfer?.files[0]; if (f) void drop(f); });
+addEventListener('drop', (e) => { e.preventDefault(); zone.hidden = true; drop([...(e.dataTransfer?.files ?? [])]); });
 
 const OVERLAYS = ['spheres', 'samples', 'offset', 'hidden'];
 function copyLink(): void {
@@ -69,9 +118,10 @@ function copyLink(): void {
   navigator.clipboard?.writeText(location.href).then(done, done);
   wait('Link copied: it restores this view as long as the program runs.');
 }
-export function restoreLink(): void {
+/// False where the address is no link to a view.
+export function restoreLink(): boolean {
   const text = new URLSearchParams(location.hash.slice(1)).get('view');
-  if (!text) return;
+  if (!text) return false;
   try {
     const v = JSON.parse(text);
     const set = (id: string, value: unknown) => { const e = lookPanel.querySelector<HTMLSelectElement & HTMLInputElement>(`#${id}`)!; if (typeof value === 'boolean') e.checked = value; else e.value = String(value); e.dispatchEvent(new Event('change')); };
@@ -87,5 +137,6 @@ export function restoreLink(): void {
     world.setPose(v.c);
     if (v.p && state.facts[v.p.object]) select(v.p.object, v.p.part);
   } catch { /* a link that somebody has changed: the view stays as it is */ }
+  return true;
 }
 showExports();

@@ -19,6 +19,7 @@ interface Searches { held: boolean; grid: number[]; searches: Search[]; }
 let below = 0.002, axis = 0, projector = 'newton', searches: Searches | null = null, asked = 0;
 
 const section = new SectionView();
+section.colour = (part) => world.objects.colourOf(state.pick?.object ?? 0, part);
 onTheme(() => section.draw());
 const belowRead = h('output', { for: 's-below' });
 const belowSlider = h('input', { type: 'range', id: 's-below', min: '0', max: '20', step: '0.1', value: '2', oninput: () => { below = Number(belowSlider.value) / 1000; showBelow(); due(); } });
@@ -45,7 +46,7 @@ function refresh(): void {
   searches = null;
   showSearch();
   if (!p || !pick || !f) { section.show(null, -1, null); world.traces.setSection(null); return; }
-  const still = () => request === asked, fail = (e: unknown) => { if (still()) trouble(String(e)); };
+  const still = () => request === asked, fail = (e: unknown) => { if (still()) trouble(e); };
   const twin = f.twin === null ? undefined : state.facts[f.twin], shift = twin && new THREE.Vector3(...(twin.position as [number, number, number])).sub(new THREE.Vector3(...(f.position as [number, number, number])));
   if (f.edited) fill(answers, h('p', { class: 'note' }, 'Bake the edited parts to query them.'));
   else Promise.all([fetchJson<Answers>(`/api/object/${pick.object}/at/answers?${where(p)}`), twin && shift ? fetchJson<Answers>(`/api/object/${f.twin}/at/answers?${where(p.clone().add(shift))}`) : null])

@@ -1,6 +1,7 @@
 // What is drawn, and the numbers of the point that is clicked.
 import * as THREE from 'three';
 import { announce, digits, h } from '../dom';
+import { lookAt } from '../first';
 import { panel } from '../layout';
 import { link } from '../net';
 import type { Hit } from '../objects';
@@ -8,6 +9,7 @@ import { canvas, hint, world } from '../stage';
 import { changed, on, state } from '../state';
 import { card, check, choice } from './controls';
 import { inspectBox } from './inspect';
+import { lookFrom, measureCards, VIEWS } from './measure';
 import { map, partBox, select } from './parts';
 
 const numbers = h('dl', { class: 'numbers', id: 'numbers' });
@@ -17,14 +19,14 @@ partCard.hidden = true;
 export const lookPanel = h('div', {},
   card('Show',
     choice('Colour by', [['parts', 'Parts'], ['error', 'Depth error'], ['protrusion', 'Protrusion'], ['curvature', 'Curvature'], ['made-up', 'Made up'], ['difference', 'Two projections']], 'parts', (v) => { world.objects.colourBy = v; void world.objects.paint(); }, 'colour'),
-    choice('Surface', [['solid', 'Solid'], ['clear', 'See-through'], ['off', 'Hidden']], 'solid', (v) => { world.objects.surfaceAs = v as 'solid'; void world.objects.paint(); }, 'surface'),
+    choice('Surface', [['solid', 'Solid'], ['clear', 'See-through'], ['wire', 'Wireframe'], ['off', 'Hidden']], 'solid', (v) => { world.objects.surfaceAs = v as 'solid'; void world.objects.paint(); }, 'surface'),
     h('div', { class: 'checks', role: 'group', 'aria-label': 'Drawn as well' },
-      check('Superquadrics', false, (on) => { world.objects.withSuperquadrics = on; void world.objects.paint(); }, 'superquadrics'),
-      check('Spheres', false, (on) => { world.objects.withSpheres = on; void world.objects.paint(); }, 'spheres'),
+      check('Bounding superquadrics', false, (on) => { world.objects.withSuperquadrics = on; void world.objects.paint(); }, 'superquadrics'),
+      check('Bounding spheres', false, (on) => { world.objects.withSpheres = on; void world.objects.paint(); }, 'spheres'),
       check('Map samples', false, (on) => { world.objects.withSamples = on; void world.objects.paint(); }, 'samples'),
-      check('Offset (eq. 12)', false, (on) => { world.objects.withOffset = on; void world.objects.paint(); }, 'offset'),
-      check('Hidden (Q2)', false, (on) => { world.objects.withHidden = on; void world.objects.paint(); }, 'hidden'))),
-  partCard);
+      check('Contact margin', false, (on) => { world.objects.withOffset = on; void world.objects.paint(); }, 'offset', 'The surface moved out by the stored offset: eq. 12'),
+      check('Hidden surface', false, (on) => { world.objects.withHidden = on; void world.objects.paint(); }, 'hidden', 'What its part\u2019s projection does not see first: Q2 of section 5'))),
+  ...measureCards, partCard);
 /// Above the models: what was picked.
 export const pickBox = h('div', {}, card('Point', numbers), inspectBox);
 on(['mode', 'playing'], () => { pickBox.hidden = state.mode !== 'look' || state.playing; });
@@ -42,6 +44,7 @@ function click(hit: Hit | null): void {
   world.tool.mark(hit.point);
   const f = state.facts[hit.object];
   select(hit.object, hit.part);
+  if (world.objects.focus >= 0) lookAt(hit.object);
   const mm = (v: THREE.Vector3) => v.toArray().map((x) => (1000 * x).toFixed(1)).join(', ');
   const error = world.objects.fieldAt(hit.object, 'error', hit.triangle);
   const rows: [string, string][] = [['Object', f.name], ['Part', `${hit.part}: ${f.parts[hit.part].name}`], ['Point', `${mm(hit.point)} mm`]];
@@ -79,7 +82,8 @@ canvas.addEventListener('keydown', (e) => {
   if (turns[e.key]) world.turn(...turns[e.key]);
   else if (e.key === '+' || e.key === '=') world.zoom(0.87);
   else if (e.key === '-') world.zoom(1.15);
-  else if (e.key === 'Home') world.frame();
+  else if (e.key === 'Home') { lookAt(-1); world.frame(); }
+  else if (/^[1-9]$/.test(e.key) && VIEWS[Number(e.key) - 1]) lookFrom(Number(e.key) - 1);
   else if (e.key === 'Enter') {
     const hit = world.cast(0, 0);
     if (!hit) announce('Nothing in the middle of the view.');

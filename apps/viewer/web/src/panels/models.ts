@@ -1,5 +1,8 @@
 // What is open: a line that stays in sight, and a list of the models.
 import { bytes, digits, h } from '../dom';
+import { lookAt } from '../first';
+import { link } from '../net';
+import { question } from '../notices';
 import { factsLine, world } from '../stage';
 import type { ObjectFacts } from '../net';
 import { on, state } from '../state';
@@ -41,7 +44,7 @@ function showFacts(): void {
   const rows = state.facts.map((f, i) => {
     const certified = f.parts.filter((p) => p.certified).length;
     const current = state.selected?.object === i;
-    const title = h('button', { class: 'object', 'aria-pressed': String(current), onclick: () => { select(i, -1); if (state.mode !== 'recognise') world.frame(i); } }, f.name + (f.edited ? ' (edited, not baked)' : ''));
+    const title = h('button', { class: 'object', 'aria-pressed': String(current), onclick: () => { select(i, -1); lookAt(i); if (state.mode !== 'recognise') world.frame(i); } }, f.name + (f.edited ? ' (edited, not baked)' : ''));
     const warn = f.measured.missed + f.measured.false > 0;
     return h('li', {}, title,
       h('span', {}, `${count(f.parts.length)}, ${f.edited ? '' : `${bytes(f.bytes.total)}, `}${f.triangles.toLocaleString('en')} faces`),
@@ -51,7 +54,8 @@ function showFacts(): void {
         f.edited ? 'Bytes, certificates and errors are told once the parts are baked.' : `${certified === f.parts.length ? '✓ all certified' : `✗ ${certified} certified`}; 99 % of depths within ${digits(f.measured.depthP99, 2)} %${warn ? `, ✗ ${f.measured.missed + f.measured.false} wrong` : ''}`));
   });
   factsBox.replaceChildren(h('section', { class: 'card' }, h('h2', {}, state.facts.length === 1 ? 'Model' : `Models (${state.facts.length})`),
-    state.facts.length ? h('ul', { class: 'objects' }, ...rows) : h('p', {}, 'Nothing is open: drop a mesh, or press Open.')));
+    state.facts.length ? h('ul', { class: 'objects' }, ...rows) : h('p', {}, 'Nothing is open: drop a mesh, or press Open.'),
+    state.facts.length > 1 && h('button', { id: 'remove-all', onclick: () => question(`Remove all ${state.facts.length} objects?`, 'Remove them', () => { select(-1, -1); for (let i = state.facts.length - 1; i >= 0; --i) link.say({ say: 'remove', object: i }); }) }, 'Remove all')));
   hideFacts();
 }
 

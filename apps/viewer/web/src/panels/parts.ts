@@ -1,5 +1,5 @@
 // The selected part: its name, its map, its edits.
-import { css, partColour } from '../colours';
+import { css } from '../colours';
 import { digits, fill, h } from '../dom';
 import { MapView } from '../map';
 import { link, type Feet } from '../net';
@@ -43,12 +43,13 @@ function showPart(): void {
         h('button', { id: 'merge', onclick: () => { wait('Joining …'); say('merge', { part: s.part, other: Number(other.value) }); } }, 'Merge'))));
     edits.append(h('button', { id: 'refit', onclick: () => { wait('Fitting …'); say('refit', { part: s.part }); } }, 'Refit'));
   }
+  if (p) edits.append(h('button', { id: 'isolate', onclick: () => world.objects.isolate(s.object, s.part) }, 'Show it alone'), h('button', { id: 'hide-part', onclick: () => world.objects.show(s.object, s.part, false) }, 'Hide it'), h('button', { id: 'show-parts', onclick: () => world.objects.isolate(s.object, -1) }, 'Show all'));
   edits.append(h('button', { id: 'undo', disabled: !f.canUndo, onclick: () => say('undo') }, 'Undo'), h('button', { id: 'redo', disabled: !f.canRedo, onclick: () => say('redo') }, 'Redo'));
   if (f.edited) edits.append(h('button', { id: 'bake', class: 'primary', onclick: () => say('bake') }, 'Bake the edited parts'));
   edits.append(h('button', { id: 'remove', onclick: () => { say('remove'); select(-1, -1); } }, 'Remove object'));
   const name = p && h('input', { type: 'text', id: 'part-name', value: p.name, maxLength: 60, 'aria-label': 'Name of the part', onchange: (e: Event) => say('name', { part: s.part, name: (e.target as HTMLInputElement).value.trim().slice(0, 60) }) });
   const list = h('details', {}, h('summary', {}, `All ${f.parts.length} parts`), h('ol', { class: 'parts', start: 0 }, ...f.parts.map((q, i) =>
-    h('li', {}, h('button', { class: 'part', 'aria-pressed': String(i === s.part), onclick: () => select(s.object, i) }, h('i', { style: `background:${css(partColour(i))}`, 'aria-hidden': 'true' }), q.name, q.certified ? '' : ' (not certified)')))));
+    h('li', {}, h('button', { class: 'part', 'aria-pressed': String(i === s.part), onclick: () => select(s.object, i) }, h('i', { style: `background:${css(world.objects.colourOf(s.object, i))}`, 'aria-hidden': 'true' }), q.name, q.certified ? '' : ' (not certified)')))));
   fill(partBox,
     name && h('label', { class: 'field' }, h('span', {}, 'Part'), name),
     p && h('p', { class: 'note' }, `${p.triangles.toLocaleString('en')} triangles, ${digits(p.area, 2)} % of the surface; half axes ${p.a.map((x) => digits(1000 * x)).join(' × ')} mm, exponents ${p.eps.map((x) => digits(x, 2)).join(', ')}${p.taper.some((t) => t) ? ', tapered' : ''}${p.bend ? ', bent' : ''}; ${p.certified ? `proven to hold its surface (F ≤ ${digits(p.largestF ?? 0, 4)})` : 'not proven to hold its surface'}`),
@@ -60,7 +61,7 @@ function showPart(): void {
 
 function showMap(object: number, part: number): void {
   const f = state.facts[object];
-  map.load(object, part, `${f.id}/${f.revision}`, [f.parts[part].name, state.mode === 'look' ? 'Point at it, click it.' : 'Red: the feet of the contacts, larger where they are deeper.']).catch((e) => trouble(String(e)));
+  map.load(object, part, `${f.id}/${f.revision}`, [f.parts[part].name, state.mode === 'look' ? 'Point at it, click it.' : 'Red: the feet of the contacts, larger where they are deeper.']).catch((e) => trouble(e));
 }
 
 /// In touch the map is that of the part which most contacts are on.

@@ -16,12 +16,25 @@ const recordButton = h('button', { id: 'record', onclick: () => {
   showRecorder();
 } });
 const replayButton = h('button', { id: 'replay', onclick: () => {
-  if (recorder.replaying) recorder.halt();
-  else { hand.letGo(); charts.clear(); recorder.replay(); }
-  showRecorder();
+  if (recorder.replaying && !recorder.paused) recorder.pause();
+  else { hand.letGo(); if (!recorder.paused) charts.clear(); recorder.replay(); }
+  showRecorder(recorder.position);
 } });
+const live = h('button', { id: 'live', onclick: () => { recorder.halt(); showRecorder(); } }, 'Back to now');
+const scrub = h('input', { type: 'range', id: 'scrub', min: '0', max: '1', step: '0.01', value: '0', 'aria-label': 'Moment of the recording', oninput: () => { hand.letGo(); recorder.seek(Number(scrub.value)); } });
+const marks = h('div', { class: 'marks', 'aria-hidden': 'true' });
+const MARKS = { contact: 'contact begins', limit: 'at the force limit', fault: 'the filter stopped the force' };
+const timeline = h('div', { class: 'timeline', id: 'timeline', hidden: true }, marks, scrub, h('div', { class: 'note' }, '▌contact  ', h('span', { class: 'limit' }, '▌limit  '), h('span', { class: 'fault' }, '▌fault')));
+recorder.onSeek = (frames, at) => {
+  charts.clear();
+  for (const f of frames) charts.add(f, recorder.againOf(f));
+  const last = frames.at(-1);
+  if (last) draw(last);
+  showRecorder(at);
+};
+charts.onPick = (ago) => { if (recorder.replaying) recorder.seek(recorder.position - ago); };
 const saveButton = h('button', { id: 'save-recording', onclick: () => save('touch.csv', recorder.csv(), 'text/csv') }, 'Save');
-const recordingInput = h('input', { type: 'file', id: 'recording-file', class: 'sr-only', accept: '.csv', onchange: async () => {
+const recordingInput = h('input', { type: 'file', id: 'recording-file', hidden: true, 'aria-label': 'Recording', accept: '.csv', onchange: async () => {
   const f = recordingInput.files?.[0];
   if (f) try { recorder.open(await f.text()); wait(`${f.name}: ${recorder.seconds.toFixed(1)} s, ready to replay.`); } catch (e) { trouble(`${f.name}: ${e instanceof Error ? e.message : e}`); }
   recordingInput.value = '';
@@ -45,16 +58,26 @@ async function computeAgain(): Promise<void> {
     const change = now.different === 0 ? 'With the objects and settings of now: the same.' :
       `With the objects and settings of now the force differs by at most ${digits(now.largestForce)} N (root mean square ${digits(now.rmsForce)} N), the depth by ${digits(1000 * now.largestDepth)} mm.`;
     againWords.textContent = `${proof} ${change} Replay draws it dashed, before the safety filter.`;
-  } catch (e) { againWords.textContent = ''; trouble(String(e)); }
+  } catch (e) { againWords.textContent = ''; trouble(e); }
   showRecorder();
 }
 function showRecorder(at = 0): void {
   recordButton.textContent = recorder.recording ? 'Stop recording' : 'Record';
   recordButton.setAttribute('aria-pressed', String(recorder.recording));
-  replayButton.textContent = recorder.replaying ? 'Stop replay' : 'Replay';
+  replayButton.textContent = !recorder.replaying ? 'Replay' : recorder.paused ? 'Go on' : 'Pause';
+  live.hidden = !recorder.replaying;
+  timeline.hidden = recorder.count === 0 || recorder.recording;
+  scrub.max = String(recorder.seconds);
+  if (document.activeElement !== scrub) scrub.value = String(at);
+  scrub.setAttribute('aria-valuetext', `${at.toFixed(2)} of ${recorder.seconds.toFixed(2)} seconds`);
+  const key = `${recorder.count} ${recorder.seconds}`;
+  if (!timeline.hidden && marks.dataset.key !== key) {
+    marks.dataset.key = key;
+    marks.replaceChildren(...recorder.marks().slice(0, 400).map((m) => h('i', { class: m.kind, title: `${m.at.toFixed(2)} s: ${MARKS[m.kind]}`, style: `left:${((100 * m.at) / Math.max(recorder.seconds, 0.01)).toFixed(2)}%` })));
+  }
   replayButton.disabled = saveButton.disabled = recorder.count === 0 || recorder.recording;
   againButton.disabled = !recorder.known || recorder.recording;
-  recordingWords.textContent = recorder.recording ? 'Recording every tick …' : recorder.replaying ? `Replaying: ${at.toFixed(1)} of ${recorder.seconds.toFixed(1)} s` :
+  recordingWords.textContent = recorder.recording ? 'Recording every tick …' : recorder.replaying ? `${recorder.paused ? 'Standing at' : 'Replaying:'} ${at.toFixed(recorder.paused ? 2 : 1)} of ${recorder.seconds.toFixed(1)} s` :
     recorder.count ? `${recorder.seconds.toFixed(1)} s ${recorder.known ? 'recorded' : 'opened: the poses of every tick stay with the program that felt them, so it cannot be computed again'}.` : 'Nothing recorded yet.';
 }
 recorder.onFrame = (frame, at) => { show(frame, true, recorder.againOf(frame)); draw(frame); showRecorder(at); };
@@ -68,5 +91,5 @@ export function hear(frame: Frame): void {
   if (!recorder.replaying) show(frame);
 }
 
-export const recordingCard = card('Recording', h('div', { class: 'row wrap' }, recordButton, replayButton, againButton, saveButton, h('button', { onclick: () => recordingInput.click() }, 'Open …'), recordingInput), recordingWords, againWords);
+export const recordingCard = card('Recording', h('div', { class: 'row wrap' }, recordButton, replayButton, live, againButton, saveButton, h('button', { onclick: () => recordingInput.click() }, 'Open …'), recordingInput), timeline, recordingWords, againWords);
 showRecorder();

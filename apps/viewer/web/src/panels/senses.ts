@@ -15,6 +15,15 @@ function showPads(): void { senses.querySelector('#pads')!.textContent = rumble.
 for (const type of ['gamepadconnected', 'gamepaddisconnected']) addEventListener(type, showPads);
 showPads();
 
+/// In the header, where everyone finds it.
+export const soundButton = h('button', { id: 'sound-button', title: 'Force as sound', onclick: () => { if (sound.on) sound.stop(); else sound.start(); } });
+sound.onSwitch = () => {
+  soundButton.textContent = sound.on ? '♪ Sound on' : '♪ Sound off';
+  soundButton.setAttribute('aria-pressed', String(sound.on));
+  senses.querySelector<HTMLInputElement>('#sound')!.checked = sound.on;
+};
+sound.onSwitch();
+
 /// As a game begins.
 export function startSenses(): void {
   if (!sound.on) sound.start();

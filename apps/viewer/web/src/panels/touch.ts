@@ -4,8 +4,10 @@ import { fetchBytes, link } from '../net';
 import { trouble } from '../notices';
 import { hand, hint, world } from '../stage';
 import { on, state } from '../state';
-import { card, choice } from './controls';
+import { MATERIALS, PLAIN } from '../materials';
+import { card, choice, folded } from './controls';
 import { recordingCard } from './recording';
+import { sound } from './senses';
 
 const sliders: { set(): void }[] = [];
 function slider(label: string, unit: string, range: [number, number, number], get: () => number, set: (x: number) => void, live = true): HTMLElement {
@@ -74,24 +76,42 @@ async function fetchTool(revision: number): Promise<void> {
   try {
     const data = await fetchBytes('/api/tool'), [, v, t] = new Uint32Array(data, 0, 3);
     if (revision === toolShown) world.tool.setShape(new Float32Array(data, 12, 3 * v), new Uint32Array(data, 12 + 12 * v, 3 * t));
-  } catch (e) { toolShown = -1; trouble(String(e)); }
+  } catch (e) { toolShown = -1; trouble(e); }
+}
+
+const materialChoice = choice('Material', [['', 'As set below'], ...Object.entries(MATERIALS).map(([key, m]) => [key, m.name] as [string, string])], '', (v) => {
+  const m = MATERIALS[v];
+  if (!m) return;
+  Object.assign(state.settings, { stiffness: m.stiffness, damping: m.damping, friction: m.friction, texture: m.texture, law: 'coulomb', paperForce: false });
+  tellSettings();
+  sliders.forEach((x) => x.set());
+  showRows();
+}, 'material');
+/// The material whose numbers are set; none where they were changed.
+function showMaterial(): void {
+  const s = state.settings, same = (a: number, b: number) => Math.abs(a - b) < 1e-9;
+  const key = Object.keys(MATERIALS).find((k) => { const m = MATERIALS[k]; return s.law === 'coulomb' && same(s.stiffness, m.stiffness) && same(s.friction, m.friction) && same(s.texture, m.texture) && same(s.damping, m.damping); }) ?? '';
+  sound.material = MATERIALS[key] ?? PLAIN;
+  const select = materialChoice.querySelector('select')!;
+  if (document.activeElement !== select || key) select.value = key;
 }
 
 export const touchPanel = h('div', {},
-  card('Feel', pressRead,
+  card('Feel', materialChoice, pressRead,
     slider('Stiffness', 'N/m', [50, 1500, 10], () => state.settings.stiffness, (x) => { state.settings.stiffness = x; }),
-    lawChoice, muRow, ...printedRows,
+    muRow, ...printedRows),
+  recordingCard,
+  folded('More settings', 'more-surface', lawChoice,
     slider('Texture', 'mm', [0, 0.6, 0.05], () => 1000 * state.settings.texture, (x) => { state.settings.texture = x / 1000; }, false),
     slider('Damping', 'N s/m', [0, 2, 0.1], () => state.settings.damping, (x) => { state.settings.damping = x; }),
-    followChoice, layerChoice, toleranceRow, forceChoice),
-  card('Tool', h('label', { class: 'field' }, h('span', {}, 'Tool'), toolSelect), ...ballRows, ...meshRows,
-    slider('Impact zone', 'mm', [0, 40, 1], () => 1000 * state.settings.zone, (x) => { state.settings.zone = x / 1000; }, false),
     slider('Force limit', 'N', [0.2, 3.2, 0.1], () => state.settings.forceLimit, (x) => { state.settings.forceLimit = x; }, false),
+    followChoice, layerChoice, toleranceRow, forceChoice),
+  folded('Tool', 'more-tool', h('label', { class: 'field' }, h('span', {}, 'Tool'), toolSelect), ...ballRows, ...meshRows,
+    slider('Impact zone', 'mm', [0, 40, 1], () => 1000 * state.settings.zone, (x) => { state.settings.zone = x / 1000; }, false),
     h('p', { class: 'note' }, 'Smoothing above 0 makes the ball a point that feels with a sphere of that radius. An impact zone of 0 is the whole tool; a ball has none. A mesh is felt by its corners; one of the scene is not there to be touched while you hold it.')),
-  recordingCard,
-  card('Device', h('label', { class: 'field' }, h('span', {}, 'Device'), deviceSelect), deviceFacts,
+  folded('Device', 'more-device', h('label', { class: 'field' }, h('span', {}, 'Device'), deviceSelect), deviceFacts,
     h('details', { id: 'device-list' }, h('summary', {}, 'All devices'), h('table', {}, h('thead', {}, h('tr', {}, ...['Device', 'State', 'Rate', 'Limit'].map((t) => h('th', { scope: 'col' }, t)))), deviceTable))),
-  card('Other senses', h('div', { class: 'senses' })));
+  folded('Sound, speech, rumble', 'more-senses', h('div', { class: 'senses' })));
 
 // ---- What the hand wants
 
@@ -111,6 +131,7 @@ export function tellSettings(): void {
   settingsChanged = performance.now();
   world.tool.setRadius(state.settings.smoothing > 0 ? state.settings.smoothing : state.settings.toolRadius);
   clearTimeout(settingsDue);
+  showMaterial();
   settingsDue = window.setTimeout(() => { settingsDue = 0; settingsChanged = performance.now(); link.say({ say: 'settings', ...state.settings }); }, 40);
 }
 
@@ -137,6 +158,7 @@ on(['status'], () => {
   const c = s.counters;
   counters.textContent = c ? `Servo: ${c.ticks.toLocaleString('en')} ticks; ${c.late} late, ${c.missed} missed, ${c.overruns} over budget, worst ${c.worstLate.toFixed(1)} ms late.` : 'The servo starts with the first touch.';
 });
+on(['status'], showMaterial);
 on(['scene'], showTools);
 on(['scene'], showRows);
 

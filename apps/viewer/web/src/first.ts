@@ -1,0 +1,40 @@
+// The first minute: one object large, the others pale behind it, and one invitation, until it is touched.
+import * as THREE from 'three';
+import { canvas, hand, invite, stage, world } from './stage';
+import { on, state } from './state';
+
+/// The others are pale; -1: all alike.
+export function lookAt(object: number): void {
+  if (world.objects.focus === object) return;
+  world.objects.focus = object;
+  void world.objects.paint();
+}
+
+let invites = true;
+
+/// Of several objects the one with most parts: it has most to touch.
+export function firstMinute(): void {
+  const rich = state.facts.reduce((best, f, i) => (f.parts.length > (state.facts[best]?.parts.length ?? 0) ? i : best), 0);
+  world.frame(state.facts.length ? rich : -1);
+  if (state.facts.length > 1) lookAt(rich);
+  place();
+}
+
+/// Over the highest point of the object that is seen there.
+function place(): void {
+  const object = Math.max(world.objects.focus, 0);
+  invite.hidden = !invites || state.mode !== 'touch' || state.playing || !state.facts[object];
+  if (invite.hidden) return;
+  const box = world.objects.box(object), middle = box.getCenter(new THREE.Vector3()), size = stage.getBoundingClientRect();
+  const p = world.project(middle);
+  let y = world.project(new THREE.Vector3(middle.x, box.max.y, middle.z)).y;
+  while (y > p.y && world.cast(p.x, y, object) === null) y -= 0.02;
+  invite.style.transform = `translate(${(0.5 * (p.x + 1) * size.width).toFixed(0)}px, ${Math.max(0.5 * (1 - y) * size.height - 16, 58).toFixed(0)}px) translate(-50%, -100%)`;
+}
+
+const done = (): void => { invites = false; invite.hidden = true; };
+document.addEventListener('pointerdown', () => setTimeout(() => { if (hand.holding) done(); }), true);
+canvas.addEventListener('keydown', () => { if (hand.holding) done(); });
+world.controls.addEventListener('change', place);
+new ResizeObserver(() => requestAnimationFrame(place)).observe(stage);
+on(['mode', 'playing'], place);

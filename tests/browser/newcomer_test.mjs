@@ -1,0 +1,194 @@
+// The first minute and what can go wrong in it: a newcomer without a manual, a lost program, a browser without WebGL, keys alone.
+// usage: node newcomer_test.mjs SQMAP CHROMIUM FOLDER
+import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
+import fs from 'node:fs';
+import path from 'node:path';
+import { drop, feel, folder, launch, onSurface, openPage, run, settled, sqmap, start, test, until } from './harness.mjs';
+
+// A home of its own: a restart on a named port keeps the address by a file there.
+process.env.XDG_STATE_HOME = path.join(folder, 'state');
+let { program, url } = await start();
+const wide = { viewport: { width: 1360, height: 800 } };
+let page;
+
+test('it opens on Touch: one object large, one invitation, and a press is felt', async () => {
+  page = await openPage(url, wide);
+  await settled(page);
+  assert.equal(await page.getAttribute('#tab-touch', 'aria-selected'), 'true');
+  assert.ok(await page.isVisible('#invite'));
+  assert.match(await page.textContent('#invite'), /press and drag on me/i);
+  const first = await page.evaluate(() => { const s = window.sqmap, i = s.world.objects.focus, b = s.world.objects.box(i), lo = s.world.project(b.min), hi = s.world.project(b.max); return { i, tall: Math.abs(hi.y - lo.y), wide: Math.abs(hi.x - lo.x) }; });
+  assert.ok(Math.max(first.tall, first.wide) > 0.8, `it fills the view: ${JSON.stringify(first)}`);
+  await feel(page, first.i, 0.3);
+  assert.ok(await page.isHidden('#invite'));
+  // The tool is drawn on the surface, the hand below it, and the number beside the arrow.
+  await until(page, () => window.sqmap.world.tool.springNow() > 0.0005 && /^\d\.\d N$/.test(document.querySelector('.force-tag').textContent));
+  await page.screenshot({ path: path.join(folder, 'first-touch.png') });
+  await page.mouse.up();
+});
+
+test('nothing of the first minute needs scrolling, and each task takes five actions or fewer', async () => {
+  for (const id of ['#material', '#s-press', '#s-stiffness', '#s-coefficient', '#record', '#open', '#export', '#sound-button', '#help']) {
+    const box = await (await page.$(id)).boundingBox();
+    assert.ok(box && box.y >= 0 && box.y + box.height <= 800, `${id} is in sight`);
+  }
+  // Feel a stone: one action.
+  await page.selectOption('#material', 'stone');
+  await until(page, () => window.sqmap.status().settings.stiffness === 1500);
+  await page.selectOption('#material', 'rubber');
+  await until(page, () => window.sqmap.status().settings.stiffness === 350 && window.sqmap.status().settings.friction === 0.9);
+  // The worst error: tab, colour, and it is coloured with a legend.
+  await page.click('#tab-look');
+  await page.selectOption('#colour', 'error');
+  await page.waitForSelector('.legend .bar');
+  await page.selectOption('#colour', 'parts');
+  // Record and share: record, touch, stop, save.
+  await page.click('#tab-touch');
+  await settled(page);
+  await page.click('#record');
+  await feel(page, 0, 0.2);
+  await page.waitForTimeout(300);
+  await page.mouse.up();
+  await page.click('#record');
+  const [download] = await Promise.all([page.waitForEvent('download'), page.click('#save-recording')]);
+  const to = path.join(folder, 'newcomer.csv');
+  await download.saveAs(to);
+  // Every tick has a time of its own, by the servo's clock.
+  const times = fs.readFileSync(to, 'utf8').trim().split('\n').slice(1).map((r) => Number(r.split(',')[1]));
+  assert.ok(times.length > 100 && new Set(times).size === times.length && times.every((t, i) => i === 0 || t > times[i - 1]));
+});
+
+test('STOP means the same everywhere, and two presses of Space do not undo it', async () => {
+  await feel(page, 0, 0.2);
+  await page.keyboard.press('Space');
+  await until(page, () => window.sqmap.status().stopped);
+  await page.mouse.up();
+  assert.equal(await page.evaluate(() => document.activeElement.id), 'resume');
+  await page.keyboard.press('Space');
+  await page.waitForTimeout(200);
+  assert.ok(await page.evaluate(() => window.sqmap.status().stopped));
+  await page.keyboard.press('Enter');
+  await until(page, () => !window.sqmap.status().stopped);
+  await page.click('#tab-look');
+  assert.ok(await page.isHidden('#stop'), 'where nothing can be felt it is not offered');
+});
+
+test('nothing streams in Look', async () => {
+  await until(page, () => !window.sqmap.status().touching);
+  const count = () => page.evaluate(() => window.sqmap.frames());
+  const before = await count();
+  await page.waitForTimeout(500);
+  assert.equal(await count(), before);
+});
+
+test('tab, view and selection survive a reload, and Back goes back', async () => {
+  await page.click('#tab-look');
+  await page.evaluate(() => { window.sqmap.world.frame(1); });
+  await settled(page);
+  await page.mouse.click(...(await onSurface(page, 1)));
+  await until(page, () => document.querySelector('#part-name'));
+  const pose = await page.evaluate(() => window.sqmap.world.pose());
+  await page.reload();
+  await page.waitForSelector('body[data-ready]');
+  assert.equal(await page.getAttribute('#tab-look', 'aria-selected'), 'true');
+  (await page.evaluate(() => window.sqmap.world.pose())).forEach((c, i) => assert.ok(Math.abs(c - pose[i]) < 2e-3));
+  assert.ok(await page.isVisible('#part-name'));
+  await page.click('#tab-recognise');
+  await page.goBack();
+  assert.equal(await page.getAttribute('#tab-look', 'aria-selected'), 'true');
+});
+
+test('several files are queued, and a dialog says how they are read', async () => {
+  const file = path.join(folder, 'box.obj');
+  execFileSync(sqmap, ['shapes', 'rounded_box', '-o', file]);
+  const text = fs.readFileSync(file, 'utf8');
+  const lines = text.trim().split('\n');
+  await drop(page, ['one.obj', text], ['two.obj', lines.slice(0, -1).join('\n') + '\n'], ['bad.off', 'OFF\n1 0 0\n0 0 0\n']);
+  await until(page, () => document.querySelectorAll('#queue li').length === 3);
+  await until(page, () => window.sqmap.facts().length === 4 && document.querySelectorAll('#queue li')[2].textContent.includes('✗'));
+  assert.match(await page.textContent('#queue'), /one\.obj.*✓.*two\.obj.*✓.*bad\.off.*✗/s);
+  // A sheet with a thickness is a plate.
+  await page.evaluate(() => { document.querySelector('#file-options').open = true; });
+  await page.fill('#thickness', '0.1');
+  await drop(page, ['sheet.obj', 'v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n']);
+  await page.waitForSelector('#verdict.good');
+  await until(page, () => window.sqmap.facts().some((f) => f.name === 'sheet'));
+  assert.ok(await page.evaluate(() => window.sqmap.facts().find((f) => f.name === 'sheet').solid));
+  await page.fill('#thickness', '');
+  await until(page, () => window.sqmap.world.objects.focus === window.sqmap.facts().length - 1, undefined);
+  await page.click('#close-verdict');
+  await page.click('#remove-all');
+  await page.click('#answer');
+  await until(page, () => window.sqmap.facts().length === 0);
+});
+
+test('keys: F1 lists them, letters work with Shift, and Enter over nothing says where to go', async () => {
+  await page.close();
+  page = await openPage(url, wide);
+  await drop(page, ['box.obj', fs.readFileSync(path.join(folder, 'box.obj'), 'utf8')]);
+  await until(page, () => window.sqmap.facts().length === 1 && window.sqmap.world.objects.ready());
+  await page.keyboard.press('F1');
+  await page.waitForSelector('#keys[open]');
+  await page.keyboard.press('Escape');
+  await page.waitForSelector('#keys[open]', { state: 'detached' });
+  await page.evaluate(() => { window.said = []; const live = document.querySelector('#live'); new MutationObserver(() => window.said.push(live.textContent)).observe(live, { childList: true }); });
+  // The object in the upper right corner of the view.
+  await page.evaluate(() => { const w = window.sqmap.world, t = w.controls.target; w.zoom(2.2); t.x -= 0.35; t.y -= 0.22; w.controls.update(); w.turn(0, 0); });
+  await page.focus('#stage');
+  await page.keyboard.press('Enter');
+  await until(page, () => window.said.some((t) => /^Nothing here: box is up and right/.test(t)));
+  for (let i = 0; i < 60 && !(await page.evaluate(() => window.sqmap.frame()?.contacts > 0)); ++i) {
+    const words = await page.evaluate(() => window.said.filter((t) => /^Nothing here/.test(t)).at(-1) ?? '');
+    if (/up/.test(words)) await page.keyboard.press('ArrowUp');
+    if (/right/.test(words)) await page.keyboard.press('ArrowRight');
+    if (/down/.test(words)) await page.keyboard.press('ArrowDown');
+    if (/left/.test(words)) await page.keyboard.press('ArrowLeft');
+    await page.waitForTimeout(60);
+  }
+  await until(page, () => window.sqmap.frame()?.contacts > 0);
+  await page.keyboard.press('Shift+E');
+  await until(page, () => window.said.includes('Turned 15 degrees right'));
+  await page.keyboard.press('Enter');
+  // Hidden inputs of files are no tab stops.
+  assert.deepEqual(await page.$$eval('input[type=file]', (all) => all.map((e) => [e.hidden, !!e.getAttribute('aria-label')])), [[true, true], [true, true]]);
+});
+
+test('a restart on the same port keeps the address; another token says where to look', async () => {
+  const port = '47119', one = await start('--port', port), lost = await openPage(one.url, wide);
+  await feel(lost, 0, 0.1);
+  one.program.kill();
+  await until(lost, () => /lost/.test(document.querySelector('#connection').textContent));
+  await lost.mouse.up();
+  assert.ok(!(await lost.textContent('#notice')).includes('TypeError'));
+  const two = await start('--port', port);
+  assert.equal(two.url, one.url);
+  await until(lost, () => /started anew/.test(document.querySelector('#notice').textContent) && document.querySelector('#connection').textContent === 'connected');
+  await feel(lost, 0, 0.1);
+  await lost.mouse.up();
+  const kept = path.join(process.env.XDG_STATE_HOME, 'sqmap', `view-${port}.token`);
+  assert.equal(fs.statSync(kept).mode & 0o777, 0o600);
+  // Readable by others it is not trusted.
+  fs.chmodSync(kept, 0o644);
+  two.program.kill();
+  await until(lost, () => /lost/.test(document.querySelector('#connection').textContent));
+  const three = await start('--port', port);
+  assert.notEqual(three.url, one.url);
+  await until(lost, () => /only the address that it printed opens it/.test(document.querySelector('#notice').textContent));
+  await lost.close();
+  three.program.kill();
+});
+
+test('without WebGL it says so, and keys, numbers and force work', async () => {
+  const poor = await launch(['--no-sandbox', '--disable-gpu', '--disable-3d-apis', '--disable-webgl', '--disable-webgl2']);
+  const blind = await openPage(url, wide, { from: poor });
+  assert.ok(await blind.isVisible('#no-picture'));
+  assert.match(await blind.textContent('#no-picture'), /WebGL/);
+  await blind.focus('#stage');
+  await blind.keyboard.press('Enter');
+  await until(blind, () => window.sqmap.frame()?.contacts > 0 && Math.hypot(...window.sqmap.frame().force) > 0.1);
+  assert.match(await blind.textContent('#force'), /N · .* mm deep/);
+  await poor.close();
+});
+
+await run(() => page);
