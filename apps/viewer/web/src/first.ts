@@ -1,6 +1,7 @@
 // The first minute: one object large, the others pale behind it, and one invitation, until it is touched.
 import * as THREE from 'three';
 import { canvas, hand, invite, stage, world } from './stage';
+import { saved } from './net';
 import { on, state } from './state';
 
 /// The others are pale; -1: all alike.
@@ -10,7 +11,7 @@ export function lookAt(object: number): void {
   void world.objects.paint();
 }
 
-let invites = true;
+let invites = !saved;
 
 /// Of several objects the one with most parts: it has most to touch.
 export function firstMinute(): void {

@@ -6,7 +6,7 @@ import { help } from './help';
 import { edge, main, panel, sheet } from './layout';
 import { meter } from './meter';
 import { modePanel, setMode, tabList, tabs } from './modes';
-import { link, type ObjectFacts } from './net';
+import { link, saved, type ObjectFacts } from './net';
 import { notice, progressBox, question, showProgress, trouble, wait } from './notices';
 import { folded } from './panels/controls';
 import { costume } from './panels/dress';
@@ -20,6 +20,7 @@ import { map, mapCard, showFeet } from './panels/parts';
 import { game } from './panels/recognise';
 import { hear, recorder } from './panels/recording';
 import { sound, soundButton } from './panels/senses';
+import { leaveOut, restoreSaved } from './panels/share';
 import { again, counters } from './panels/touch';
 import { hand, stage, world } from './stage';
 import { changed, state } from './state';
@@ -31,6 +32,7 @@ panel.append(notice, progressBox, dialog, modePanel, pickBox, mapCard, factsBox,
 main.append(stage, edge, sheet, panel, charts.element);
 document.getElementById('app')!.replaceChildren(h('header', {}, h('h1', {}, 'sqmap'), tabList, openButton, exportMenu, connection, soundButton, themeButton, help.button, stopButton), main, zone, help.dialog);
 
+leaveOut();
 let first = true;
 
 function scene(objects: ObjectFacts[]): void {
@@ -48,14 +50,15 @@ function scene(objects: ObjectFacts[]): void {
     if (first) firstMinute();
     else if (objects.length > before.length) { world.frame(objects.length - 1); lookAt(objects.length - 1); }
     else if (objects.length < before.length) { world.frame(); lookAt(-1); }
-    if (first) restoreView();
+    if (first && saved) restoreSaved();
+    else if (first) restoreView();
     first = false;
     document.body.dataset.ready = String(state.frames);
   }).catch((e) => trouble(e));
 }
 
 function connected(yes: boolean): void {
-  connection.textContent = yes ? 'connected' : 'connection lost: no force; trying again …';
+  connection.textContent = saved ? 'a saved page' : yes ? 'connected' : 'connection lost: no force; trying again …';
   connection.className = yes ? 'pill good' : 'pill bad';
   if (yes) { again(); costume.again(); return; }
   sound.quiet();

@@ -60,6 +60,11 @@ export interface Handlers {
   taken(): void;  ///< another window took it from this one
 }
 
+/// What a page saved as one file holds in place of the program: what it said last, bytes that it served, a recording.
+export interface Saved { scene: ObjectFacts[]; status: Status; bytes: Record<string, string>; recording: string; pose: number[]; }
+declare global { interface Window { sqmapSaved?: Saved } }
+export const saved = window.sqmapSaved;
+
 const token = new URLSearchParams(location.search).get('token') ?? '';
 export const address = (path: string): string => `${path}${path.includes('?') ? '&' : '?'}token=${token}`;
 
@@ -97,7 +102,8 @@ export class Link {
   /// Tries again and again where there is no answer.
   open(handlers: Handlers): void {
     this.handlers = handlers;
-    this.connect();
+    if (!saved) { this.connect(); return; }
+    setTimeout(() => { handlers.connected(true); handlers.scene(saved.scene); handlers.status(saved.status); });
   }
 
   private connect(): void {
@@ -144,6 +150,11 @@ export class Link {
 export const link = new Link();
 
 async function answerTo(path: string): Promise<Response> {
+  if (saved) {
+    const text = saved.bytes[path];
+    if (text === undefined) throw new Error('This needs the program: it is not in the saved page.');
+    return fetch(`data:application/octet-stream;base64,${text}`);
+  }
   let reply;
   try { reply = await fetch(address(path)); } catch { throw new Error('The program does not answer.'); }
   if (!reply.ok) throw new Error(`${path}: ${(await reply.text()).trim()}`);

@@ -2,7 +2,7 @@
 import { announce, fill, h, save } from '../dom';
 import { setMode, tabs } from '../modes';
 import { openSheet } from '../layout';
-import { address, link, upload, type Settings } from '../net';
+import { address, link, saved, upload, type Settings } from '../net';
 import { trouble, wait } from '../notices';
 import { world } from '../stage';
 import { MODES, on, state, type Mode } from '../state';
@@ -11,6 +11,7 @@ import { choice, folded } from './controls';
 import { costume } from './dress';
 import { lookPanel } from './look';
 import { select } from './parts';
+import { pageButton } from './share';
 import { tellSettings } from './touch';
 
 /// What was found in a file.
@@ -26,14 +27,14 @@ export const exportMenu = h('details', { class: 'menu', id: 'export' }, h('summa
   fileInput, exportsRow,
   h('div', { class: 'row wrap' },
     h('button', { id: 'picture', onclick: async () => { const b = await world.picture(Number(widthChoice.value)); if (b) save('sqmap.png', b, 'image/png'); else trouble('There is no picture: this browser has no WebGL.'); } }, 'Picture'), widthChoice),
-  h('div', { class: 'row wrap' }, h('button', { id: 'link', onclick: () => copyLink() }, 'Copy link to this view')),
+  h('div', { class: 'row wrap' }, h('button', { id: 'link', onclick: () => copyLink() }, 'Copy link to this view'), pageButton),
   choice('New meshes get', [['central', 'Central maps'], ['normal', 'The paper’s maps']], 'central', (v) => { projection = v; }, 'projection')));
 document.addEventListener('pointerdown', (e) => { if (exportMenu.open && !exportMenu.contains(e.target as Node)) exportMenu.open = false; });
 exportMenu.addEventListener('keydown', (e) => { if (e.key === 'Escape') { exportMenu.open = false; exportMenu.querySelector('summary')!.focus(); } });
 
 function showExports(): void {
   const i = state.selected?.object ?? 0, f = state.facts[i];
-  exportsRow.replaceChildren(...(f ? [
+  exportsRow.replaceChildren(...(f && !saved ? [
     h('span', { class: 'note' }, `Save ${f.name} as`),
     ...(['glb', 'json', 'sqmap'] as const).map((kind) => kind === 'sqmap' && f.edited ? h('button', { id: 'save-sqmap', onclick: () => trouble('Bake the edited parts first: the model file would hold the parts of before.') }, 'Model') : h('a', { class: 'button', id: `save-${kind}`, href: address(`/api/object/${i}/${kind}`), download: `${f.name}.${kind}` }, kind === 'glb' ? 'GLB' : kind === 'json' ? 'JSON' : 'Model')),
     h('a', { class: 'button', id: 'save-names', href: address(`/api/object/${i}/names`), download: `${f.name}.names.json` }, 'Names')] : []));

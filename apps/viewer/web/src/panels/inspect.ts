@@ -1,7 +1,7 @@
 // One point looked at closely: what each layer of each projection says of a point below it, how its foot is found, a section.
 import * as THREE from 'three';
 import { digits, fill, h } from '../dom';
-import { fetchBytes, fetchJson, link } from '../net';
+import { fetchBytes, fetchJson, link, saved } from '../net';
 import { trouble, wait } from '../notices';
 import { readSection, SectionView } from '../section';
 import { world } from '../stage';
@@ -42,10 +42,10 @@ function due(): void { clearTimeout(timer); timer = window.setTimeout(refresh, 6
 /// The newest point wins.
 function refresh(): void {
   const p = point(), pick = state.pick, f = pick ? state.facts[pick.object] : undefined, request = ++asked;
-  inspectBox.hidden = !p || !f;
+  inspectBox.hidden = !p || !f || !!saved;
   searches = null;
   showSearch();
-  if (!p || !pick || !f) { section.show(null, -1, null); world.traces.setSection(null); return; }
+  if (!p || !pick || !f || saved) { section.show(null, -1, null); world.traces.setSection(null); return; }
   const still = () => request === asked, fail = (e: unknown) => { if (still()) trouble(e); };
   const twin = f.twin === null ? undefined : state.facts[f.twin], shift = twin && new THREE.Vector3(...(twin.position as [number, number, number])).sub(new THREE.Vector3(...(f.position as [number, number, number])));
   if (f.edited) fill(answers, h('p', { class: 'note' }, 'Bake the edited parts to query them.'));

@@ -2,7 +2,7 @@
 import { css } from '../colours';
 import { digits, fill, h } from '../dom';
 import { MapView } from '../map';
-import { link, type Feet } from '../net';
+import { link, saved, type Feet } from '../net';
 import { trouble, wait } from '../notices';
 import { world } from '../stage';
 import { changed, on, state } from '../state';
@@ -55,6 +55,7 @@ function showPart(): void {
     p && h('p', { class: 'note' }, `${p.triangles.toLocaleString('en')} triangles, ${digits(p.area, 2)} % of the surface; half axes ${p.a.map((x) => digits(1000 * x)).join(' × ')} mm, exponents ${p.eps.map((x) => digits(x, 2)).join(', ')}${p.taper.some((t) => t) ? ', tapered' : ''}${p.bend ? ', bent' : ''}; ${p.certified ? `proven to hold its surface (F ≤ ${digits(p.largestF ?? 0, 4)})` : 'not proven to hold its surface'}`),
     edits, list);
   if (!p) map.clear('Select a part: click the object.');
+  else if (saved) map.clear('The map stays with the program.');
   else if (f.edited) map.clear('Edited parts have a map once they are baked.');
   else showMap(s.object, s.part);
 }
@@ -75,7 +76,7 @@ function showMapCard(): void {
 
 let feetPart = -1;
 export function showFeet({ object, feet }: Feet): void {
-  if (mapCard.hidden || state.mode !== 'touch') return;
+  if (mapCard.hidden || saved || state.mode !== 'touch') return;
   const of = (part: number) => feet.filter((f) => f.part === part);
   const f = state.facts[object];
   if (!f || f.edited || !feet.length) { map.setFeet([]); return; }

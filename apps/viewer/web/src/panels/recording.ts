@@ -20,7 +20,7 @@ const replayButton = h('button', { id: 'replay', onclick: () => {
   else { hand.letGo(); if (!recorder.paused) charts.clear(); recorder.replay(); }
   showRecorder(recorder.position);
 } });
-const live = h('button', { id: 'live', onclick: () => { recorder.halt(); showRecorder(); } }, 'Back to now');
+const toNow = h('button', { id: 'to-now', onclick: () => { recorder.halt(); showRecorder(); } }, 'Back to now');
 const scrub = h('input', { type: 'range', id: 'scrub', min: '0', max: '1', step: '0.01', value: '0', 'aria-label': 'Moment of the recording', oninput: () => { hand.letGo(); recorder.seek(Number(scrub.value)); } });
 const marks = h('div', { class: 'marks', 'aria-hidden': 'true' });
 const MARKS = { contact: 'contact begins', limit: 'at the force limit', fault: 'the filter stopped the force' };
@@ -65,7 +65,7 @@ function showRecorder(at = 0): void {
   recordButton.textContent = recorder.recording ? 'Stop recording' : 'Record';
   recordButton.setAttribute('aria-pressed', String(recorder.recording));
   replayButton.textContent = !recorder.replaying ? 'Replay' : recorder.paused ? 'Go on' : 'Pause';
-  live.hidden = !recorder.replaying;
+  toNow.hidden = !recorder.replaying;
   timeline.hidden = recorder.count === 0 || recorder.recording;
   scrub.max = String(recorder.seconds);
   if (document.activeElement !== scrub) scrub.value = String(at);
@@ -91,5 +91,5 @@ export function hear(frame: Frame): void {
   if (!recorder.replaying) show(frame);
 }
 
-export const recordingCard = card('Recording', h('div', { class: 'row wrap' }, recordButton, replayButton, live, againButton, saveButton, h('button', { onclick: () => recordingInput.click() }, 'Open …'), recordingInput), timeline, recordingWords, againWords);
+export const recordingCard = card('Recording', h('div', { class: 'row wrap' }, recordButton, replayButton, toNow, againButton, saveButton, h('button', { onclick: () => recordingInput.click() }, 'Open …'), recordingInput), timeline, recordingWords, againWords);
 showRecorder();

@@ -1,0 +1,51 @@
+// The page as one file that needs no program: its script and style, the objects, the view, and the recording where there is one.
+import { h, save } from '../dom';
+import { fetchBytes, saved, type Saved } from '../net';
+import { trouble, wait } from '../notices';
+import { hand, hint, showHint, world } from '../stage';
+import { on, state } from '../state';
+import { recorder } from './recording';
+
+function base64(data: ArrayBuffer): string {
+  const bytes = new Uint8Array(data), pieces: string[] = [];
+  for (let i = 0; i < bytes.length; i += 0x8000) pieces.push(String.fromCharCode(...bytes.subarray(i, i + 0x8000)));
+  return btoa(pieces.join(''));
+}
+
+/// Nothing that stands in a script may end it.
+const inScript = (text: string): string => text.replaceAll('</script', '<\\/script').replaceAll('<!--', '<\\!--');
+
+async function page(): Promise<string> {
+  const bytes: Saved['bytes'] = {};
+  for (let i = 0; i < state.facts.length; ++i) for (const what of ['mesh', 'superquadrics']) bytes[`/api/object/${i}/${what}`] = base64(await fetchBytes(`/api/object/${i}/${what}`));
+  const status = { ...state.status!, touching: false, stopped: false, devices: [], device: 0, counters: undefined, cloth: { here: false, worn: null }, settings: { ...state.settings, tool: 'ball' } };
+  const content: Saved = { scene: state.facts, status, bytes, recording: recorder.count ? recorder.csv() : '', pose: world.pose() };
+  const [script, style] = await Promise.all(['/app.js', '/app.css'].map(async (name) => (await fetch(name)).text()));
+  return `<!doctype html><html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1"><title>sqmap: ${state.facts.map((f) => f.name.replace(/[^\w -]/g, '')).join(', ')}</title><style>${style.replaceAll('</style', '')}</style></head>` +
+    `<body><div id="app"></div><script>window.sqmapSaved=${inScript(JSON.stringify(content))}</script><script type="module">${inScript(script)}</script></body></html>`;
+}
+
+export const pageButton = h('button', { id: 'save-page', hidden: !!saved, onclick: async () => {
+  if (state.facts.some((f) => f.edited)) { trouble('Bake the edited parts first.'); return; }
+  wait('Writing the page …');
+  try { save('sqmap.html', await page(), 'text/html'); wait(recorder.count ? 'Saved, with the recording: it opens in any browser, without the program.' : 'Saved: it opens in any browser, without the program.'); } catch (e) { trouble(e); }
+} }, 'Page in one file');
+
+/// What a saved page shows, and leaves out.
+export function restoreSaved(): void {
+  if (!saved) return;
+  world.setPose(saved.pose);
+  if (saved.recording) recorder.open(saved.recording);
+  recorder.onEnd();
+}
+/// Once the page stands.
+export function leaveOut(): void {
+  if (!saved) return;
+  for (const id of ['open', 'link', 'stop']) document.getElementById(id)!.remove();
+  for (const id of ['tab-recognise', 'tab-dress']) document.getElementById(id)!.hidden = true;
+  on(['mode', 'status'], () => {
+    hand.enabled = false;
+    if (state.mode === 'touch' && saved?.recording && !recorder.replaying) showHint('This is a recording: press Replay.');
+    else if (state.mode === 'touch') hint.hidden = true;
+  });
+}
