@@ -35,6 +35,10 @@ async function picture(files, name, [width, height], act) {
 }
 
 await picture(models, 'view_map.png', [1240, 1500], async (page) => {
+  await page.click('#tab-look');
+  await page.focus('#stage');
+  await page.keyboard.press('Home');
+  await page.waitForTimeout(500);
   // The lower palm of the first hand.
   const at = await page.evaluate(() => {
     const s = window.sqmap, f = s.facts()[0], b = document.querySelector('#stage').getBoundingClientRect();

@@ -230,8 +230,8 @@ TEST(Feel, ATouchNeitherOvershootsNorRings)
 {
     double worst = 0, longest = 0, tick = 0;
     for (const ObjectPtr& object : demo_objects())
-        for (const double stiffness : {100., 500., 1000., 1500.})
-            for (const double depth : {0.002, 0.004, 0.006}) {
+        for (const double stiffness : {100., 500., 1500.})
+            for (const double depth : {0.002, 0.006}) {
                 Press press(object, {.stiffness = stiffness}, spots(*object, 0.02, 1, 1).at(0));
                 std::vector<Rehearsal::Tick> ticks;
                 press.to(depth).run(1, [&](const Rehearsal::Tick& t) { ticks.push_back(t); });

@@ -18,7 +18,7 @@ showPads();
 /// In the header, where everyone finds it.
 export const soundButton = h('button', { id: 'sound-button', title: 'Force as sound', onclick: () => { if (sound.on) sound.stop(); else sound.start(); } });
 sound.onSwitch = () => {
-  soundButton.textContent = sound.on ? '♪ Sound on' : '♪ Sound off';
+  soundButton.replaceChildren('♪', h('span', {}, sound.on ? ' Sound on' : ' Sound off'));
   soundButton.setAttribute('aria-pressed', String(sound.on));
   senses.querySelector<HTMLInputElement>('#sound')!.checked = sound.on;
 };
