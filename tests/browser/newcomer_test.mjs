@@ -139,7 +139,7 @@ test('keys: F1 lists them, letters work with Shift, and Enter over nothing says 
   await page.keyboard.press('Enter');
   await until(page, () => window.said.some((t) => /^Nothing here: box is /.test(t)));
   assert.match((await page.evaluate(() => window.said)).join('|'), /Nothing here: box is (up and )?right/);
-  for (let i = 0; i < 60 && !(await page.evaluate(() => window.sqmap.frame()?.contacts > 0)); ++i) {
+  for (let i = 0; i < 100 && !(await page.evaluate(() => { const { x, y } = window.sqmap.hand.at; return window.sqmap.world.cast(x, y); })); ++i) {
     const words = await page.evaluate(() => window.said.filter((t) => /^Nothing here/.test(t)).at(-1) ?? '');
     if (/up/.test(words)) await page.keyboard.press('ArrowUp');
     if (/right/.test(words)) await page.keyboard.press('ArrowRight');
@@ -147,6 +147,8 @@ test('keys: F1 lists them, letters work with Shift, and Enter over nothing says 
     if (/left/.test(words)) await page.keyboard.press('ArrowLeft');
     await page.waitForTimeout(60);
   }
+  await page.keyboard.press('Enter');  // lifted, and down where it is now
+  await page.keyboard.press('Enter');
   await until(page, () => window.sqmap.frame()?.contacts > 0);
   await page.keyboard.press('Shift+E');
   await until(page, () => window.said.includes('Turned 15 degrees right'));
@@ -163,7 +165,7 @@ test('the page is saved as one file that needs no program', async () => {
   await page.mouse.up();
   await page.click('#record');
   // Any moment of it, standing still.
-  await page.locator('#scrub').fill((await page.evaluate(() => window.sqmap.recorder.seconds)).toFixed(1));
+  await page.locator('#scrub').fill((Math.floor(10 * (await page.evaluate(() => window.sqmap.recorder.seconds))) / 10).toFixed(1));
   assert.ok(await page.evaluate(() => window.sqmap.recorder.paused && window.sqmap.recorder.marks().some((m) => m.kind === 'contact')));
   await page.click('#to-now');
   await page.evaluate(() => { document.querySelector('#export').open = true; });
