@@ -6,7 +6,7 @@ const LEAST = 280, LARGEST = 640, STEP = 20;  // px
 export const narrow = matchMedia('(max-width: 820px)');
 
 export const main = h('main', {});
-export const panel = h('aside', { class: 'panel', id: 'panel', role: 'tabpanel', tabIndex: -1 });
+export const panel = h('div', { class: 'panel', id: 'panel', role: 'tabpanel', tabIndex: -1 });
 
 function widen(to: number): void {
   const width = Math.round(Math.min(Math.max(to, LEAST), Math.min(LARGEST, 0.6 * innerWidth)));

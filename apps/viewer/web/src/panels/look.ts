@@ -33,7 +33,7 @@ on(['mode', 'playing'], () => { pickBox.hidden = state.mode !== 'look' || state.
 on(['scene', 'selected'], () => { partCard.hidden = !state.selected; });
 
 function setNumbers(rows: [string, string][]): void {
-  numbers.replaceChildren(...(rows.length ? rows.flatMap(([k, v]) => [h('dt', {}, k), h('dd', {}, v)]) : [h('dt', { class: 'whole' }, 'Click the object for its numbers.')]));
+  numbers.replaceChildren(...(rows.length ? rows : [['Nothing yet', 'click the object for its numbers']]).flatMap(([k, v]) => [h('dt', {}, k), h('dd', {}, v)]));
 }
 
 function click(hit: Hit | null): void {
