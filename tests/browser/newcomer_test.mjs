@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import fs from 'node:fs';
 import path from 'node:path';
-import { drop, feel, folder, launch, onSurface, openPage, run, settled, sqmap, start, test, until } from './harness.mjs';
+import { browser, drop, feel, folder, launch, onSurface, openPage, run, settled, sqmap, start, test, until } from './harness.mjs';
 
 // A home of its own: a restart on a named port keeps the address by a file there.
 process.env.XDG_STATE_HOME = path.join(folder, 'state');
@@ -172,7 +172,7 @@ test('the page is saved as one file that needs no program', async () => {
   const [download] = await Promise.all([page.waitForEvent('download'), page.click('#save-page')]);
   const file = path.join(folder, 'saved.html');
   await download.saveAs(file);
-  const alone = await page.context().newPage(), asked = [];
+  const alone = await browser.newPage({ viewport: wide.viewport }), asked = [];
   alone.on('request', (r) => { if (!/^(file|data|blob):/.test(r.url())) asked.push(r.url()); });
   await alone.goto(`file://${path.resolve(file)}`);
   await alone.waitForSelector('body[data-ready]');
