@@ -159,10 +159,10 @@ WrapResult wrap(std::span<const Vec3d> points, std::span<const Triangle> triangl
         return result;
     };
     WrapResult result = attempt(options);
-    const double asked = options.tolerance * largest_distance, reached = result.moved.p99;
-    if (reached > asked && result.mesh.triangles.size() < options.max_triangles) {
+    const double target = options.tolerance * largest_distance, reached = result.moved.p99;
+    if (reached > target && result.mesh.triangles.size() < options.max_triangles) {
         WrapOptions finer = options;
-        finer.tolerance = std::max(k_finer * options.tolerance * asked / reached, 0.5 * options.thickness);
+        finer.tolerance = std::max(k_finer * options.tolerance * target / reached, 0.5 * options.thickness);
         WrapResult second = attempt(finer);
         if (second.moved.p99 < reached) result = std::move(second);
     }
