@@ -189,8 +189,13 @@ private:
                           {"made_by", recipe.made_by},
                           {"options", recipe.options},
                           {"chunk", k_chunk}};
-        data["models"] = std::count_if(contents_.results().begin(), contents_.results().end(),
-                                       [](const auto& result) { return result.second.model_size > 0; });
+        std::uint64_t models = 0, model_bytes = 0;
+        for (const auto& [key, finished] : contents_.results()) {
+            models += finished.model_size > 0 ? 1 : 0;
+            model_bytes += finished.model_size;
+        }
+        data["models"] = models;
+        data["model_bytes"] = model_bytes;
         add_names(data, "verdicts", "verdict", items_, [](const Summary& item) { return item.verdict; });
         add_names(data, "codes", "code", items_, [](const Summary& item) { return item.code; });
         for (const char* column : {"path", "member", "error", "bytes", "seconds"}) data[column] = ordered_json::array();

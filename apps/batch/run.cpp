@@ -6,6 +6,7 @@
 #include "sqmap/io/replace_file.h"
 
 #include <poll.h>
+#include <sys/socket.h>
 #include <unistd.h>
 #include <nlohmann/json.hpp>
 
@@ -144,7 +145,7 @@ public:
     }
 
     [[nodiscard]] const Results& results() const { return results_; }
-    /// The rows of all items, sorted.
+    /// The rows of all items, in the manifest's order.
     [[nodiscard]] std::vector<Row> rows() const
     {
         std::vector<Row> out;
@@ -292,7 +293,8 @@ private:
         if (line[0] == k_key) {
             job.key = text;
             job.is_going = !is_known(text) && in_work_.insert(text).second;
-            (void)write_all(job.child.channel(), std::string(1, job.is_going ? k_go : k_skip));
+            // A child that was killed meanwhile does not listen: that is no reason to die with it (SIGPIPE).
+            (void)::send(job.child.channel(), job.is_going ? &k_go : &k_skip, 1, MSG_NOSIGNAL);
         } else if (line[0] == k_unreadable) {
             entries_[job.task.item].outcome = Outcome{text};
         } else if (line[0] == k_done) {
