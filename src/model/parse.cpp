@@ -140,7 +140,8 @@ ParseStatus check_normal_part(const ModelView& view, std::size_t index)
         within(p.first_correction_row, p.correction_row_count, a.correction_rows.size()) &&
         within(p.first_correction, p.correction_count, a.corrections.size()) &&
         within(p.first_gap_row, p.gap_row_count, a.gap_rows.size()) && within(p.first_gap, p.gap_count, a.gaps.size()) &&
-        within(p.first_offset, p.offset_count, a.offset.size()) && within(p.first_offset, p.offset_count, a.smoothed.size()) &&
+        within(p.first_offset, p.offset_count, a.offset.size()) &&
+        (a.smoothed.empty() || within(p.first_offset, p.offset_count, a.smoothed.size())) &&
         within(p.first_seed, p.seed_count, a.seeds.size());
     if (!inside) return ParseStatus::BadStructure;
     return is_consistent(normal_map_of(view, index)) ? ParseStatus::Ok : ParseStatus::BadValue;

@@ -77,16 +77,16 @@ std::uint32_t Touch::Work::tick_forces(void* context, const device::TickInput& i
     return result.status;
 }
 
-/// known: the servo felt in this tick, and told.
+/// known: the servo computed this tick and reported it.
 void Touch::Work::keep(bool known)
 {
     if (take == nullptr || take->ticks.size() >= k_max_recorded) return;
-    const bool begun = !take->ticks.empty();
-    if (begun && tick.tick > heard + 1) take->lost += tick.tick - heard - 1;
+    const bool has_ticks = !take->ticks.empty();
+    if (has_ticks && tick.tick > heard + 1) take->lost += tick.tick - heard - 1;
     heard = tick.tick;
     if (known)
         take->ticks.push_back({force_input(tick.sample, tick.dt, tick.degraded), tick.commanded[0], last.depth, last.live});
-    else if (begun && tick.connected && tick.sample.sequence != 0)
+    else if (has_ticks && tick.connected && tick.sample.sequence != 0)
         ++take->lost;
 }
 
