@@ -58,7 +58,7 @@ if (animal)
   await picture([animal], 'view.png', [1360, 800], async (page) => {
     await page.click('#tab-touch');
     await page.waitForTimeout(800);
-    // The highest place of the back that is seen.
+    // The highest point of the back that is seen.
     const at = await page.evaluate(() => {
       const s = window.sqmap, b = document.querySelector('#stage').getBoundingClientRect();
       for (let y = 0.9; y > -0.5; y -= 0.02) { const h = s.world.cast(-0.05, y); if (h && h.normal.y > 0.5) return [b.left + 0.475 * b.width, b.top + ((1 - y) / 2) * b.height + 12]; }

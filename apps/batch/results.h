@@ -37,7 +37,7 @@ public:
     /// What it held when it was opened: later records replace earlier ones.
     void read_into(Results& results) const;
 
-    /// Adds a result whose model, if any, and picture are in another file. Its places are those in the journal.
+    /// Adds a result whose model, if any, and picture are in another file. Its offsets are those in the journal.
     /// @throw io::ModelFileError where the disk is full: the journal is as before
     Finished append(const std::string& key, Finished result);
 

@@ -40,7 +40,7 @@ public:
     [[nodiscard]] const std::filesystem::path& path() const { return path_; }  ///< as it was given
     [[nodiscard]] std::size_t size() const { return index_.size() / k_line; }  ///< models in it
 
-    /// The model of that place in the order of keys. @pre i < size() @throw ModelFileError for a line that is damaged
+    /// The model at that index in the order of keys. @pre i < size() @throw ModelFileError for a line that is damaged
     [[nodiscard]] ArchivedModel entry(std::size_t i) const;
 
     /// Binary search. @throw ModelFileError for a line that is damaged

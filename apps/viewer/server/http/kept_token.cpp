@@ -26,7 +26,7 @@ bool is_private(int file)
     return ::fstat(file, &facts) == 0 && S_ISREG(facts.st_mode) && facts.st_uid == ::geteuid() && (facts.st_mode & 077) == 0;
 }
 
-/// In place of what was there; false where it cannot be.
+/// Replaces what was there; false where it cannot.
 bool write_private(const std::filesystem::path& path, const std::string& text)
 {
     std::error_code ignored;

@@ -60,7 +60,7 @@ export interface Handlers {
   taken(): void;  ///< another window took it from this one
 }
 
-/// What a page saved as one file holds in place of the program: what it said last, bytes that it served, a recording.
+/// What a page saved as one file holds instead of the program: what it said last, bytes that it served, a recording.
 export interface Saved { scene: ObjectFacts[]; status: Status; bytes: Record<string, string>; recording: string; pose: number[]; }
 declare global { interface Window { sqmapSaved?: Saved } }
 export const saved = window.sqmapSaved;
