@@ -50,7 +50,7 @@ await picture(models, 'view_map.png', [1240, 1500], async (page) => {
   await page.selectOption('#projector', 'pyramid');
   await page.locator('#s-below').fill('4');
   await page.waitForFunction(() => document.querySelectorAll('#answers tbody tr').length === 7 && window.sqmap.map.over().steps.length > 20 && window.sqmap.world.traces.count().section > 1);
-  await page.evaluate(() => { document.querySelector('#panel').scrollTop = 0; });
+  await page.evaluate(() => { document.querySelector('#s-below').closest('.card').scrollIntoView({ block: 'start' }); });
   await page.waitForTimeout(1500);
 });
 
