@@ -17,12 +17,12 @@
 
 // The page, as it is in the sources.
 asm(".pushsection .rodata\n"
-    "sqmap_report_page: .incbin \"" SQMAP_REPORT_PAGE
+    "k_sqmap_report_page: .incbin \"" SQMAP_REPORT_PAGE
     "\"\n"
-    "sqmap_report_page_end: .byte 0\n"
+    "k_sqmap_report_page_end: .byte 0\n"
     ".popsection\n");
-extern "C" const char sqmap_report_page[];
-extern "C" const char sqmap_report_page_end[];
+extern "C" const char k_sqmap_report_page[];
+extern "C" const char k_sqmap_report_page_end[];
 
 namespace sqmap::batch {
 namespace {
@@ -207,7 +207,7 @@ private:
             data["seconds"].push_back(item.seconds);
         }
         constexpr std::string_view k_mark = "/*DATA*/null";
-        std::string out(sqmap_report_page, sqmap_report_page_end);
+        std::string out(k_sqmap_report_page, k_sqmap_report_page_end);
         return out.replace(out.find(k_mark), k_mark.size(), dumped(data));
     }
 
