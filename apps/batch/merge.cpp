@@ -1,4 +1,4 @@
-// Merged archives are written into a folder of another name, which then takes the place of the library's.
+// Merged archives are written into a folder of another name, which then replaces the library's.
 #include "batch/operations.h"
 #include "sqmap/io/model_archive.h"
 #include "sqmap/io/replace_file.h"

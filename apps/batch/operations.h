@@ -13,7 +13,7 @@ namespace sqmap::batch {
 void list(const Library& library, bool json);
 
 /// Joins the finished shards, and what was merged before, into archives of about `size` bytes each, in order of keys: the same
-/// bytes however many shards there were. Takes the place of the merged library at once. @throw io::ModelFileError
+/// bytes however many shards there were. Replaces the merged library at once. @throw io::ModelFileError
 void merge(const Library& library, std::uint64_t size);
 
 struct Verification {

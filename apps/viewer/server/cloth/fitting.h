@@ -32,7 +32,7 @@ public:
     /// "SQC1", garment's number, #bones, #vertices, #triangles of the cloth; a bone: #vertices, #triangles, positions at rest,
     /// corners; the cloth's corners; its flat pattern (3 floats a vertex). Null before there is any.
     [[nodiscard]] std::shared_ptr<const std::string> shapes();
-    /// The figure is made: what is told now happens at once.
+    /// The figure is made: messages take effect at once.
     [[nodiscard]] bool ready() const;
     /// {garment, fabric, walks, seams: [{name, sewn}], pinned}; null before there is any.
     [[nodiscard]] nlohmann::ordered_json status();

@@ -49,7 +49,7 @@ struct Settings {
 enum class Say : std::uint8_t {
     Touch,  ///< where the hand wants the tool, and whether it is held there
     Take,   ///< the tool from another window
-    Rest,   ///< nothing is to be touched for now
+    Rest,   ///< the page shows nothing that is touched: the servo ends unless another page holds the tool
     Stop,
     Resume,
     Settings,

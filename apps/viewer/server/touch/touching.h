@@ -31,7 +31,7 @@ public:
 
     // Messages of a page.
     void hold(ConnectionId connection, const Message& message);
-    /// Whoever holds the tool lets go, and is told.
+    /// The window that holds the tool lets go and is sent a message.
     void take(ConnectionId connection);
     /// The page shows nothing that is touched: where nobody else holds the tool the servo ends, and with it the stream.
     void rest(ConnectionId connection);

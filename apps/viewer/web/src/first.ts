@@ -18,11 +18,11 @@ export function firstMinute(): void {
   const rich = state.facts.reduce((best, f, i) => (f.parts.length > (state.facts[best]?.parts.length ?? 0) ? i : best), 0);
   world.frame(state.facts.length ? rich : -1);
   if (state.facts.length > 1) lookAt(rich);
-  place();
+  follow();
 }
 
 /// Over the highest point of the object that is seen there.
-function place(): void {
+function follow(): void {
   const object = Math.max(world.objects.focus, 0);
   invite.hidden = !invites || state.mode !== 'touch' || state.playing || !state.facts[object];
   if (invite.hidden) return;
@@ -36,6 +36,6 @@ function place(): void {
 const done = (): void => { invites = false; invite.hidden = true; };
 document.addEventListener('pointerdown', () => setTimeout(() => { if (hand.holding) done(); }), true);
 canvas.addEventListener('keydown', () => { if (hand.holding) done(); });
-world.controls.addEventListener('change', place);
-new ResizeObserver(() => requestAnimationFrame(place)).observe(stage);
-on(['mode', 'playing'], place);
+world.controls.addEventListener('change', follow);
+new ResizeObserver(() => requestAnimationFrame(follow)).observe(stage);
+on(['mode', 'playing'], follow);

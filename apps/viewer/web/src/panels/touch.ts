@@ -115,7 +115,7 @@ export const touchPanel = h('div', {},
 
 // ---- What the hand wants
 
-// The newest aim, at most once a frame of the stream; to grasp and to let go is told at once.
+// The newest aim, at most once a frame of the stream; grasping and letting go are sent at once.
 let aim: object | null = null, wasHeld = false;
 setInterval(() => { if (aim) link.say(aim); aim = null; }, 16);
 hand.onAim = (target, held) => {
