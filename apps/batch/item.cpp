@@ -78,7 +78,8 @@ try {
     io::MappedModel model("/proc/self/fd/" + std::to_string(output));
     const bool has_triangles = model::has_exact(model.view());
     const app::Subject subject = app::subject_of_model(std::move(model), has_triangles ? nullptr : &loaded.mesh);
-    app::View view{.width = 160, .height = 120, .samples = 2};
+    // One thread: the driver has a process a core. Few rays for the sky: 96 a vertex take a large mesh a quarter of its bake.
+    app::View view{.width = 160, .height = 120, .samples = 2, .sky_rays = 16, .threads = 1};
     view.azimuth = app::broad_azimuth(subject.mesh, view.up);
     return app::png_bytes(app::parts_picture(subject, view));
 } catch (const std::invalid_argument&) {

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """The same items through the engines that clusters have: the same merged library, byte for byte.
 
-usage: engines_test.py PROGRAM [ITEMS]     ITEMS: default 300; what is not installed is skipped, visibly
+usage: engines_test.py PROGRAM [ITEMS [KILLS]]     ITEMS: default 300; KILLS of Slurm's node daemon: default 20
+What is not installed is skipped, visibly.
 """
 import os
 import pathlib
@@ -9,15 +10,16 @@ import random
 import shutil
 import signal
 import subprocess
-import sys
 import tempfile
 import time
 import unittest
 
 import slurm
-from support import PROGRAM, BatchTest, digests, ellipsoids, run
+from support import PROGRAM, BatchTest, digests, ellipsoids, run, take_number
 
-ITEMS = int(sys.argv.pop(1)) if len(sys.argv) > 1 and sys.argv[1].isdigit() else 300
+ITEMS = take_number(300)
+KILLS = take_number(20)
+SEED = random.randrange(1 << 32)
 EXAMPLES = pathlib.Path(__file__).resolve().parents[2] / "examples" / "batch"
 SHARDS = 6
 
@@ -29,12 +31,19 @@ class Engines(BatchTest):
         cls.addClassCleanup(folder.cleanup)
         cls.base = pathlib.Path(folder.name)
         os.chmod(cls.base, 0o755)
-        cls.meshes = cls.base / "meshes"
+        cls.meshes, cls.few = cls.base / "meshes", cls.base / "few"
         ellipsoids(cls.meshes, ITEMS, rings=6, sides=8)
-        for program in (("batch", cls.meshes, "-o", cls.base / "direct"), ("batch", "merge", cls.base / "direct")):
-            done = run(*program)
+        ellipsoids(cls.few, 24, rings=6, sides=8)
+        cls.merged = {meshes: cls.baked(meshes) for meshes in (cls.meshes, cls.few)}
+
+    @classmethod
+    def baked(cls, meshes):
+        """Digests of the library that no engine has had a part in."""
+        library = cls.base / f"direct-{meshes.name}"
+        for arguments in ((meshes, "-o", library), ("merge", library)):
+            done = run("batch", *arguments)
             assert done.returncode == 0, done.stderr
-        cls.direct = digests(cls.base / "direct" / "library")
+        return digests(library / "library")
 
     def need(self, *programs):
         absent = [p for p in programs if shutil.which(p) is None]
@@ -45,9 +54,9 @@ class Engines(BatchTest):
         done = subprocess.run(list(map(str, command)), capture_output=True, text=True, env={**os.environ, "SQMAP": PROGRAM})
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
-    def assert_same(self, output):
+    def assert_same(self, output, meshes=None, message=None):
         self.bake("merge", output)
-        self.assertEqual(digests(pathlib.Path(output) / "library"), self.direct)
+        self.assertEqual(digests(pathlib.Path(output) / "library"), self.merged[meshes or self.meshes], message)
         self.assert_whole(output)
 
     def test_parallel(self):
@@ -68,41 +77,50 @@ class Engines(BatchTest):
                      "out=out", f"shards={SHARDS}")
         self.assert_same("out")
 
-    def test_slurm_array_parallel_step_and_a_dead_node_daemon(self):
-        if slurm.missing():
-            self.skipTest(slurm.missing())
-        with slurm.Slurm(self.base / "slurm") as cluster:
-            export = f"ALL,SQMAP={PROGRAM},MANIFEST={self.meshes},OUT={os.path.abspath('array')}"
-            done = cluster.submit(f"--array=0-{SHARDS - 1}", f"--export={export}", EXAMPLES / "slurm.sh")
-            self.assertEqual(done.returncode, 0, done.stdout + done.stderr + self.logs())
+    def test_slurm_array(self):
+        with self.slurm() as cluster:
+            self.submit(cluster, "array", self.meshes)
             self.assert_same("array")
 
-            if shutil.which("parallel"):
-                export = f"ALL,SQMAP={PROGRAM},MANIFEST={self.meshes},OUT={os.path.abspath('step')},SHARDS={SHARDS}"
-                done = cluster.submit(f"--export={export}", EXAMPLES / "slurm_parallel.sh")
-                self.assertEqual(done.returncode, 0, done.stdout + done.stderr + self.logs())
-                self.assert_same("step")
+    def test_parallel_inside_a_slurm_job(self):
+        self.need("parallel")
+        with self.slurm() as cluster:
+            export = f"ALL,SQMAP={PROGRAM},MANIFEST={self.meshes},OUT={os.path.abspath('step')},SHARDS={SHARDS}"
+            done = cluster.submit(f"--export={export}", EXAMPLES / "slurm_parallel.sh")
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr + cluster.logs())
+            self.assert_same("step")
 
-            self.kill_node_daemon(cluster)
+    def test_the_node_daemon_is_killed(self):
+        """Alone, or with all that it runs as when a machine goes down; Slurm finds out, the array is submitted again."""
+        chance = random.Random(SEED)
+        with self.slurm() as cluster:
+            start = time.monotonic()
+            self.submit(cluster, "whole", self.few)
+            length = time.monotonic() - start
+            for k in range(KILLS):
+                output = f"dead{k}"
+                self.submit(cluster, output, self.few, wait=False)
+                time.sleep(chance.uniform(0, length))
+                if chance.random() < 0.5:
+                    self.end_steps()
+                cluster.stop("slurmd", signal.SIGKILL)
+                cluster.start_node()
+                cluster.run("scancel", "--me")
+                cluster.wait_for(cluster.is_idle, "the node")
+                self.submit(cluster, output, self.few)
+                self.assert_same(output, self.few, f"seed {SEED}, kill {k}")
 
-    def kill_node_daemon(self, cluster):
-        """With all that it runs, as when a machine goes down; Slurm finds out, the array is submitted again."""
-        export = f"ALL,SQMAP={PROGRAM},MANIFEST={self.meshes},OUT={os.path.abspath('dead')}"
-        array = (f"--array=0-{SHARDS - 1}", f"--export={export}", "--output", cluster.folder / "job-%A_%a.out", EXAMPLES / "slurm.sh")
-        cluster.run("sbatch", *array)
-        journals = pathlib.Path("dead/running")
-        deadline = time.monotonic() + 120
-        while not any(p.stat().st_size > 0 for p in journals.glob("*.part")) and time.monotonic() < deadline:
-            time.sleep(0.05)
-        time.sleep(random.uniform(0, 2))
-        self.end_steps()
-        cluster.stop("slurmd", signal.SIGKILL)
-        cluster.run("scancel", "--me")
-        cluster.start_node()
-        cluster.wait_for(cluster.is_idle, "the node")
-        done = cluster.submit(f"--array=0-{SHARDS - 1}", f"--export={export}", EXAMPLES / "slurm.sh")
-        self.assertEqual(done.returncode, 0, done.stdout + done.stderr + self.logs())
-        self.assert_same("dead")
+    def slurm(self):
+        if slurm.missing():
+            self.skipTest(slurm.missing())
+        folder = tempfile.TemporaryDirectory(dir=self.base)
+        self.addCleanup(folder.cleanup)
+        return slurm.Slurm(pathlib.Path(folder.name) / "slurm")
+
+    def submit(self, cluster, output, meshes, **how):
+        export = f"ALL,SQMAP={PROGRAM},MANIFEST={meshes},OUT={os.path.abspath(output)}"
+        done = cluster.submit(f"--array=0-{SHARDS - 1}", f"--export={export}", EXAMPLES / "slurm.sh", **how)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr + cluster.logs())
 
     def end_steps(self):
         """Ends slurmstepd and what it has started: they would outlive slurmd. Those of this test's own folder only."""
@@ -115,9 +133,6 @@ class Engines(BatchTest):
                     os.kill(int(process.name), signal.SIGKILL)
             except (OSError, ProcessLookupError):
                 pass
-
-    def logs(self):
-        return "".join(f"\n{p.name}: {p.read_text(errors='replace')[-500:]}" for p in (self.base / "slurm").glob("*.out"))
 
 
 if __name__ == "__main__":

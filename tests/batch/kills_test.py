@@ -8,21 +8,14 @@ import pathlib
 import random
 import signal
 import subprocess
-import sys
 import tempfile
 import time
 import unittest
 
-from support import PROGRAM, BatchTest, digests, ellipsoids, rows, run
+from support import PROGRAM, BatchTest, children, digests, ellipsoids, run, take_number
 
-KILLS = int(sys.argv.pop(1)) if len(sys.argv) > 1 and sys.argv[1].isdigit() else 3
+KILLS = take_number(3)
 SEED = random.randrange(1 << 32)
-
-
-def children(pid):
-    """Processes that a process has started and that are alive."""
-    found = subprocess.run(["ps", "--no-headers", "-o", "pid", "--ppid", str(pid)], capture_output=True, text=True).stdout
-    return [int(word) for word in found.split()]
 
 
 class Kills(BatchTest):
@@ -103,10 +96,18 @@ class Kills(BatchTest):
             self.assertEqual(digests("torn/shards"), self.whole)
 
     def test_a_full_disk_ends_the_run_and_keeps_what_is_finished(self):
-        os.mkdir("disk")
-        if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=1200k", "tmpfs", "disk"], capture_output=True).returncode != 0:
-            self.skipTest("a small file system cannot be mounted here")
-        self.addCleanup(lambda: subprocess.run(["umount", "disk"], check=True))
+        """Among the results, and while the shard is written."""
+        for size in ("1200k", "5200k"):
+            os.mkdir("disk")
+            if subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", "disk"], capture_output=True).returncode != 0:
+                self.skipTest("a small file system cannot be mounted here")
+            try:
+                self.fill_disk()
+            finally:
+                subprocess.run(["umount", "disk"], check=True)
+                os.rmdir("disk")
+
+    def fill_disk(self):
         full = self.bake(self.meshes, "-o", "disk/out", code=2)
         self.assertIn("No space left on device", full.stderr)
         self.assertIn("run the same command again", full.stderr)

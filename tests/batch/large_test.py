@@ -10,13 +10,12 @@ import os
 import pathlib
 import random
 import resource
-import sys
 import time
 import unittest
 
-from support import BatchTest, ellipsoids, rows, run
+from support import BatchTest, ellipsoids, rows, run, take_number
 
-ROWS = int(sys.argv.pop(1)) if len(sys.argv) > 1 and sys.argv[1].isdigit() else 100_000
+ROWS = take_number(100_000)
 LINE = 194  # of an index, bytes
 
 

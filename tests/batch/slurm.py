@@ -84,15 +84,17 @@ class Slurm:
             daemon.wait()
 
     def is_idle(self):
-        return "idle" in self.run("sinfo", "-h", "-o", "%T", check=False).stdout
+        return self.run("sinfo", "-h", "-o", "%T", check=False).stdout.strip() == "idle"
 
     def wait_for(self, condition, what):
         deadline = time.monotonic() + 60
         while not condition():
             if time.monotonic() > deadline:
-                logs = "\n".join(f"{p.name}: {p.read_text(errors='replace')[-600:]}" for p in self.folder.glob("*.out"))
-                raise RuntimeError(f"{what} did not come up\n{logs}")
+                raise RuntimeError(f"{what} did not come up\n{self.logs()}")
             time.sleep(0.2)
+
+    def logs(self):
+        return "\n".join(f"{p.name}: {p.read_text(errors='replace')[-600:]}" for p in self.folder.glob("*.out"))
 
     def run(self, *command, check=True):
         done = subprocess.run(list(map(str, command)), capture_output=True, text=True, env=self.environment, cwd=self.folder.parent)
@@ -100,6 +102,7 @@ class Slurm:
             raise RuntimeError(f"{command}: {done.stdout}{done.stderr}")
         return done
 
-    def submit(self, *arguments):
-        """Runs a batch script to its end; what sbatch returns."""
-        return self.run("sbatch", "--wait", "--output", self.folder / "job-%A_%a.out", *arguments, check=False)
+    def submit(self, *arguments, wait=True):
+        """Hands in a batch script, and waits for its end; what sbatch returns."""
+        options = [*(["--wait"] if wait else []), "--output", self.folder / "job-%A_%a.out"]
+        return self.run("sbatch", *options, *arguments, check=False)

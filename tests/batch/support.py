@@ -14,6 +14,11 @@ PROGRAM = os.path.abspath(sys.argv.pop(1)) if len(sys.argv) > 1 else "sqmap"
 BAKED = ("accept", "repaired", "closed", "wrapped")
 
 
+def take_number(default):
+    """The next argument, if it is a number: how large a test is. Others are unittest's."""
+    return int(sys.argv.pop(1)) if len(sys.argv) > 1 and sys.argv[1].isdigit() else default
+
+
 def run(*arguments, **options):
     """The program's result; it is not expected to take longer than ten minutes."""
     return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, timeout=600, **options)
@@ -61,6 +66,12 @@ def rows(library):
 def digests(folder, pattern="*.tar"):
     """SHA-256 of a folder's archives, by name."""
     return {p.name: hashlib.sha256(p.read_bytes()).hexdigest() for p in sorted(pathlib.Path(folder).glob(pattern))}
+
+
+def children(pid):
+    """Processes that a process has started and that are alive."""
+    found = subprocess.run(["ps", "--no-headers", "-o", "pid", "--ppid", str(pid)], capture_output=True, text=True).stdout
+    return [int(word) for word in found.split()]
 
 
 class BatchTest(unittest.TestCase):

@@ -84,7 +84,8 @@ private:
 
 class Scene {
 public:
-    explicit Scene(const std::vector<Layer>& layers) : layers_(layers), opaque_(layers, false), translucent_(layers, true)
+    Scene(const std::vector<Layer>& layers, int sky_rays)
+        : layers_(layers), sky_rays_(sky_rays), opaque_(layers, false), translucent_(layers, true)
     {
         sqmap::Box box;
         for (const Layer& layer : layers)
@@ -153,7 +154,6 @@ private:
     /// Share of the sky that each vertex sees, cosine-weighted, within a quarter of the scene's size.
     std::vector<float> sky_light(const mesh::Mesh& mesh, double size) const
     {
-        constexpr int k_rays = 96;
         std::vector<Vec3d> normal(mesh.vertices.size());
         for (const auto& [a, b, c] : mesh.triangles) {
             const Vec3d n = cross(mesh.vertices[b] - mesh.vertices[a], mesh.vertices[c] - mesh.vertices[a]);
@@ -164,18 +164,19 @@ private:
             const Vec3d n = normalized(normal[v]);
             const Vec3d s = normalized(cross(n, std::abs(n.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0})), t = cross(n, s);
             int open = 0;
-            for (int i = 0; i < k_rays; ++i) {
+            for (int i = 0; i < sky_rays_; ++i) {
                 // Fibonacci points on the disc, lifted to the hemisphere: cosine-weighted.
-                const double r = std::sqrt((i + 0.5) / k_rays), angle = 2 * pi * i * (std::numbers::phi - 1);
+                const double r = std::sqrt((i + 0.5) / sky_rays_), angle = 2 * pi * i * (std::numbers::phi - 1);
                 const Vec3d d = r * std::cos(angle) * s + r * std::sin(angle) * t + std::sqrt(1 - r * r) * n;
                 open += lit({mesh.vertices[v] + 2e-4 * size * n, d, 0, 0.25 * size}) ? 1 : 0;
             }
-            out[v] = static_cast<float>(open) / k_rays;
+            out[v] = static_cast<float>(open) / static_cast<float>(sky_rays_);
         }
         return out;
     }
 
     const std::vector<Layer>& layers_;
+    int sky_rays_;
     Tree opaque_, translucent_;
     std::vector<std::vector<std::array<Vec3d, 3>>> normals_;
     std::vector<std::vector<float>> sky_;
@@ -317,9 +318,9 @@ Image render(const std::vector<Layer>& layers, const View& view)
 {
     std::size_t triangles = 0;
     for (const Layer& layer : layers) triangles += layer.mesh.triangles.size();
-    if (triangles == 0 || view.width - view.margin < 1 || view.height < 1 || view.samples < 1)
+    if (triangles == 0 || view.width - view.margin < 1 || view.height < 1 || view.samples < 1 || view.sky_rays < 1)
         throw std::invalid_argument("render: nothing to draw");
-    const Scene scene(layers);
+    const Scene scene(layers, view.sky_rays);
     const Camera camera = camera_for(layers, view);
     const Vec3d key = key_light(camera);
     const int width = view.width * view.samples, height = view.height * view.samples;
@@ -368,7 +369,7 @@ Image render(const std::vector<Layer>& layers, const View& view)
             image.at(x, y) = colour;
         }
     };
-    parallel::for_each(static_cast<std::size_t>(height), 0, [&](std::size_t y) { draw_row(static_cast<int>(y)); });
+    parallel::for_each(static_cast<std::size_t>(height), view.threads, [&](std::size_t y) { draw_row(static_cast<int>(y)); });
     return shrunk(with_lines(image, seen, view.samples), view.samples);
 }
 

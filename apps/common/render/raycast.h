@@ -29,9 +29,11 @@ struct View {
     Vec3d up{0, 1, 0};      ///< the mesh's upward axis: one of +-x, +-y, +-z
     int width = 900;
     int height = 700;
-    int margin = 0;       ///< pixels along the right edge that the subject keeps free
-    bool shadows = true;  ///< cast by the key light; off where colours carry numbers
-    int samples = 3;      ///< rays a pixel along each side
+    int margin = 0;        ///< pixels along the right edge that the subject keeps free
+    bool shadows = true;   ///< cast by the key light; off where colours carry numbers
+    int samples = 3;       ///< rays a pixel along each side
+    int sky_rays = 96;     ///< a vertex, for the light from the sky: less noise, more time
+    unsigned threads = 0;  ///< 0: one a core; the picture does not depend on it
 };
 
 /// Azimuth from which the mesh looks broadest, turned by 25 degrees so that a side view does not hide its far half.
