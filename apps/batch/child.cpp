@@ -47,6 +47,9 @@ void limit(__rlimit_resource resource, rlim_t soft, rlim_t hard)
     if (::setrlimit(resource, &values) != 0) ::_exit(k_failed);
 }
 
+/// Where the machine runs out of memory, this process ends and not the driver.
+void go_first() { std::ofstream("/proc/self/oom_score_adj") << 1000; }
+
 /// In the new process: limits, signals, and no file of the driver but the two that it is given.
 void enter(pid_t driver, const Caps& caps, int channel, int output)
 {
@@ -55,6 +58,7 @@ void enter(pid_t driver, const Caps& caps, int channel, int output)
     if (::getppid() != driver) ::_exit(k_failed);  // it has died before that
     for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGXCPU, SIGPIPE}) ::signal(signal, SIG_DFL);
     ::signal(SIGXFSZ, SIG_IGN);  // a full file is a failed write
+    go_first();
     std::set_new_handler([] { ::_exit(k_memory); });
     if (!caps.is_long) limit(RLIMIT_CPU, caps.seconds, caps.seconds + 1);
     limit(RLIMIT_AS, address_space() + caps.memory, address_space() + caps.memory);

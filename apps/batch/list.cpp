@@ -42,7 +42,8 @@ void extract(const Library& library, const std::string& key, const std::filesyst
         const io::ModelArchive archive(path);
         if (archive.find(key)) return io::replace_file(output, archive.open(key).bytes());
     }
-    throw io::ModelFileError(library.folder().string() + ": holds no model of key " + key + "; 'sqmap batch list' has the keys");
+    throw io::ModelFileError(library.folder().string() + ": holds no model of key " + key +
+                             "; 'sqmap batch list --json' has the keys");
 }
 
 }  // namespace sqmap::batch

@@ -39,6 +39,11 @@ void Progress::add(const Row& row, double seconds, bool is_new)
         if (is_terminal_) std::fprintf(stderr, "\r\033[K");
         std::fprintf(stderr, "%s\n", sentence(row).c_str());
     }
+    refresh();
+}
+
+void Progress::refresh()
+{
     if (Clock::now() - last_ >= (is_terminal_ ? 200ms : 30s)) show(false);
 }
 

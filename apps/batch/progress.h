@@ -19,9 +19,9 @@ public:
 
     /// An item has its result. seconds: of CPU time, 0 for one that was finished before.
     void add(const Row& row, double seconds, bool is_new);
+    /// Shows the state where it is time to: to be called every second.
+    void refresh();
     void end();
-
-    [[nodiscard]] const std::map<std::string, std::size_t, std::less<>>& counts() const { return counts_; }
 
 private:
     void show(bool is_last);

@@ -227,7 +227,7 @@ private:
     void wait()
     {
         std::vector<pollfd> wanted;
-        auto deadline = Clock::now() + std::chrono::hours(1);
+        auto deadline = Clock::now() + std::chrono::seconds(1);  // for the progress
         for (const Job& job : jobs_) {
             wanted.push_back({job.child.channel(), POLLIN, 0});
             wanted.push_back({job.child.handle(), POLLIN, 0});
@@ -240,11 +240,12 @@ private:
         }
         if (wanted.empty()) return;
         const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now());
-        const auto patience = static_cast<int>(std::clamp<std::int64_t>(left.count(), 0, 3'600'000));
+        const auto patience = static_cast<int>(std::max<std::int64_t>(left.count(), 0));
         if (::poll(wanted.data(), wanted.size(), patience) < 0 && errno != EINTR)
             throw std::system_error(errno, std::generic_category(), "poll");
         if (listens) attend_stream(wanted.back().revents != 0);
         attend_jobs(wanted);
+        progress_.refresh();
     }
 
     void attend_stream(bool is_ready)

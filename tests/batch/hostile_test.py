@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Meshes that hang, crash, take all memory or are none: each has its row, and the others do not wait for them.
 
-usage: hostile_test.py PROGRAM [ITEMS]     ITEMS: default 200; one in twenty is hostile
+usage: hostile_test.py PROGRAM [ITEMS]     ITEMS: default 40; one in twenty is hostile, and one of each kind at least
 """
+import contextlib
 import json
 import os
 import pathlib
@@ -17,7 +18,7 @@ import zipfile
 
 from support import PROGRAM, BatchTest, children, ellipsoids, rows, take_number
 
-ITEMS = take_number(200)
+ITEMS = take_number(40)
 UNREADABLE, REFUSED, TIMEOUT, MEMORY = ("unreadable",), ("refused",), ("timeout",), ("memory",)
 BAKED = ("accept", "repaired")
 
@@ -125,12 +126,35 @@ class Hostile(BatchTest):
     def test_a_process_that_does_nothing_is_ended_by_the_clock(self):
         ellipsoids("meshes", 3)
         driver = subprocess.Popen([PROGRAM, "batch", "meshes", "-o", "out", "--jobs", "2", "--time", "1"], stderr=subprocess.DEVNULL)
-        while not (workers := children(driver.pid)) and driver.poll() is None:
-            time.sleep(0.002)
-        os.kill(workers[0], signal.SIGSTOP)
+        worker = self.first_worker(driver)
+        os.kill(worker, signal.SIGSTOP)
         self.assertEqual(driver.wait(), 0)
         verdicts = sorted(row["verdict"] for row in rows("out").values())
         self.assertEqual(verdicts, ["accept", "accept", "timeout"])
+        self.assert_whole("out")
+
+    def first_worker(self, driver):
+        """One that has set its limits, and that the kernel would end before the driver where memory runs out."""
+        while driver.poll() is None:
+            for worker in children(driver.pid):
+                with contextlib.suppress(OSError):
+                    if pathlib.Path(f"/proc/{worker}/oom_score_adj").read_text() == "1000\n":
+                        return worker
+            time.sleep(0.002)
+        self.fail("the driver ended without a worker that the kernel would end first")
+
+    def test_a_process_that_is_killed_again_and_again_is_a_row(self):
+        """As the kernel does it where memory runs out."""
+        ellipsoids("meshes", 1)
+        driver = subprocess.Popen([PROGRAM, "batch", "meshes", "-o", "out"], stderr=subprocess.DEVNULL)
+        while driver.poll() is None:
+            for worker in children(driver.pid):
+                with contextlib.suppress(ProcessLookupError):
+                    os.kill(worker, signal.SIGKILL)
+        self.assertEqual(driver.returncode, 0)
+        self.assertEqual(rows("out")["0000.off"]["verdict"], "killed")
+        self.bake("meshes", "-o", "out")
+        self.assertEqual(rows("out")["0000.off"]["verdict"], "accept")
         self.assert_whole("out")
 
     def test_caps_are_verdicts_that_can_be_tried_again(self):
