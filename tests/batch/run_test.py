@@ -188,6 +188,18 @@ class Archives(BatchTest):
             self.assertEqual(found["a.zip/tiny.off"]["key"], found["tiny.off"]["key"])
             self.assertEqual(found["a.zip/deep/0000.off"]["key"], found["meshes/0000.off"]["key"])
 
+    def test_names_that_are_not_utf_8(self):
+        with tarfile.open("a.tar", "w", format=tarfile.GNU_FORMAT, encoding="latin-1") as archive:
+            archive.addfile(tarfile.TarInfo("b\xff.off"))
+        with zipfile.ZipFile("a.zip", "w") as archive:
+            archive.writestr("bX.off", "")
+            archive.writestr("日本.off", "")
+        pathlib.Path("a.zip").write_bytes(pathlib.Path("a.zip").read_bytes().replace(b"bX.off", b"b\xff.off"))
+        pathlib.Path("m.txt").write_text("a.tar\na.zip\n")
+        self.bake("m.txt", "-o", "out")
+        found = [(row["path"], row.get("member_hex", row["member"])) for row in rows("out").values()]
+        self.assertEqual(sorted(found), [("a.tar", "62ff2e6f6666"), ("a.zip", "62ff2e6f6666"), ("a.zip", "日本.off")])
+
     def test_a_hostile_archive_is_rows_and_writes_nothing(self):
         with zipfile.ZipFile("m.zip", "w", zipfile.ZIP_DEFLATED) as archive:
             archive.writestr("../../escaped.off", "OFF\n")

@@ -20,8 +20,8 @@ def take_number(default):
 
 
 def run(*arguments, **options):
-    """The program's result; it is not expected to take longer than ten minutes."""
-    return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, timeout=600, **options)
+    """The program's result."""
+    return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, **options)
 
 
 def ellipsoid(path, axes, rings=12, sides=16):
