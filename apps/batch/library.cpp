@@ -63,6 +63,17 @@ std::vector<fs::path> Library::archives() const
     return out;
 }
 
+std::vector<Shard> Library::unfinished() const
+{
+    std::vector<Shard> out;
+    if (shards().empty() && journals().empty() && !merged().empty()) return out;
+    std::error_code ignored;
+    Shard shard{.count = recipe().shards};
+    for (; shard.index < shard.count; ++shard.index)
+        if (!fs::exists(archive(shard), ignored)) out.push_back(shard);
+    return out;
+}
+
 Recipe Library::recipe() const
 {
     const ordered_json json = ordered_json::parse(read_all(folder_ / "batch.json"), nullptr, false);
@@ -104,6 +115,18 @@ void Library::begin(const Recipe& recipe) const
                                  .dump(2, ' ', false, ordered_json::error_handler_t::replace) +
                              "\n";
     if (read_all(file) != text) io::replace_file(file, std::as_bytes(std::span(text)));
+}
+
+std::string unfinished_words(const Library& library)
+{
+    constexpr std::size_t k_named = 20;
+    const std::vector<Shard> absent = library.unfinished();
+    if (absent.empty()) return {};
+    std::string out = std::to_string(absent.size()) + " of " + std::to_string(absent.front().count) +
+                      (absent.size() == 1 ? " shards is not finished: " : " shards are not finished: ");
+    for (std::size_t i = 0; i < std::min(absent.size(), k_named); ++i)
+        out += (i == 0 ? "" : ", ") + std::to_string(absent[i].index);
+    return absent.size() > k_named ? out + ", ..." : out;
 }
 
 Contents::Contents(const std::vector<fs::path>& archives)

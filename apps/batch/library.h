@@ -47,6 +47,9 @@ public:
     [[nodiscard]] std::vector<std::filesystem::path> archives() const;
     [[nodiscard]] std::vector<std::filesystem::path> journals() const;
 
+    /// Those of the recipe that have no archive: not begun, running, or killed. None where the shards were merged and removed.
+    [[nodiscard]] std::vector<Shard> unfinished() const;
+
     /// Makes the folders. @throw io::ModelFileError where the folder holds what was baked otherwise, or cannot be written
     void begin(const Recipe& recipe) const;
     /// @throw io::ModelFileError where the folder is no library
@@ -55,6 +58,9 @@ public:
 private:
     std::filesystem::path folder_;
 };
+
+/// "2 of 10 shards are not finished: 3, 7", or nothing.
+[[nodiscard]] std::string unfinished_words(const Library& library);
 
 /// All that a library holds, shards before what was merged earlier: results by key, and rows sorted, one an item.
 class Contents {

@@ -75,8 +75,10 @@ std::vector<std::string> rows_of(const Contents& contents, const std::vector<Poi
 
 }  // namespace
 
-void merge(const Library& library, std::uint64_t size)
+void merge(const Library& library, std::uint64_t size, Missing missing)
 {
+    if (const std::string words = unfinished_words(library); missing == Missing::Refused && !words.empty())
+        throw io::ModelFileError(library.folder().string() + ": " + words + ": run them, or merge what there is with --partial");
     const fs::path folder = library.merged_folder(), made = beside(folder, ".new");
     put_back(folder);
     const std::vector<fs::path> archives = library.archives();

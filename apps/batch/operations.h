@@ -12,9 +12,11 @@ namespace sqmap::batch {
 /// Prints a line an item: its row as JSON with "seconds", or verdict, seconds and path.
 void list(const Library& library, bool json);
 
+/// Whether shards may be missing.
+enum class Missing : std::uint8_t { Refused, Allowed };
 /// Joins the finished shards, and what was merged before, into archives of about `size` bytes each, in order of keys: the same
 /// bytes however many shards there were. Replaces the merged library at once. @throw io::ModelFileError
-void merge(const Library& library, std::uint64_t size);
+void merge(const Library& library, std::uint64_t size, Missing missing);
 
 struct Verification {
     std::size_t archives = 0, models = 0, rows = 0, faults = 0;

@@ -92,6 +92,12 @@ unsigned cores()
     return std::min<unsigned>(static_cast<unsigned>(std::max(count, 1)), environment("SLURM_CPUS_PER_TASK").value_or(100000));
 }
 
+/// Says on standard error that shards are missing.
+void warn_of_unfinished(const batch::Library& library)
+{
+    if (const std::string words = batch::unfinished_words(library); !words.empty()) std::fprintf(stderr, "%s\n", words.c_str());
+}
+
 int guarded(const std::function<int()>& work)
 {
     try {
@@ -178,20 +184,31 @@ void add_over_library(Command& batch, const char* name, const char* words)
 struct List {
     bool json = false;
     void add(Command& command) { command.flag("--json", json, "A JSON line an item"); }
-    [[nodiscard]] int run(const batch::Library& library) const { return batch::list(library, json), 0; }
+    [[nodiscard]] int run(const batch::Library& library) const
+    {
+        batch::list(library, json);
+        warn_of_unfinished(library);
+        return 0;
+    }
 };
 
 struct Merge {
     std::uint64_t size = std::uint64_t{4} << 30;
+    bool partial = false;
     void add(Command& command)
     {
+        command.flag("--partial", partial, "Also while shards are not finished");
         command.option("--size", size, "Bytes of an archive, about; also as 500MB or 4GB, of 1024 each")
             .size_in_bytes()
             .above_zero()
             .type_name("SIZE")
             .shows_default("4GB");
     }
-    [[nodiscard]] int run(const batch::Library& library) const { return batch::merge(library, size), 0; }
+    [[nodiscard]] int run(const batch::Library& library) const
+    {
+        batch::merge(library, size, partial ? batch::Missing::Allowed : batch::Missing::Refused);
+        return 0;
+    }
 };
 
 struct Verify {
@@ -205,6 +222,7 @@ struct Verify {
     {
         const batch::Verification found = batch::verify(library, index ? batch::Depth::Index : batch::Depth::Models);
         std::printf("%zu archives, %zu models, %zu rows: %zu faults\n", found.archives, found.models, found.rows, found.faults);
+        warn_of_unfinished(library);
         return found.faults == 0 ? 0 : 2;
     }
 };
@@ -235,6 +253,7 @@ struct Report {
     {
         batch::write_report(library);
         std::printf("%s\n", (library.report_folder() / "index.html").c_str());
+        warn_of_unfinished(library);
         return 0;
     }
 };

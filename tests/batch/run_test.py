@@ -136,6 +136,24 @@ class Shards(BatchTest):
         self.bake("merge", "out3", "--size", "200kB")
         self.assertEqual(digests("out3/library"), merged[0])
 
+    def test_a_missing_shard_is_said(self):
+        for i in range(3):
+            pathlib.Path(f"{i}.off").write_text("OFF\n")
+        for i in (0, 2):
+            self.bake(".", "-o", "out", "--shard", f"{i}/3")
+        for arguments in (("list", "out"), ("verify", "out"), ("report", "out")):
+            self.assertIn("1 of 3 shards is not finished: 1", self.bake(*arguments).stderr)
+        self.assertIn("1 of 3 shards is not finished: 1", self.bake("merge", "out", code=2).stderr)
+        self.assertEqual(digests("out/library"), {})
+        self.bake("merge", "out", "--partial")
+        self.assertEqual(len(rows("out")), 2)
+        self.bake(".", "-o", "out", "--shard", "1/3")
+        self.bake("merge", "out")
+        for _ in range(2):
+            self.assertEqual(self.bake("list", "out").stderr, "")
+            self.assertEqual(len(rows("out")), 3)
+            self.bake("gc", "out")
+
     def test_shards_come_from_slurm_or_ranks(self):
         ellipsoids("meshes", 3)
         slurm = {"SLURM_ARRAY_TASK_ID": "4", "SLURM_ARRAY_TASK_MIN": "3", "SLURM_ARRAY_TASK_MAX": "5", "SLURM_ARRAY_TASK_COUNT": "3"}
