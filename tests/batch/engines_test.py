@@ -32,8 +32,8 @@ class Engines(BatchTest):
         cls.base = pathlib.Path(folder.name)
         os.chmod(cls.base, 0o755)
         cls.meshes, cls.few = cls.base / "meshes", cls.base / "few"
-        ellipsoids(cls.meshes, ITEMS, rings=6, sides=8)
-        ellipsoids(cls.few, 24, rings=6, sides=8)
+        ellipsoids(cls.meshes, ITEMS, rings=3, sides=4)
+        ellipsoids(cls.few, 24, rings=3, sides=4)
         cls.merged = {meshes: cls.baked(meshes) for meshes in (cls.meshes, cls.few)}
 
     @classmethod
