@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <fstream>
 #include <iterator>
+#include <set>
 #include <span>
 #include <system_error>
 #include <utility>
@@ -65,13 +66,25 @@ std::vector<fs::path> Library::archives() const
 
 std::vector<Shard> Library::unfinished() const
 {
-    std::vector<Shard> out;
-    if (shards().empty() && journals().empty() && !merged().empty()) return out;
-    std::error_code ignored;
+    const ordered_json merged = ordered_json::parse(read_all(merged_folder() / "shards.json"), nullptr, false);
     Shard shard{.count = recipe().shards};
+    std::set<std::uint32_t> finished;
+    if (merged.is_object() && merged.value("count", 0u) == shard.count)
+        finished = merged.value("finished", std::set<std::uint32_t>());
+    std::vector<Shard> out;
+    std::error_code ignored;
     for (; shard.index < shard.count; ++shard.index)
-        if (!fs::exists(archive(shard), ignored)) out.push_back(shard);
+        if (!finished.contains(shard.index) && !fs::exists(archive(shard), ignored)) out.push_back(shard);
     return out;
+}
+
+std::string Library::merged_shards() const
+{
+    std::set<std::uint32_t> finished;
+    const std::uint32_t count = recipe().shards;
+    for (std::uint32_t i = 0; i < count; ++i) finished.insert(i);
+    for (const Shard& shard : unfinished()) finished.erase(shard.index);
+    return ordered_json{{"count", count}, {"finished", finished}}.dump() + "\n";
 }
 
 Recipe Library::recipe() const

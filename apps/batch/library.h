@@ -3,7 +3,8 @@
 //     batch.json                      what it is baked with; every run has to agree
 //     running/00003-of-00010.part     the journal of a shard that is not finished
 //     shards/00003-of-00010.tar       a finished shard; .measured.jsonl beside it
-//     library/00000.tar               all shards merged; measured.jsonl beside them
+//     library/00000.tar               all shards merged; .measured.jsonl beside each
+//     library/shards.json             which shards those are
 //     report/index.html
 #pragma once
 
@@ -47,8 +48,10 @@ public:
     [[nodiscard]] std::vector<std::filesystem::path> archives() const;
     [[nodiscard]] std::vector<std::filesystem::path> journals() const;
 
-    /// Those of the recipe that have no archive: not begun, running, or killed. None where the shards were merged and removed.
+    /// Those of the recipe that have no archive and were not merged: not begun, running, or killed.
     [[nodiscard]] std::vector<Shard> unfinished() const;
+    /// What shards.json is to hold when all that is finished is merged.
+    [[nodiscard]] std::string merged_shards() const;
 
     /// Makes the folders. @throw io::ModelFileError where the folder holds what was baked otherwise, or cannot be written
     void begin(const Recipe& recipe) const;

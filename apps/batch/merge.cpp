@@ -98,6 +98,8 @@ void merge(const Library& library, std::uint64_t size, Missing missing)
             if (!result->second.measured.empty()) measured += result->second.measured + "\n";
         io::replace_file(Library::measured_of(made / name), std::as_bytes(std::span(std::as_const(measured))));
     }
+    const std::string shards = library.merged_shards();
+    io::replace_file(made / "shards.json", std::as_bytes(std::span(shards)));
     swap_in(folder);
 }
 
