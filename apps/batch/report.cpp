@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <fstream>
 #include <map>
+#include <set>
 #include <span>
 #include <system_error>
 #include <utility>
@@ -190,7 +191,10 @@ private:
                           {"options", recipe.options},
                           {"chunk", k_chunk}};
         std::uint64_t models = 0, model_bytes = 0;
+        std::set<std::string_view> named;
+        for (const Summary& item : items_) named.insert(item.row->key);
         for (const auto& [key, finished] : contents_.results()) {
+            if (!named.contains(key)) continue;
             models += finished.model_size > 0 ? 1 : 0;
             model_bytes += finished.model_size;
         }

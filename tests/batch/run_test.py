@@ -78,6 +78,8 @@ class Keys(BatchTest):
         third = self.bake("meshes", "-o", "out", "--progress", "json")
         self.assertEqual([json.loads(line)["path"] for line in third.stdout.splitlines() if json.loads(line)["seconds"] > 0], ["0001.off"])
         self.assert_whole("out")
+        self.bake("report", "out")
+        self.assertIn('"models":2,', pathlib.Path("out/report/index.html").read_text())
 
     def test_buffers_beside_a_gltf_file_count(self):
         gltf = {"asset": {"version": "2.0"}, "buffers": [{"uri": "data.bin", "byteLength": 12}]}
