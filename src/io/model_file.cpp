@@ -24,9 +24,8 @@ public:
     template <class T>
     void operator()(const char* name, const std::vector<T>& values)
     {
-        builder_.StartVector(values.size() * (sizeof(T) / alignof(T)), alignof(T));
-        if (!values.empty()) builder_.PushBytes(reinterpret_cast<const std::uint8_t*>(values.data()), values.size() * sizeof(T));
-        offsets_.at(model::field_of(fields_, name)) = builder_.EndVector(values.size());
+        // Numbers too are written as structs are; FlatBuffers' lower functions differ between its versions.
+        offsets_.at(model::field_of(fields_, name)) = builder_.CreateVectorOfStructs(values.data(), values.size()).o;
     }
     template <class T>
     void set(const char* name, flatbuffers::Offset<T> offset)

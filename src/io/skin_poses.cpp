@@ -82,7 +82,7 @@ std::vector<JointPose> poses_at(const SkinnedSoup& skin, const SkinAnimation& an
         if (track.path == JointTrack::Path::Rotation)
             pose.rotation = v;
         else
-            (track.path == JointTrack::Path::Scale ? pose.scale : pose.translation) = {v[0], v[1], v[2]};
+            (track.path == JointTrack::Path::Scale ? pose.scale : pose.translation) = Vec3d{v[0], v[1], v[2]};
     }
     return poses;
 }
