@@ -5,6 +5,8 @@
 // Frames: the mesh's own where no pose is given, else the frame in which poses are given.
 // Structs: set `size` to sizeof the struct and everything else to zero; zero stands for the default. A program that was
 // compiled against another 0.x of this header goes on working: what it does not know stays at its default.
+// Libraries: libsqmap has all of it. libsqmap_query, a third as large, leaves out sqmap_bake, sqmap_bake_file and models of the
+// normal projection, which it refuses with SQMAP_E_MISSING.
 // Errors: every function that can fail returns a code; sqmap_last_error() has the reason of this thread's last one. No
 // exception leaves the library. A closed handle is an error (SQMAP_E_HANDLE), never a crash; pointers have to be right.
 // Threads: any number may query one model or probe at once, each into arrays of its own. A workspace and a session belong to one

@@ -24,6 +24,9 @@ struct Surface {
     mesh::Bvh bvh;
 };
 
+/// Each library has its own: @throw Failure for a model whose kernels it leaves out.
+void refuse_unanswered(const model::ModelView& view);
+
 /// A model, mapped from a file or owned.
 class Model {
 public:

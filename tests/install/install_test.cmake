@@ -28,18 +28,23 @@ endforeach()
 
 file(GLOB library ${WORK}/prefix/lib*/libsqmap.so.0 ${WORK}/prefix/lib/*/libsqmap.so.0)
 if(library)
-  run(${CMAKE_COMMAND} -S ${CONSUMER}_c -B ${WORK}/c -G Ninja -DCMAKE_BUILD_TYPE=${CONFIG} -DCMAKE_PREFIX_PATH=${WORK}/prefix
-    -DCMAKE_C_FLAGS=${FLAGS})
-  run(${CMAKE_COMMAND} --build ${WORK}/c)
-  run(${WORK}/c/consumer)
+  foreach(component c c_query)
+    run(${CMAKE_COMMAND} -S ${CONSUMER}_c -B ${WORK}/${component} -G Ninja -DCMAKE_BUILD_TYPE=${CONFIG}
+      -DCMAKE_PREFIX_PATH=${WORK}/prefix -DCMAKE_C_FLAGS=${FLAGS} -DCOMPONENT=${component})
+    run(${CMAKE_COMMAND} --build ${WORK}/${component})
+    run(${WORK}/${component}/consumer)
+  endforeach()
   find_program(PKG_CONFIG pkg-config)
   if(PKG_CONFIG)
     cmake_path(GET library PARENT_PATH folder)
-    execute_process(COMMAND ${CMAKE_COMMAND} -E env PKG_CONFIG_PATH=${folder}/pkgconfig ${PKG_CONFIG} --cflags --libs sqmap
-      OUTPUT_VARIABLE flags OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
-    separate_arguments(flags UNIX_COMMAND "${flags} ${FLAGS}")
-    run(cc -std=c11 -Wall -Wextra -pedantic -Werror ${CONSUMER}_c/main.c -o from_pkg_config ${flags} -Wl,-rpath,${folder})
-    run(${WORK}/from_pkg_config)
+    foreach(name sqmap sqmap_query)
+      execute_process(COMMAND ${CMAKE_COMMAND} -E env PKG_CONFIG_PATH=${folder}/pkgconfig ${PKG_CONFIG} --cflags --libs ${name}
+        OUTPUT_VARIABLE flags OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+      separate_arguments(flags UNIX_COMMAND "${flags} ${FLAGS}")
+      run(cc -std=c11 -Wall -Wextra -pedantic -Werror ${CONSUMER}_c/main.c -o from_pkg_config_${name} ${flags}
+        -Wl,-rpath,${folder})
+      run(${WORK}/from_pkg_config_${name})
+    endforeach()
   else()
     message(STATUS "without pkg-config, the program in C is built by find_package alone")
   endif()

@@ -65,8 +65,8 @@ HWY_INLINE V3 newton_step(const SuperquadricLanes& sq, const PositionLanes& posi
 
 /// From a position near the foot of q on, for the lanes of a mask. record: told of every position.
 template <class Record = NoRecord>
-HWY_INLINE FootLanes polished_foot(const SuperquadricLanes& sq, const V3& q, FootLanes foot, M active, const NewtonLimits& limits,
-                                   Record record = {})
+HWY_NOINLINE FootLanes polished_foot(const SuperquadricLanes& sq, const V3& q, FootLanes foot, M active,
+                                     const NewtonLimits& limits, Record record = {})
 {
     record.position(foot.position);
     const F tolerance = set(limits.tolerance * sq.size());
@@ -101,7 +101,7 @@ HWY_INLINE FootLanes polished_foot(const SuperquadricLanes& sq, const V3& q, Foo
     return foot;
 }
 
-HWY_INLINE FootLanes foot_at(const SuperquadricLanes& sq, const PositionLanes& position)
+HWY_NOINLINE FootLanes foot_at(const SuperquadricLanes& sq, const PositionLanes& position)
 {
     return {position, sq.surface(position), set(0.f)};
 }

@@ -97,7 +97,7 @@ public:
     const SuperquadricLanes& shape() const { return sq_; }
 
     /// Arcs of a row that may lie over a pole. The column is to be found by wrapped().
-    HWY_INLINE ArcLanes row(I index) const
+    HWY_NOINLINE ArcLanes row(I index) const
     {
         const I folded = fold(index);
         const M over = beyond(index);
@@ -107,7 +107,7 @@ public:
         arc.nc = blend(over, hn::Neg(arc.nc), arc.nc);
         return arc;
     }
-    HWY_INLINE ArcLanes column(I index) const
+    HWY_NOINLINE ArcLanes column(I index) const
     {
         const I at = hn::Mul(around(index), set_int(stride_));
         return arcs_ != nullptr ? arcs_->column(at) : GridArcs::column(sq_, map_, at);

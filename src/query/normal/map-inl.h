@@ -53,7 +53,7 @@ public:
     }
 
     /// Layer 3: linear interpolation on one sheet of the surface: that of the nearest corner, followed along uncut edges.
-    HWY_INLINE SampleLanes interpolated(const AngleLanes& angles, bool use_corrections) const
+    HWY_NOINLINE SampleLanes interpolated(const AngleLanes& angles, bool use_corrections) const
     {
         const Cell c(angles, map_.eta_count, map_.omega_count);
         const I bottom = node_of(c.row, c.column), top = node_of(hn::Add(c.row, set_int(1)), c.column);

@@ -7,13 +7,19 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#if HWY_TARGET != HWY_SCALAR
 #include "probe-inl.h"
+#endif
 
 HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {
 namespace {
 
+#if HWY_TARGET == HWY_SCALAR  // compiled once, in normal_one_lane.cpp
+ProbeResult run(const NormalJob& job) { return run_normal_one_lane(job); }
+#else
 ProbeResult run(const NormalJob& job) { return NormalKernel(job).run(); }
+#endif
 
 }  // namespace
 }  // namespace sqmap::query::HWY_NAMESPACE

@@ -142,7 +142,7 @@ public:
         a.depth = blend(good, dot(minus(surface, p), sample.normal), a.depth);
     }
 
-    HWY_INLINE SampleLanes sample_at(const AngleLanes& angles) const
+    HWY_NOINLINE SampleLanes sample_at(const AngleLanes& angles) const
     {
         SampleLanes sample = coarse_ ? map_.nearest_base(angles) : map_.interpolated(angles, options_.use_corrections);
         if (options_.use_offset) {
@@ -234,7 +234,7 @@ private:
 
     /// The nearer of the position on the point's own ray and the table's start: near the surface the first is right, deep inside
     /// and beside a sharp edge the second.
-    HWY_INLINE FootLanes nearer_start(const HeldLanes& point) const
+    HWY_NOINLINE FootLanes nearer_start(const HeldLanes& point) const
     {
         FootLanes own = foot_at(sq_, point.own);
         const FootLanes seed =

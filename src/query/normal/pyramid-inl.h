@@ -101,7 +101,7 @@ private:
         const V3 line = minus(s.point, q_);
         return hn::Neg(hn::Abs(hn::Div(dot(s.normal, line), larger(length(line), set(1e-18f)))));  // errata 7
     }
-    HWY_INLINE M consider(const Row& row, const Column& column, M which)
+    HWY_NOINLINE M consider(const Row& row, const Column& column, M which)
     {
         ++evaluations_;
         const F score = score_of(row, column);
