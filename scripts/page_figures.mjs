@@ -1,7 +1,10 @@
 #!/usr/bin/env node
-// What the page costs in Chromium with software rendering: first paint, time until it can be touched, bytes, draw calls, frames.
+// What the page costs in Chromium with software rendering: first paint, time until it can be touched, bytes, draw calls, frames, and
+// the CPU time of a frame in each process, which another program on the machine changes less than the frames a second.
+// COMPOSITING=gl in the environment: the whole page through SwiftShader, as the tests have it; else as a browser does without a card.
 // usage: node scripts/page_figures.mjs SQMAP CHROMIUM MODEL...
 import { spawn } from 'node:child_process';
+import fs from 'node:fs';
 import { createRequire } from 'node:module';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
@@ -11,7 +14,7 @@ const [, , sqmap, chromium, ...models] = process.argv;
 const { chromium: browserType } = createRequire(path.join(path.dirname(fileURLToPath(import.meta.url)), '../apps/viewer/web/'))('playwright-core');
 const program = spawn(sqmap, ['view', ...models], { stdio: ['ignore', 'pipe', 'inherit'] });
 const url = await new Promise((resolve) => { let text = ''; program.stdout.on('data', (d) => { text += d; const m = /http:\S+/.exec(text); if (m) resolve(m[0]); }); });
-const browser = await browserType.launch({ executablePath: chromium, args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'] });
+const browser = await browserType.launch({ executablePath: chromium, args: ['--no-sandbox', '--enable-unsafe-swiftshader', ...(process.env.COMPOSITING === 'gl' ? ['--use-gl=angle', '--use-angle=swiftshader'] : [])] });
 
 const bytes = (await Promise.all(['', 'app.js', 'app.css'].map(async (name) => gzipSync(Buffer.from(await (await fetch(new URL(name + url.slice(url.indexOf('?')), url))).arrayBuffer()), { level: 9 }).length))).reduce((a, b) => a + b, 0);
 const paints = [], ready = [];
@@ -32,16 +35,28 @@ for (let i = 0; i < 3; ++i) {
 const at = await page.evaluate(() => { const s = window.sqmap, b = document.querySelector('#stage').getBoundingClientRect(); for (let r = 0; r < 0.6; r += 0.02) for (let a = 0; a < 6.28; a += 0.4) { const x = r * Math.cos(a), y = r * Math.sin(a); if (s.world.cast(x, y)) return [b.left + ((x + 1) / 2) * b.width, b.top + ((1 - y) / 2) * b.height]; } return null; });
 await page.mouse.move(...at);
 await page.mouse.down();
-let cost;
+/// ms of CPU time of this process's children by what they are.
+function cpu() {
+  const rows = fs.readdirSync('/proc').filter((d) => /^\d+$/.test(d)).flatMap((d) => {
+    try { const s = fs.readFileSync(`/proc/${d}/stat`, 'utf8'), r = s.slice(s.lastIndexOf(')') + 2).split(' '); return [{ pid: Number(d), parent: Number(r[1]), ms: 10 * (Number(r[11]) + Number(r[12])), words: fs.readFileSync(`/proc/${d}/cmdline`, 'utf8') }]; } catch { return []; }
+  });
+  const out = {}, add = (parent) => { for (const r of rows.filter((x) => x.parent === parent)) { const kind = r.pid === program.pid ? 'program' : /--type=([a-z]+)/.exec(r.words)?.[1] ?? 'browser'; out[kind] = (out[kind] ?? 0) + r.ms; add(r.pid); } };
+  add(process.pid);
+  return out;
+}
+let cost, before, frames;
 for (let i = 0; i < 80; ++i) {
+  if (i === 40) [before, frames] = [cpu(), await page.evaluate(() => window.sqmap.meter.frames)];
   await page.mouse.move(at[0] + 12 * Math.sin(i / 5), at[1] + 8 * Math.cos(i / 5));
   await page.waitForTimeout(100);
 }
 cost = await page.evaluate(() => window.sqmap.meter.cost());
+const after = cpu(), passed = cost.frames - frames;
 await page.mouse.up();
 const middle = (x) => x.sort((a, b) => a - b)[1];
 console.log(`first paint ${middle(paints).toFixed(0)} ms, can be touched after ${middle(ready).toFixed(0)} ms, page ${(bytes / 1000).toFixed(0)} kB gzipped`);
 console.log(`touching: ${(1000 / cost.frameMs).toFixed(1)} frames/s, scripts ${cost.scriptMs.toFixed(2)} ms a frame, ${cost.calls} draw calls, ${cost.triangles.toLocaleString('en')} triangles`);
+console.log(`CPU ms a frame: ${['gpu', 'renderer', 'browser', 'program'].map((k) => `${k} ${(((after[k] ?? 0) - (before[k] ?? 0)) / passed).toFixed(1)}`).join(', ')}`);
 await browser.close();
 program.kill();
 process.exit(0);

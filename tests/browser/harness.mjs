@@ -47,7 +47,8 @@ export const until = async (page, what, arg) => page.waitForFunction(what, arg, 
 export const settled = async (page) => {
   await until(page, () => {
     const c = document.querySelector('#stage'), b = c.parentElement.getBoundingClientRect();
-    return Math.abs(c.width / Math.min(devicePixelRatio, 2) - b.width) < 2 && Math.abs(c.height / Math.min(devicePixelRatio, 2) - b.height) < 2;
+    const finest = window.sqmap.world.finest();
+    return Math.abs(c.width / finest - b.width) < 2 && Math.abs(c.height / finest - b.height) < 2;
   });
   await page.waitForTimeout(100);
 };

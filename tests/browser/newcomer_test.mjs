@@ -102,6 +102,7 @@ test('tab, view and selection survive a reload, and Back goes back', async () =>
 test('several files are queued, and a dialog says how they are read', async () => {
   const file = path.join(folder, 'box.obj');
   execFileSync(sqmap, ['shapes', 'rounded_box', '-o', file]);
+  execFileSync(sqmap, ['shapes', 'torus', '-o', path.join(folder, 'torus.obj')]);
   const text = fs.readFileSync(file, 'utf8');
   const lines = text.trim().split('\n');
   await drop(page, ['one.obj', text], ['two.obj', lines.slice(0, -1).join('\n') + '\n'], ['bad.off', 'OFF\n1 0 0\n0 0 0\n']);
@@ -146,6 +147,56 @@ test('keys: F1 lists them, letters work with Shift, and Enter over nothing says 
   await page.keyboard.press('Enter');
   // Hidden inputs of files are no tab stops.
   assert.deepEqual(await page.$$eval('input[type=file]', (all) => all.map((e) => [e.hidden, !!e.getAttribute('aria-label')])), [[true, true], [true, true]]);
+});
+
+test('keys alone lead to an object: words say where it is and that it comes nearer, until it is touched', async () => {
+  if (await page.evaluate(() => window.sqmap.hand.holding)) await page.keyboard.press('Enter');
+  await page.evaluate(() => { const w = window.sqmap.world, t = w.controls.target; w.frame(0); w.zoom(2.2); t.x -= 0.35; t.y -= 0.22; w.controls.update(); w.turn(0, 0); window.said = []; });
+  await page.evaluate(() => { window.guided = []; const s = window.sqmap, seek = s.hand.onSeek; s.hand.onSeek = (object, distance, direction) => { window.guided.push([object, distance, direction]); seek(object, distance, direction); }; });
+  await page.keyboard.press('Enter');
+  const way = () => page.evaluate(() => window.guided.at(-1));
+  const first = await way();
+  assert.ok(first[0] === 0 && first[1] > 0.05 && /up|right/.test(first[2]), JSON.stringify(first));
+  let distance = first[1];
+  for (let i = 0; i < 200; ++i) {
+    const [object, far, words] = await way();
+    if (object === null) break;
+    assert.ok(far < distance + 0.03, `as it says it comes nearer: ${distance} to ${far}`);
+    distance = far;
+    // As the words say; close by, where it was last.
+    const key = /up/.test(words) ? 'ArrowUp' : /down/.test(words) ? 'ArrowDown' : /left/.test(words) ? 'ArrowLeft' : 'ArrowRight';
+    await page.keyboard.press(key);
+  }
+  assert.equal((await way())[0], null, 'the words led to it');
+  await until(page, () => window.sqmap.frame()?.contacts > 0 && window.sqmap.frame().object === 0);
+  assert.ok((await page.evaluate(() => window.said)).filter((t) => /^Nothing here: box is /.test(t)).length > 1);
+  await page.keyboard.press('Enter');
+});
+
+test('of two objects that overlap on the screen the one that is clicked comes forward, and the other fades', async () => {
+  await drop(page, ['torus.obj', fs.readFileSync(path.join(folder, 'torus.obj'), 'utf8')]);
+  await until(page, () => window.sqmap.facts().length === 2 && window.sqmap.world.objects.ready());
+  await page.click('#tab-look');
+  // From the side one hides the other.
+  await page.focus('#stage');
+  await page.keyboard.press('Home');
+  await page.click('#view-right');
+  await settled(page);
+  assert.ok(await page.evaluate(() => window.sqmap.world.crowded(0) && window.sqmap.world.crowded(1)));
+  const hue = (object) => page.evaluate((i) => { const c = window.sqmap.world.objects.surfaces()[i].geometry.attributes.color.array; let sum = 0; for (let k = 0; k < c.length; k += 3) sum += Math.max(c[k], c[k + 1], c[k + 2]) - Math.min(c[k], c[k + 1], c[k + 2]); return (3 * sum) / c.length; }, object);
+  const before = [await hue(0), await hue(1)];
+  const front = await page.evaluate(() => window.sqmap.world.cast(0, 0)?.object ?? window.sqmap.world.cast(0.1, 0)?.object ?? 0);
+  const at = await onSurface(page, front), direction = await page.evaluate(() => window.sqmap.world.direction().toArray());
+  await page.mouse.click(...at);
+  await until(page, (i) => window.sqmap.world.objects.focus === i, front);
+  const size = await page.evaluate((i) => { const s = window.sqmap.world, b = s.objects.box(i), lo = s.project(b.min), hi = s.project(b.max); return { across: Math.max(Math.abs(lo.x - hi.x), Math.abs(lo.y - hi.y)), middle: s.project(b.getCenter(b.min.clone())).length() }; }, front);
+  assert.ok(size.across > 0.8 && size.middle < 0.05, `it is framed: ${JSON.stringify(size)}`);
+  (await page.evaluate(() => window.sqmap.world.direction().toArray())).forEach((x, i) => assert.ok(Math.abs(x - direction[i]) < 1e-3, 'seen from the same side'));
+  assert.ok((await hue(1 - front)) < 0.7 * before[1 - front], 'the other fades');
+  // What was clicked is said beside it.
+  const tag = await (await page.$('#pick-tag')).boundingBox(), marked = await page.evaluate(() => { const s = window.sqmap.world, p = s.pixel(s.tool.marked()), b = document.querySelector('#stage').getBoundingClientRect(); return [b.left + p.x, b.top + p.y]; });
+  assert.ok(Math.hypot(Math.max(tag.x - marked[0], 0, marked[0] - tag.x - tag.width), Math.max(tag.y - marked[1], 0, marked[1] - tag.y - tag.height)) < 40, 'beside the click');
+  assert.match(await page.textContent('#pick-tag'), /mm/);
 });
 
 test('the page is saved as one file that needs no program', async () => {

@@ -62,6 +62,13 @@ test('a click tells the numbers of the place and the part, and its map marks the
   assert.match(after, /Point.*Triangle\d+/);
 });
 
+test('a fold is darker, and shade costs no frame', async () => {
+  await until(page, () => window.sqmap.world.objects.shaded());
+  const open = await page.evaluate(() => window.sqmap.world.objects.surfaces().map((m) => { const l = m.geometry.attributes.look.array; let least = 255, most = 0; for (let i = 1; i < l.length; i += 2) { least = Math.min(least, l[i]); most = Math.max(most, l[i]); } return [least, most]; }));
+  // Both have a hollow: the dumbbell's neck, the torus' hole.
+  assert.ok(open[0][0] < 235 && open[1][0] < 252 && open.every(([, most]) => most > 250), open.join(' '));
+});
+
 test('spheres, samples, offset and hidden surface are drawn and taken away', async () => {
   for (const id of ['spheres', 'samples', 'offset', 'hidden']) await page.check(`#${id}`);
   await until(page, () => { const o = window.sqmap.world.objects.overlay(1); return o.spheres && o.samples > 100; });
@@ -79,7 +86,27 @@ test('fields are coloured with a legend', async () => {
   await page.waitForSelector('.legend .bar');
   assert.match(await page.textContent('.legend'), /Depth error/);
   await page.screenshot({ path: path.join(folder, 'error.png') });
+  // Smooth: within a triangle the colour runs from corner to corner, and neighbours of one part share their vertices.
+  const field = await page.evaluate(() => {
+    const { index, attributes: { color, position } } = window.sqmap.world.objects.surfaces()[1].geometry, c = color.array;
+    let runs = 0;
+    for (let t = 0; t < index.count; t += 3) { const [i, j] = [index.array[t], index.array[t + 1]]; if (Math.hypot(c[3 * i] - c[3 * j], c[3 * i + 1] - c[3 * j + 1], c[3 * i + 2] - c[3 * j + 2]) > 1e-3) ++runs; }
+    return { runs: (3 * runs) / index.count, vertices: position.count, corners: index.count };
+  });
+  assert.ok(field.runs > 0.1 && 3 * field.vertices < field.corners, JSON.stringify(field));
+  // The colours end where the user says, and the legend says so.
+  const colours = () => page.evaluate(() => window.sqmap.world.objects.surfaces()[1].geometry.attributes.color.array.reduce((a, x) => a + x, 0));
+  const automatic = await colours();
+  assert.deepEqual(await page.evaluate(() => [Number(document.querySelector('#range-low').value), Number(document.querySelector('#range-high').value)]), [0.01, 1]);
+  await page.fill('#range-high', '0.1');
+  await page.press('#range-high', 'Enter');
+  await until(page, () => document.querySelector('.legend').textContent.includes('> 0.1'));
+  assert.ok((await colours()) < automatic, 'what is wrong is darker');
+  await page.click('#range-auto');
+  await until(page, () => document.querySelector('.legend').textContent.includes('> 1'));
+  assert.equal(await colours(), automatic);
   await page.selectOption('#colour', 'parts');
+  assert.ok(await page.isHidden('#range'));
 });
 
 test('by keys alone the scene is turned, asked, and its map read', async () => {
@@ -143,6 +170,42 @@ test('one mesh baked both ways stands side by side: answers, foot searches, leve
   assert.ok(differences.every((d) => d !== undefined && d < 5) && none.every((d) => d === undefined));
   await page.screenshot({ path: path.join(folder, 'difference.png') });
   await page.selectOption('#colour', 'parts');
+  // Two views with one eye: the projections, then two layers; a click on either is one on the object.
+  await page.evaluate(() => { window.sqmap.world.frame(0); });
+  await page.selectOption('#beside', 'twin');
+  await page.waitForSelector('#sides:not([hidden])');
+  assert.deepEqual(await page.$$eval('#sides span', (all) => all.map((e) => e.textContent)), ['Central maps', 'The paper\u2019s maps']);
+  const whole = await page.evaluate(() => window.sqmap.world.camera.aspect);
+  await settled(page);
+  const stage = await (await page.$('#stage')).boundingBox();
+  assert.ok(Math.abs(whole - stage.width / stage.height / 2) < 0.02, 'each has half the stage');
+  await page.mouse.move(stage.x + 1, stage.y + 1);
+  await settled(page);
+  // Both halves show the same shape: where the left one is not background the right one is not, either.
+  await page.evaluate(() => window.sqmap.world.tool.mark(null));
+  const alike = await page.evaluate(async () => {
+    const blob = await window.sqmap.world.picture(), image = await createImageBitmap(blob), c = new OffscreenCanvas(image.width, image.height).getContext('2d');
+    c.drawImage(image, 0, 0);
+    const half = image.width >> 1, d = c.getImageData(0, 0, image.width, image.height).data, vivid = (x, y) => { const i = 4 * (y * image.width + x); return Math.max(d[i], d[i + 1], d[i + 2]) - Math.min(d[i], d[i + 1], d[i + 2]) > 60; };
+    let both = 0, one = 0;
+    for (let y = 2; y < image.height; y += 4) for (let x = 2; x < half; x += 4) { const a = vivid(x, y), b = vivid(x + half, y); if (a && b) ++both; else if (a || b) ++one; }
+    return [both, one];
+  });
+  assert.ok(alike[0] > 500 && alike[1] < 0.1 * alike[0], alike.join(' '));
+  await page.screenshot({ path: path.join(folder, 'beside.png') });
+  const [lx, ly] = await page.evaluate(() => { const s = window.sqmap.world, b = document.querySelector('#stage').getBoundingClientRect(); for (let x = 0; x < 0.6; x += 0.02) if (s.cast(x, 0)?.object === 0) { const p = s.pixel(s.cast(x, 0).point); return [b.left + p.x, b.top + p.y]; } return null; });
+  await page.mouse.click(lx + 0.5 * stage.width, ly);
+  await until(page, () => /^Object.*Triangle/.test(document.querySelector('#numbers').textContent));
+  await page.selectOption('#beside', 'layer-2');
+  await until(page, () => document.querySelector('#sides').textContent === 'Layer 3Layer 2' && document.querySelector('#colour').value === 'error');
+  await until(page, () => [0, 1, 2].every((o) => window.sqmap.world.objects.fieldAt(o, 'error-2', 0) !== undefined));
+  const mean = (kind) => page.evaluate((k) => { const o = window.sqmap.world.objects; let sum = 0, n = 0; for (let t = 0; o.fieldAt(2, k, t) !== undefined; ++t) if (o.fieldAt(2, k, t) >= 0) { sum += o.fieldAt(2, k, t); ++n; } return sum / n; }, kind);
+  assert.ok((await mean('error-2')) > 1.2 * (await mean('error')), 'the base map of the paper is coarser than the refined one');
+  await settled(page);
+  await page.screenshot({ path: path.join(folder, 'layers.png') });
+  await page.selectOption('#beside', 'none');
+  await page.selectOption('#colour', 'parts');
+  assert.ok(await page.isHidden('#sides'));
   // The paper's maps: the three searches end at one foot, drawn over the map.
   await page.evaluate(() => window.sqmap.world.frame(2));
   await settled(page);
@@ -209,7 +272,7 @@ test('parts are drawn together, and nothing is drawn or coloured for nothing', a
 });
 
 test('while it turns slowly it is drawn coarsely, and in full once it is still', async () => {
-  const sides = () => page.evaluate(() => { const c = document.querySelector('#stage'); return c.width / c.parentElement.getBoundingClientRect().width / Math.min(devicePixelRatio, 2); });
+  const sides = () => page.evaluate(() => { const c = document.querySelector('#stage'); return c.width / c.parentElement.getBoundingClientRect().width / window.sqmap.world.finest(); });
   // A machine that takes 40 ms a frame as long as it draws all pixels; then one whose pace does not come from them.
   const paces = await page.evaluate(() => {
     const Pace = window.sqmap.world.pace.constructor, run = (ms, n) => { const p = new Pace(), shares = []; for (let i = 0, now = 1000; i < n; ++i) { const share = p.next(now); shares.push(share); now += ms(share); } return [p, shares]; };
@@ -222,7 +285,7 @@ test('while it turns slowly it is drawn coarsely, and in full once it is still',
   assert.ok(paces.held === 1 && paces.heldLeast >= 0.75 && paces.fast === 1, 'pixels are not taken where that does not help');
   assert.ok(paces.over && paces.again > paces.coarse);
   await page.evaluate(async () => { for (let i = 0; i < 90; ++i) { window.sqmap.world.turn(0.005, 0); await new Promise(requestAnimationFrame); } });
-  await until(page, () => { const c = document.querySelector('#stage'); return Math.abs(c.width / Math.min(devicePixelRatio, 2) - c.parentElement.getBoundingClientRect().width) < 2; });
+  await until(page, () => { const c = document.querySelector('#stage'); return Math.abs(c.width / window.sqmap.world.finest() - c.parentElement.getBoundingClientRect().width) < 2; });
   assert.ok(Math.abs((await sides()) - 1) < 0.01);
 });
 
@@ -658,6 +721,7 @@ test('a round of recognition is played by keyboard alone', async () => {
   await until(page, () => window.sqmap.game.running);
   assert.ok(await page.evaluate(() => document.activeElement?.matches('#stage')), 'the keys that it names work at once');
   const objects = await page.evaluate(() => window.sqmap.facts().length), rounds = 5;  // one of them is practice
+  await until(page, () => !window.sqmap.world.shadow.plane.visible);  // it would tell what is hidden
   for (let round = 0; round < rounds; ++round) {
     const target = await page.evaluate(() => window.sqmap.game.target);
     if (round < 2) {
@@ -684,6 +748,7 @@ test('a round of recognition is played by keyboard alone', async () => {
       const name = await page.evaluate((t) => window.sqmap.facts()[t].name, target);
       assert.ok(!(await page.textContent('#force')).includes(name) && await page.isHidden('#facts'));
       await page.keyboard.press('Enter');
+      await until(page, () => window.sqmap.frame().contacts === 0);  // till then Space stops
     }
     await tab('input[name=guess]');
     // Right in all rounds but the last.
@@ -758,6 +823,15 @@ test('a figure is dressed: cloth is pulled, pinned, cut and changed', async () =
     for (let i = 0; i < 10; ++i) await page.keyboard.press('Shift+ArrowDown');
     await page.keyboard.press('c');
   });
+  // As it stands, cut and all, it is saved as GLB.
+  const [download] = await Promise.all([page.waitForEvent('download'), inMenu(page, '#save-figure')]);
+  const to = path.join(folder, 'figure.glb');
+  await download.saveAs(to);
+  const glb = fs.readFileSync(to), root = JSON.parse(glb.subarray(20, 20 + glb.readUInt32LE(12)));
+  assert.deepEqual((await gltf.validateBytes(new Uint8Array(glb))).issues.messages.filter((m) => m.severity < 2), [], "Khronos's validator finds no error and no warning");
+  assert.equal(root.meshes.length, 14, '13 bones and the cloth');
+  assert.ok(root.accessors.some((a) => a.type === 'VEC3' && a.count > 300 && a.max?.[1] > 1), 'the cloth is where the figure wears it');
+  await page.evaluate(() => { document.querySelector('#export').open = false; });
   await page.click('#seam-cut-1');
   await until(page, () => window.sqmap.status().cloth.worn.seams.some((s) => s.name === 'cut 1' && s.sewn));
   assert.ok(await finite());

@@ -2,7 +2,7 @@ import fs from 'node:fs';
 import { defineConfig } from 'vite';
 
 // The licences of what is built in travel with it.
-const notices = ['three', 'three-mesh-bvh', 'uplot']
+const notices = ['three', 'three-mesh-bvh']
   .map((name) => `${name}\n\n${fs.readFileSync(`node_modules/${name}/LICENSE`, 'utf8').trim()}`)
   .join('\n\n----\n\n');
 

@@ -39,8 +39,11 @@ constexpr Download k_downloads[] = {
      [](const Shown& s) { return std::string(reinterpret_cast<const char*>(s.object->blob.data()), s.object->blob.size()); }},
 };
 
-constexpr std::pair<const char*, Field> k_fields[] = {
-    {"error", Field::Error}, {"protrusion", Field::Protrusion}, {"curvature", Field::Curvature}, {"made-up", Field::MadeUp}};
+constexpr std::pair<const char*, Field> k_fields[] = {{"error", Field::Error},
+                                                      {"error-2", Field::ErrorOfTwo},
+                                                      {"protrusion", Field::Protrusion},
+                                                      {"curvature", Field::Curvature},
+                                                      {"made-up", Field::MadeUp}};
 
 std::optional<Shown> shown(const Scene& scene, std::string_view number)
 {

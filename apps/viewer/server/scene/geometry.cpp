@@ -14,8 +14,10 @@
 namespace sqmap::viewer {
 namespace {
 
-/// |depth by layer 3 - exact depth| below a triangle's middle, percent of R_max; -1 missed, -2 too thin to say.
-float depth_error(const Object& object, const mesh::Solid& solid, std::uint32_t triangle)
+query::Layer layer_of(Field field) { return field == Field::ErrorOfTwo ? query::Layer::Two : query::Layer::Three; }
+
+/// |depth by the field's layer - exact depth| below a triangle's middle, percent of R_max; -1 missed, -2 too thin to say.
+float depth_error(const Object& object, const mesh::Solid& solid, std::uint32_t triangle, Field field)
 {
     const auto& [i, j, k] = object.mesh.triangles[triangle];
     const auto& v = object.mesh.vertices;
@@ -25,18 +27,18 @@ float depth_error(const Object& object, const mesh::Solid& solid, std::uint32_t 
     for (double below = 0.01; below > 0.001; below /= 2) {
         const Vec3d p = middle - below * r_max * normal;
         if (!solid.inside(p)) continue;
-        const query::PointResult contact = query::query_point(model::normalized(object.view), p);
+        const query::PointResult contact = query::query_point(model::normalized(object.view), p, {.layer = layer_of(field)});
         if (!contact.contact) return -1;
         return static_cast<float>(100 * std::abs(contact.depth - solid.closest_boundary(p).distance) / r_max);
     }
     return -2;
 }
 
-float projection_error(const Object& object, std::uint32_t triangle)
+float projection_error(const Object& object, std::uint32_t triangle, Field field)
 {
     const std::optional<double> distance =
         query::distance_along_projection(model::normalized(object.view), object.parts.partition.part_of_triangle[triangle],
-                                         mesh::triangle_centroid(object.mesh, triangle), query::Layer::Three);
+                                         mesh::triangle_centroid(object.mesh, triangle), layer_of(field));
     return distance ? static_cast<float>(100 * std::abs(*distance) / object.view.header.r_max) : -2;
 }
 
@@ -90,13 +92,13 @@ std::string field_bytes(const Object& object, Field field)
         for (std::uint32_t t = 0; t < count; ++t) out.put(!made_up.empty() && made_up[t] != 0 ? 1.f : 0.f);
         return out.take();
     }
-    if (field == Field::Error) {
+    if (field == Field::Error || field == Field::ErrorOfTwo) {
         if (object.view.header.solid == 0) {
-            for (std::uint32_t t = 0; t < count; ++t) out.put(projection_error(object, t));
+            for (std::uint32_t t = 0; t < count; ++t) out.put(projection_error(object, t, field));
             return out.take();
         }
         const mesh::Solid solid(object.mesh, mesh::find_self_intersections(object.mesh).crossed);
-        for (std::uint32_t t = 0; t < count; ++t) out.put(depth_error(object, solid, t));
+        for (std::uint32_t t = 0; t < count; ++t) out.put(depth_error(object, solid, t, field));
         return out.take();
     }
     const decompose::Decomposition d = decompose::decompose_with_diagnostics(object.mesh);

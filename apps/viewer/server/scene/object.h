@@ -110,9 +110,10 @@ void put_beside(Object& object, std::span<const ObjectPtr> others);
 [[nodiscard]] std::string mesh_bytes(const Object& object, const Parts& parts);
 /// "SQS1", #parts; then a part: #vertices, #triangles, positions, corners.
 [[nodiscard]] std::string superquadric_bytes(const Object& object, const Parts& parts, int segments);
-enum class Field : std::uint8_t { Error, Protrusion, Curvature, MadeUp };
+enum class Field : std::uint8_t { ErrorOfTwo, Error, Protrusion, Curvature, MadeUp };
 /// "SQF1", #triangles; a float a triangle. Error: of layer 3's depth just below the surface, percent of R_max; below 0: missed
-/// (-1), not known (-2). Protrusion: over its mean. Curvature: Gaussian, times R_max squared. MadeUp: 1 or 0.
+/// (-1), not known (-2). ErrorOfTwo: the same of layer 2. Protrusion: over its mean. Curvature: Gaussian, times R_max squared.
+/// MadeUp: 1 or 0.
 [[nodiscard]] std::string field_bytes(const Object& object, Field field);
 /// The same of layer 3's depths by two models of one mesh, 1 % of R_max below the surface: percent of R_max by which they differ;
 /// -1 where only one finds contact, -2 where neither does. @pre are_of_one_mesh

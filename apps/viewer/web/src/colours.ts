@@ -46,41 +46,54 @@ export const divergingColour = (t: number): Rgb => ramp([0x2166ac, 0x92c5de, 0xf
 export const MISSED: Rgb = [0.14, 0.34, 0.84];
 export const UNKNOWN: Rgb = [0.54, 0.56, 0.6];
 
-export interface Scale { title: string; ticks: [number, string][]; colour: (t: number) => Rgb; colours: Rgb[];
+export interface Scale { title: string; ticks: [number, string][]; colour: (t: number) => Rgb;
+  of: (value: number) => Rgb;
+  known: (value: number) => boolean;  ///< false: the value says why there is none
+  range: [number, number];            ///< where the colours end
   key: string;  ///< the same for the same colours of the same values
 }
+/// Where the colours of a field end, if the user says so.
+export type Range = [number, number] | null;
 
 const shown = (x: number): string => (x !== 0 && (Math.abs(x) >= 1000 || Math.abs(x) < 0.01) ? x.toExponential(1) : Number(x.toPrecision(2)).toString());
 
 const MADE_UP: Rgb = [0.9, 0.42, 0.05], OF_THE_FILE: Rgb = [0.84, 0.86, 0.84];
+const ERRORS: [number, number] = [0.01, 1];  // % of R_max
+const TITLES: Record<string, string> = {
+  error: 'Depth error of layer 3, % of R_max', 'error-2': 'Depth error of layer 2, % of R_max', difference: 'Depths of the two projections differ by, % of R_max',
+  protrusion: 'Protrusion, over its mean (eq. 4)', curvature: 'Gaussian curvature × R_max² (eq. 6)',
+};
 
-/// Colours a field as the legend says.
-export function colourField(kind: string, values: Float32Array): Scale {
+/// How a field with these values is coloured, as the legend says.
+export function colourField(kind: string, values: Float32Array, chosen: Range): Scale {
+  const all = () => true;
   if (kind === 'made-up') {
     const colour = (t: number) => (t > 0.5 ? MADE_UP : OF_THE_FILE);
-    return { title: 'Surface that a cure made up', colour, ticks: [[0, 'of the file'], [1, 'made up']], key: '', colours: Array.from(values, colour) };
+    return { title: 'Surface that a cure made up', colour, of: colour, known: all, ticks: [[0, 'of the file'], [1, 'made up']], range: [0, 1], key: '' };
   }
-  if (kind === 'error' || kind === 'difference') {
-    const at = (v: number) => Math.log(Math.max(v, 0.01) / 0.01) / Math.log(100);
+  const title = TITLES[kind];
+  if (isError(kind)) {
+    const [low, high] = chosen ?? ERRORS, least = Math.max(low, 1e-6), at = (v: number) => Math.log(Math.max(v, least) / least) / Math.log(Math.max(high / least, 1.0001));
     return {
-      title: kind === 'error' ? 'Depth error of layer 3, % of R_max' : 'Depths of the two projections differ by, % of R_max', colour: errorColour,
-      ticks: [[0, '< 0.01'], [0.5, '0.1'], [1, '> 1']], key: '',
-      colours: Array.from(values, (v) => (v === -1 ? MISSED : v < 0 ? UNKNOWN : errorColour(at(v)))),
+      title, colour: errorColour, ticks: [[0, `< ${shown(least)}`], [0.5, shown(Math.sqrt(least * high))], [1, `> ${shown(high)}`]], range: [least, high], key: `${low} ${high}`,
+      of: (v) => (v === -1 ? MISSED : v < 0 ? UNKNOWN : errorColour(at(v))), known: (v) => v >= 0,
     };
   }
-  const sorted = Float32Array.from(values).sort();
-  const low = sorted[0], high = sorted[sorted.length - 1];
-  if (kind === 'protrusion')
+  if (kind === 'protrusion') {
+    let low = Infinity, high = -Infinity;
+    for (const v of values) { low = Math.min(low, v); high = Math.max(high, v); }
+    [low, high] = chosen ?? [low, high];
     return {
-      title: 'Protrusion, over its mean (eq. 4)', colour: sequentialColour, ticks: [[0, shown(low)], [1, shown(high)]], key: `${low} ${high}`,
-      colours: Array.from(values, (v) => sequentialColour((v - low) / Math.max(high - low, 1e-9))),
+      title, colour: sequentialColour, ticks: [[0, shown(low)], [1, shown(high)]], range: [low, high], key: `${low} ${high}`,
+      of: (v) => sequentialColour((v - low) / Math.max(high - low, 1e-9)), known: all,
     };
+  }
   const sizes = Float32Array.from(values, Math.abs).sort();
-  const end = Math.max(sizes[Math.floor(0.95 * (sizes.length - 1))], 1e-9);
-  const spread = (v: number) => Math.sign(v) * Math.sqrt(Math.min(Math.abs(v) / end, 1));
+  const end = Math.max(chosen ? chosen[1] : sizes[Math.floor(0.95 * (sizes.length - 1))], 1e-9);
   return {
-    title: 'Gaussian curvature × R_max² (eq. 6)', colour: (t) => divergingColour(2 * t - 1),
-    ticks: [[0, `< −${shown(end)}`], [0.5, '0'], [1, `> ${shown(end)}`]], key: `${end}`,
-    colours: Array.from(values, (v) => divergingColour(spread(v))),
+    title, colour: (t) => divergingColour(2 * t - 1), ticks: [[0, `< −${shown(end)}`], [0.5, '0'], [1, `> ${shown(end)}`]], range: [-end, end], key: `${end}`,
+    of: (v) => divergingColour(Math.sign(v) * Math.sqrt(Math.min(Math.abs(v) / end, 1))), known: all,
   };
 }
+/// Those with logarithmic colours, of which a value below 0 says why there is none.
+export const isError = (kind: string): boolean => kind.startsWith('error') || kind === 'difference';

@@ -1,5 +1,6 @@
 // The costume designer's view: a figure that the program dresses, and hands that pull and pin its cloth.
 import * as THREE from 'three';
+import { GLTFExporter } from 'three/examples/jsm/exporters/GLTFExporter.js';
 import { announce, fill, h } from './dom';
 import { fetchBytes, type ClothFrame, type Status, type Worn } from './net';
 import type { World } from './world';
@@ -97,6 +98,14 @@ export class Costume {
     if (GARMENTS.some(([g]) => g === garment)) this.garment.value = String(garment);
     if (FABRICS.some(([f]) => f === fabric)) this.fabric.value = String(fabric);
     this.walks.checked = walks === true;
+  }
+
+  /// The figure and what it wears, as they stand now.
+  async glb(): Promise<ArrayBuffer | null> {
+    if (!this.cloth) return null;
+    const group = new THREE.Group();
+    for (const mesh of [...this.bones, this.cloth]) { const copy = mesh.clone(false); copy.name = mesh === this.cloth ? this.garment.value : `bone ${group.children.length + 1}`; group.add(copy); }
+    return (await new GLTFExporter().parseAsync(group, { binary: true })) as ArrayBuffer;
   }
 
   private fit(): void { this.say({ say: 'fit', garment: this.garment.value, fabric: this.fabric.value, walks: this.walks.checked }); this.colour(); }

@@ -6,7 +6,7 @@ import { announce } from './dom';
 import { meter } from './meter';
 import type { Frame } from './net';
 import { rumble, sound, voice } from './panels/senses';
-import { canvas, forceRead, forceTag, hand, world } from './stage';
+import { forceRead, forceTag, hand, world } from './stage';
 import { state } from './state';
 import { onStop, showResume } from './stop';
 import { onTheme } from './theme';
@@ -48,11 +48,11 @@ export function hideTool(): void { toDraw = null; setDent(null); world.tool.show
 /// Beside the arrow's head.
 function showTag(force: number): void {
   const tip = world.tool.tipOfArrow();
-  forceTag.hidden = !tip;
+  if (forceTag.hidden !== !tip) forceTag.hidden = !tip;
   if (!tip) return;
   // Beyond the tip, as the arrow points on the screen.
-  const p = world.project(tip), from = world.project(toolPoint), box = canvas.getBoundingClientRect(), away = new THREE.Vector2((p.x - from.x) * box.width, (from.y - p.y) * box.height).setLength(30);
-  const x = Math.min(Math.max(0.5 * (p.x + 1) * box.width + away.x, 36), box.width - 36), y = Math.min(Math.max(0.5 * (1 - p.y) * box.height + 0.7 * away.y, 14), box.height - 14);
+  const p = world.pixel(tip), { x: wide, y: high } = world.size, away = p.clone().sub(world.pixel(toolPoint)).setLength(30);
+  const x = Math.min(Math.max(p.x + away.x, 36), wide - 36), y = Math.min(Math.max(p.y + 0.7 * away.y, 14), high - 14);
   forceTag.style.transform = `translate(${x.toFixed(0)}px, ${y.toFixed(0)}px) translate(-50%, -50%)`;
   const text = `${force.toFixed(1)} N`;
   if (forceTag.textContent !== text) forceTag.textContent = text;
@@ -62,7 +62,7 @@ export function draw(frame: Frame): void {
   const touches = frame.contacts > 0 && !world.objects.hidden, force = Math.hypot(...frame.force);
   if (touches) setDent(new THREE.Vector3(...(frame.point as [number, number, number])), new THREE.Vector3(...(frame.normal as [number, number, number])).negate(), frame.depth);
   else setDent(null);
-  world.tool.show(frame);
+  world.tool.show(frame, (from, to) => world.inSight(from, to));
   showTag(force);
   const why = REASONS.filter(([bit]) => (frame.acted & bit) !== 0).map(([, text]) => text);
   const words = !frame.connected ? 'device gone' : frame.faults & 16 ? 'stopped' : frame.faults ? 'no force: the filter found a fault (the computer was busy?). Lift and touch again' :

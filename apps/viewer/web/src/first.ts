@@ -26,11 +26,11 @@ function follow(): void {
   const object = Math.max(world.objects.focus, 0);
   invite.hidden = !invites || state.mode !== 'touch' || state.playing || !state.facts[object];
   if (invite.hidden) return;
-  const box = world.objects.box(object), middle = box.getCenter(new THREE.Vector3()), size = stage.getBoundingClientRect();
+  const box = world.objects.box(object), middle = box.getCenter(new THREE.Vector3());
   const p = world.project(middle);
   let y = world.project(new THREE.Vector3(middle.x, box.max.y, middle.z)).y;
   while (y > p.y && world.cast(p.x, y, object) === null) y -= 0.02;
-  invite.style.transform = `translate(${(0.5 * (p.x + 1) * size.width).toFixed(0)}px, ${Math.max(0.5 * (1 - y) * size.height - 16, 58).toFixed(0)}px) translate(-50%, -100%)`;
+  invite.style.transform = `translate(${(0.5 * (p.x + 1) * world.size.x).toFixed(0)}px, ${Math.max(0.5 * (1 - y) * world.size.y - 16, 58).toFixed(0)}px) translate(-50%, -100%)`;
 }
 
 const done = (): void => { invites = false; invite.hidden = true; };

@@ -1,10 +1,10 @@
 // The objects as three.js draws them: surfaces, superquadrics, spheres and overlays, coloured by part or by field.
 import * as THREE from 'three';
 import { acceleratedRaycast, computeBoundsTree, disposeBoundsTree } from 'three-mesh-bvh';
-import { colourField, distinctColours, partColour, type Rgb, type Scale } from './colours';
-import { dented } from './skin';
+import { colourField, distinctColours, partColour, type Range, type Rgb, type Scale } from './colours';
 import { meter } from './meter';
 import { fetchBytes, type ObjectFacts } from './net';
+import { linear, Surface } from './surface';
 
 THREE.Mesh.prototype.raycast = acceleratedRaycast;
 THREE.BufferGeometry.prototype.computeBoundsTree = computeBoundsTree;
@@ -14,8 +14,8 @@ export interface Hit { object: number; part: number; triangle: number; point: TH
 
 interface Shown {
   id: number; revision: number;
-  surface: THREE.Mesh | null; superquadrics: Pieces<THREE.Mesh>; spheres: Pieces<THREE.LineSegments>; partOf: Uint32Array; fields: Map<string, Float32Array>;
-  colours: Rgb[]; indexed: THREE.BufferGeometry | null; samples: THREE.Points | null; shell: THREE.Mesh | null; hidden: Float32Array | null; painted: string;
+  surface: Surface | null; superquadrics: Pieces<THREE.Mesh>; spheres: Pieces<THREE.LineSegments>; fields: Map<string, Float32Array>;
+  colours: Rgb[]; samples: THREE.Points | null; shell: THREE.Mesh | null; hidden: Float32Array | null; painted: string;
 }
 
 /// One thing a part, all drawn in one call: colours are of vertices, piece p has those from first[p] to first[p + 1].
@@ -34,20 +34,14 @@ function setOpacity(pieces: Pieces<THREE.Mesh | THREE.LineSegments>, of: (piece:
   if (changed) colour.needsUpdate = true;
 }
 
-const linear = (c: Rgb, scale = 1): THREE.Color => new THREE.Color().setRGB(...(c.map((x) => scale * x) as Rgb), THREE.SRGBColorSpace);
-
 const HIDDEN: Rgb = [0.85, 0.05, 0.62];
-
-/// Of the triangle whose nine numbers begin at i.
-function areaOf(p: Float32Array, i: number): number {
-  const a = [p[i + 3] - p[i], p[i + 4] - p[i + 1], p[i + 5] - p[i + 2]], b = [p[i + 6] - p[i], p[i + 7] - p[i + 1], p[i + 8] - p[i + 2]];
-  return 0.5 * Math.hypot(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]);
-}
 
 export const fullRatio = (): number => Math.min(devicePixelRatio, 2);
 
 export class Objects {
   colourBy = 'parts';
+  beside: 'none' | 'layer-2' | 'twin' = 'none';  ///< what a second view shows beside the first
+  range: Range = null;  ///< where the field's colours end; null: where its values do
   surfaceAs: 'solid' | 'clear' | 'wire' | 'off' = 'solid';
   withSuperquadrics = false;
   withSpheres = false;
@@ -79,6 +73,7 @@ export class Objects {
     return box;
   }
 
+  get count(): number { return this.facts.length; }
   /// m, the lowest point of any, at most 0.
   get low(): number { return Math.min(0, ...this.facts.map((f) => f.position[1] - f.half[1])); }
 
@@ -99,9 +94,8 @@ export class Objects {
   }
 
   private remove(s: Shown): void {
-    if (s.surface) { this.scene.remove(s.surface); s.surface.geometry.dispose(); }
+    if (s.surface) { this.scene.remove(s.surface.mesh); s.surface.dispose(); }
     for (const o of [s.samples, s.shell]) if (o) { this.scene.remove(o); o.geometry.dispose(); }
-    s.indexed?.dispose();
     for (const { all } of [s.superquadrics, s.spheres]) { this.scene.remove(all); all.geometry.dispose(); }
   }
 
@@ -111,22 +105,11 @@ export class Objects {
     const positions = new Float32Array(meshData, 16, 3 * nv);
     const corners = new Uint32Array(meshData, 16 + 12 * nv, 3 * nt);
     const partOf = new Uint32Array(meshData, 16 + 12 * nv + 12 * nt, nt);
-    let surface: THREE.Mesh | null = null, indexed: THREE.BufferGeometry | null = null;
-    if (nt > 0) {
-      indexed = new THREE.BufferGeometry();
-      indexed.setAttribute('position', new THREE.BufferAttribute(positions, 3));
-      indexed.setIndex(new THREE.BufferAttribute(corners, 1));
-      indexed.computeVertexNormals();
-      const geometry = indexed.toNonIndexed();
-      geometry.setAttribute('color', new THREE.BufferAttribute(new Float32Array(9 * nt), 3));
-      geometry.setAttribute('seen', new THREE.BufferAttribute(new Uint8Array(3 * nt).fill(1), 1));
-      geometry.computeBoundsTree({ indirect: true } as never);
-      surface = new THREE.Mesh(geometry, dented(new THREE.MeshStandardMaterial({ vertexColors: true, roughness: 0.75, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1, side: f.solid ? THREE.FrontSide : THREE.DoubleSide })));
-      this.scene.add(surface);
-    }
+    const surface = nt > 0 ? new Surface(positions, corners, partOf, f.solid) : null;
+    if (surface) { this.scene.add(surface.mesh); void surface.shade(this.redraw); }
     const own = distinctColours(f.parts.map((p) => p.neighbours)), superquadrics = this.buildSuperquadrics(sqData, own), spheres = this.buildSpheres(f, own);
     this.scene.add(superquadrics.all, spheres.all);
-    return { id: f.id, revision: f.revision, surface, superquadrics, spheres, partOf, fields: new Map(), colours: own, indexed, samples: null, shell: null, hidden: null, painted: '' };
+    return { id: f.id, revision: f.revision, surface, superquadrics, spheres, fields: new Map(), colours: own, samples: null, shell: null, hidden: null, painted: '' };
   }
 
   private buildSuperquadrics(data: ArrayBuffer, own: Rgb[]): Pieces<THREE.Mesh> {
@@ -179,16 +162,15 @@ export class Objects {
 
   /// Colours and visibility as asked.
   async paint(): Promise<void> {
-    const shares: string[] = [], kind = this.colourBy;
+    const shares: string[] = [], kind = this.colourBy, other = kind === 'error' && this.beside === 'layer-2';
     if (kind !== 'parts') await this.fields(kind);
+    if (other) await this.fields('error-2');
     if (this.colourBy !== kind) return;
     // One scale for all objects, so that the legend is true of each.
     const values = this.shown.map((s) => (kind === 'parts' ? undefined : s?.fields.get(kind)));
     const known = values.filter((v) => v !== undefined), joined = new Float32Array(known.reduce((n, v) => n + v.length, 0));
     known.reduce((at, v) => { joined.set(v, at); return at + v.length; }, 0);
-    const scale = joined.length ? colourField(kind, joined) : null;
-    let next = 0;
-    const starts = values.map((v) => { const at = next; next += v?.length ?? 0; return at; });
+    const scale = joined.length ? colourField(kind, joined, this.range) : null;
     await Promise.all(this.shown.map(async (s, i) => {
       if (!s) return;
       const there = !this.hidden && i !== this.inHand, baked = !this.facts[i].edited;
@@ -203,47 +185,27 @@ export class Objects {
       if (s.samples) s.samples.visible = this.withSamples && there && baked;
       if (s.shell) s.shell.visible = this.withOffset && there && baked;
       const hidden = this.withHidden && baked ? s.hidden : null;
-      if (hidden) {
-        let all = 0, q2 = 0;
-        const p = s.surface.geometry.getAttribute('position').array as Float32Array;
-        for (let t = 0; t < hidden.length; ++t) {
-          const a = areaOf(p, 9 * t);
-          all += a;
-          if (hidden[t] === 1) q2 += a;
-        }
-        shares[i] = `${this.facts[i].name} ${(100 * q2 / Math.max(all, 1e-12)).toFixed(1)} %`;
-      }
-      s.surface.visible = this.surfaceAs !== 'off' && there;
-      const material = s.surface.material as THREE.MeshStandardMaterial, clear = this.surfaceAs === 'clear';
+      if (hidden) shares[i] = `${this.facts[i].name} ${(100 * s.surface.shareOf(hidden)).toFixed(1)} %`;
+      s.surface.mesh.visible = this.isSeen(i);
+      const material = s.surface.mesh.material, clear = this.surfaceAs === 'clear';
       if (material.transparent !== clear) material.needsUpdate = true;
       material.transparent = clear;
       material.wireframe = this.surfaceAs === 'wire';
       material.opacity = clear ? 0.35 : 1;
-      const field = scale && values[i] ? scale.colours : null;
+      const field = scale && values[i] ? { values: values[i], scale } : null;
       // What decides the colours; the same is not painted twice.
-      const pale = this.focus >= 0 && this.focus !== i;
+      const pale = this.focus >= 0 && this.focus !== i && !(this.beside === 'twin' && this.pair()?.includes(i));
       const key = `${kind}${field ? '' : '!'}|${scale?.key ?? ''}|${chosen}|${hidden ? 1 : 0}|${pale ? 1 : 0}`;
-      if (s.painted !== key) { s.painted = key; meter.spend('colours', () => this.colour(s, field, starts[i], pale ? -2 : chosen, hidden)); }
+      if (s.painted === `${key}|${other}`) return;
+      s.painted = `${key}|${other}`;
+      const parts = s.colours.map((c, p) => linear(pale || (chosen >= 0 && chosen !== p) ? (c.map((x) => 0.45 * x + 0.4) as Rgb) : c));
+      meter.spend('colours', () => s.surface!.colour({ parts, field, marks: hidden, mark: linear(HIDDEN) }));
+      const second = other ? s.fields.get('error-2') : undefined;
+      s.surface.second(scale && second ? { parts, field: { values: second, scale }, marks: hidden, mark: linear(HIDDEN) } : null);
     }));
     this.hiddenShare = shares.filter((x) => x);
     if (this.colourBy === kind) this.onScale(scale);
     this.redraw();
-  }
-
-  /// Each triangle by its field's colour, or its part's. chosen: the part beside which the others are pale; -1: none; -2: all are.
-  private colour(s: Shown, field: Rgb[] | null, start: number, chosen: number, hidden: Float32Array | null): void {
-    const attribute = s.surface!.geometry.getAttribute('color') as THREE.BufferAttribute, array = attribute.array as Float32Array;
-    const magenta = new THREE.Color().setRGB(...HIDDEN, THREE.SRGBColorSpace), own = new THREE.Color(), parts: THREE.Color[] = [];
-    for (let t = 0; t < s.partOf.length; ++t) {
-      const part = s.partOf[t];
-      let c: THREE.Color;
-      if (hidden && hidden[t] === 1) c = magenta;
-      else if (field) c = own.setRGB(...field[start + t], THREE.SRGBColorSpace);
-      else c = parts[part] ??= chosen !== -1 && chosen !== part ? linear(s.colours[part].map((x) => 0.45 * x + 0.4) as Rgb) : linear(s.colours[part]);
-      for (let k = 9 * t; k < 9 * t + 9; k += 3) { array[k] = c.r; array[k + 1] = c.g; array[k + 2] = c.b; }
-    }
-    meter.coloured += s.partOf.length;
-    attribute.needsUpdate = true;
   }
 
   /// The program needs seconds for some: each arrives as it is ready, and onWait tells how many have.
@@ -253,7 +215,7 @@ export class Objects {
     if (missing.length) this.onWait(kind, 0, missing.length);
     await Promise.all(missing.map(async ([s, i]) => {
       try { s.fields.set(kind, new Float32Array(await fetchBytes(`/api/object/${i}/field/${kind}`), 8)); } catch (e) { this.onTrouble(e); }
-      if (this.colourBy === kind) this.onWait(kind, ++done, missing.length);
+      if (this.colourBy === kind || kind === 'error-2') this.onWait(kind, ++done, missing.length);
     }));
   }
 
@@ -267,19 +229,19 @@ export class Objects {
         g.setAttribute('position', new THREE.BufferAttribute(new Float32Array(data, 8, 3 * n), 3));
         g.setAttribute('color', new THREE.BufferAttribute(colours, 3));
         if (!s.samples) {
-          s.samples = new THREE.Points(g, new THREE.PointsMaterial({ size: 2.4 * fullRatio(), sizeAttenuation: false, vertexColors: true }));
+          s.samples = new THREE.Points(g, new THREE.PointsMaterial({ size: 2.4, sizeAttenuation: false, vertexColors: true }));
           s.samples.renderOrder = 2;
           s.samples.raycast = () => {};
           this.scene.add(s.samples);
         }
       }
-      if (this.withOffset && !s.shell && s.indexed) {
+      if (this.withOffset && !s.shell && s.surface) {
         const out = new Float32Array(await fetchBytes(`/api/object/${i}/offset`), 8);
-        const from = s.indexed.getAttribute('position').array, normal = s.indexed.getAttribute('normal').array, to = new Float32Array(from.length);
+        const { whole } = s.surface, from = whole.getAttribute('position').array, normal = whole.getAttribute('normal').array, to = new Float32Array(from.length);
         for (let k = 0; k < to.length; ++k) to[k] = from[k] + normal[k] * (out[Math.floor(k / 3)] + 1e-5);
         const g = new THREE.BufferGeometry();
         g.setAttribute('position', new THREE.BufferAttribute(to, 3));
-        g.setIndex(s.indexed.getIndex());
+        g.setIndex(whole.getIndex());
         g.computeVertexNormals();
         if (!s.shell) {
           s.shell = new THREE.Mesh(g, new THREE.MeshStandardMaterial({ color: 0x0b9dc4, transparent: true, opacity: 0.55, roughness: 0.5 }));
@@ -295,8 +257,8 @@ export class Objects {
   overlay(object: number): { samples: number; moved: number; hidden: number; spheres: boolean } {
     const s = this.shown[object];
     let moved = 0;
-    if (s?.shell && s.indexed) {
-      const a = s.indexed.getAttribute('position').array, b = s.shell.geometry.getAttribute('position').array;
+    if (s?.shell && s.surface) {
+      const a = s.surface.whole.getAttribute('position').array, b = s.shell.geometry.getAttribute('position').array;
       for (let k = 0; k < a.length; k += 3) if (Math.hypot(a[k] - b[k], a[k + 1] - b[k + 1], a[k + 2] - b[k + 2]) > 1e-4) ++moved;
     }
     return {
@@ -309,36 +271,52 @@ export class Objects {
   /// The point of an object's surface nearest to p, as a hit.
   nearest(object: number, p: THREE.Vector3): Hit | null {
     const s = this.shown[object];
-    const tree = s?.surface?.geometry.boundsTree;
-    const found = tree?.closestPointToPoint(p);
+    const found = s?.surface?.mesh.geometry.boundsTree?.closestPointToPoint(p);
     if (!s?.surface || !found) return null;
-    const q = s.surface.geometry.getAttribute('position').array as Float32Array, t = found.faceIndex;
-    const v = (k: number) => new THREE.Vector3(q[9 * t + 3 * k], q[9 * t + 3 * k + 1], q[9 * t + 3 * k + 2]);
-    const normal = v(1).sub(v(0)).cross(v(2).sub(v(0))).normalize();
-    return { object, part: s.partOf[t], triangle: t, point: found.point.clone(), normal };
+    const t = found.faceIndex, [a, b, c] = s.surface.triangle(t);
+    return { object, part: s.surface.partOf[t], triangle: t, point: found.point.clone(), normal: b.sub(a).cross(c.sub(a)).normalize() };
   }
 
   private left: Set<string> = new Set();  ///< parts that are left out, as "id/part"
   /// Shows a part or leaves it out; what is left out is not clicked either.
-  show(object: number, part: number, yes: boolean): void {
+  showPart(object: number, part: number, yes: boolean): void {
     const s = this.shown[object];
     if (!s?.surface) return;
-    const seen = s.surface.geometry.getAttribute('seen') as THREE.BufferAttribute;
-    for (let t = 0; t < s.partOf.length; ++t) if (s.partOf[t] === part) seen.array.fill(yes ? 1 : 0, 3 * t, 3 * t + 3);
-    seen.needsUpdate = true;
+    s.surface.show(part, yes);
     const key = `${s.id}/${part}`;
     if (yes) this.left.delete(key); else this.left.add(key);
     this.redraw();
   }
   /// One part alone; -1: all parts again.
-  isolate(object: number, part: number): void { this.facts[object]?.parts.forEach((_, p) => this.show(object, p, part < 0 || p === part)); }
+  isolate(object: number, part: number): void { this.facts[object]?.parts.forEach((_, p) => this.showPart(object, p, part < 0 || p === part)); }
   isLeft(object: number, part: number): boolean { return this.left.has(`${this.shown[object]?.id}/${part}`); }
   /// What lies before the plane is not drawn; null: all is.
   cut(plane: THREE.Plane | null): void {
-    for (const s of this.shown) if (s?.surface) (s.surface.material as THREE.MeshStandardMaterial).clippingPlanes = plane ? [plane] : null;
-    for (const s of this.shown) if (s?.surface) (s.surface.material as THREE.MeshStandardMaterial).side = plane || !this.facts[this.shown.indexOf(s)].solid ? THREE.DoubleSide : THREE.FrontSide;
+    this.shown.forEach((s, i) => {
+      if (!s?.surface) return;
+      s.surface.mesh.material.clippingPlanes = plane ? [plane] : null;
+      s.surface.mesh.material.side = plane || !this.facts[i].solid ? THREE.DoubleSide : THREE.FrontSide;
+    });
     this.redraw();
   }
+
+  /// The pair of one mesh and both projections that is compared: of the selected object, else the first; null: there is none.
+  pair(): [number, number] | null {
+    const has = (i: number) => this.facts[i]?.twin !== null && this.facts[i] !== undefined, of = [this.selected?.object ?? -1, this.focus, ...this.facts.keys()].find(has);
+    return of === undefined ? null : [of, this.facts[of].twin!];
+  }
+  /// What one of two views shows, or again what a single one does. The way from the first view's objects to those of this one, m.
+  show(view: 'left' | 'right' | 'both'): THREE.Vector3 {
+    const pair = this.beside === 'twin' ? this.pair() : null, shift = new THREE.Vector3();
+    this.shown.forEach((s, i) => {
+      if (!s?.surface) return;
+      s.surface.wear(view === 'right' && this.beside === 'layer-2');
+      if (pair) s.surface.mesh.visible = view === 'both' ? this.isSeen(i) : this.isSeen(i) && i === pair[view === 'left' ? 0 : 1];
+    });
+    if (pair && view === 'right') shift.fromArray(this.facts[pair[1]].position).sub(new THREE.Vector3().fromArray(this.facts[pair[0]].position));
+    return shift;
+  }
+  private isSeen(object: number): boolean { return this.surfaceAs !== 'off' && !this.hidden && object !== this.inHand; }
 
   select(object: number, part: number): void {
     this.selected = object < 0 ? null : { object, part };
@@ -348,16 +326,18 @@ export class Objects {
   fieldAt(object: number, kind: string, triangle: number): number | undefined { return this.shown[object]?.fields.get(kind)?.[triangle]; }
   colourOf(object: number, part: number): Rgb { return this.shown[object]?.colours[part] ?? partColour(part); }
   /// What is drawn of the objects that can be touched.
-  surfaces(): THREE.Mesh[] { return this.shown.flatMap((s, i) => (s?.surface && i !== this.inHand ? [s.surface] : [])); }
+  surfaces(): THREE.Mesh[] { return this.shown.flatMap((s, i) => (s?.surface && i !== this.inHand ? [s.surface.mesh] : [])); }
   /// Every so many vertices of the objects that can be touched, or of one.
   eachVertex(only: number, every: number, see: (object: number, v: THREE.Vector3) => void): void {
     const v = new THREE.Vector3();
     this.shown.forEach((s, i) => {
-      if (!s?.indexed || (only >= 0 && i !== only) || i === this.inHand) return;
-      const p = s.indexed.getAttribute('position');
+      if (!s?.surface || (only >= 0 && i !== only) || i === this.inHand) return;
+      const p = s.surface.whole.getAttribute('position');
       for (let k = 0; k < p.count; k += every) see(i, v.fromBufferAttribute(p, k));
     });
   }
+  /// Whether all have their ambient occlusion.
+  shaded(): boolean { return this.ready() && this.shown.every((s) => !s?.surface || s.surface.shaded); }
   ready(): boolean { return this.shown.length > 0 && this.shown.every((s) => s !== null); }
 
   /// The nearest surface along a ray. only: one object, or -1.
@@ -365,14 +345,14 @@ export class Objects {
     let best: Hit | null = null, distance = Infinity;
     this.shown.forEach((s, i) => {
       if (!s?.surface || (only >= 0 && i !== only) || i === this.inHand) return;
-      const visible = s.surface.visible;
-      s.surface.visible = true;
+      const { mesh, partOf } = s.surface, visible = mesh.visible;
+      mesh.visible = true;
       raycaster.firstHitOnly = this.left.size === 0;
-      const hit = raycaster.intersectObject(s.surface, false).find((found) => !this.isLeft(i, s.partOf[found.faceIndex!]));
-      s.surface.visible = visible;
+      const hit = raycaster.intersectObject(mesh, false).find((found) => !this.isLeft(i, partOf[found.faceIndex!]));
+      mesh.visible = visible;
       if (!hit || hit.distance >= distance || hit.faceIndex == null) return;
       distance = hit.distance;
-      best = { object: i, part: s.partOf[hit.faceIndex], triangle: hit.faceIndex, point: hit.point.clone(), normal: hit.face!.normal.clone() };
+      best = { object: i, part: partOf[hit.faceIndex], triangle: hit.faceIndex, point: hit.point.clone(), normal: hit.face!.normal.clone() };
     });
     return best;
   }

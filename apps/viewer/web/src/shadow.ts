@@ -14,6 +14,7 @@ void main() {
 
 export class GroundShadow {
   private plane: THREE.Mesh;
+  private drawn = false;  ///< there is something that throws one
   private targets = [0, 1].map(() => new THREE.WebGLRenderTarget(SIZE, SIZE));
   private camera = new THREE.OrthographicCamera();
   private near = new THREE.ShaderMaterial({
@@ -33,10 +34,12 @@ export class GroundShadow {
     this.screen.frustumCulled = false;
   }
 
+  set seen(yes: boolean) { this.plane.visible = yes && this.drawn; }
+
   /// Seen from below, so that the nearest surface to the ground counts; then smoothed.
   draw(surfaces: THREE.Mesh[], box: THREE.Box3, ground: number): void {
-    this.plane.visible = surfaces.length > 0;
-    if (!this.plane.visible) return;
+    this.drawn = surfaces.length > 0;
+    if (!this.drawn) return;
     const size = box.getSize(new THREE.Vector3()), middle = box.getCenter(new THREE.Vector3()), half = 0.62 * Math.max(size.x, size.z) + 0.03;
     Object.assign(this.camera, { left: -half, right: half, top: half, bottom: -half, near: 0, far: size.y + 0.2 });
     this.camera.position.set(middle.x, ground - 0.01, middle.z);

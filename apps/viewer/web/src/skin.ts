@@ -1,4 +1,5 @@
-// How surfaces are drawn: where the tool presses they give way, a dimple darker than what is round it; parts can be left out.
+// How surfaces are drawn: where the tool presses they give way, a dimple darker than what is round it; parts can be left out; what
+// lies hidden from the sky is darker.
 import * as THREE from 'three';
 
 const REACH = 0.011;  // m, of the dimple
@@ -14,20 +15,25 @@ export function setDent(at: THREE.Vector3 | null, inwards = new THREE.Vector3(),
   uniforms.dentBy.value.copy(inwards).multiplyScalar(DEEPEST * (1 - Math.exp(-depth / DEEPEST)));
 }
 
-/// The material, of geometry in the world's coordinates with a number `seen` a vertex.
-export function dented(material: THREE.MeshStandardMaterial): THREE.MeshStandardMaterial {
+/// The material, of geometry in the world's coordinates with two numbers `look` a vertex: 1 where it is drawn, and how much light
+/// comes to it from all sides.
+export function look(material: THREE.MeshLambertMaterial): THREE.MeshLambertMaterial {
   material.onBeforeCompile = (shader) => {
     Object.assign(shader.uniforms, uniforms);
+    // What is left out shrinks to a point: a fragment that is discarded would cost all others their early test of depth.
     shader.vertexShader = shader.vertexShader
-      .replace('#include <common>', '#include <common>\nuniform vec3 dentAt, dentBy;\nuniform float dentReach;\nattribute float seen;\nvarying float dent, drawn;')
+      .replace('#include <common>', '#include <common>\nuniform vec3 dentAt, dentBy;\nuniform float dentReach;\nattribute vec2 look;\nvarying float dent, open;')
       .replace('#include <begin_vertex>', `#include <begin_vertex>
-  drawn = seen;
+  open = look.y;
   vec3 fromDent = (transformed - dentAt) / dentReach;
-  dent = exp(-2.5 * dot(fromDent, fromDent)) * min(length(dentBy) / 0.001, 1.0);
-  transformed += dentBy * exp(-1.6 * dot(fromDent, fromDent));`);
+  float far = dot(fromDent, fromDent);
+  dent = 0.55 * exp(-2.5 * far) * min(length(dentBy) / 0.001, 1.0);
+  transformed += dentBy * exp(-1.6 * far);
+  transformed *= look.x;`);
     shader.fragmentShader = shader.fragmentShader
-      .replace('#include <common>', '#include <common>\nvarying float dent, drawn;')
-      .replace('#include <color_fragment>', '#include <color_fragment>\n  if (drawn < 0.5) discard;\n  diffuseColor.rgb *= 1.0 - 0.55 * dent;');
+      .replace('#include <common>', '#include <common>\nvarying float dent, open;')
+      .replace('#include <color_fragment>', '#include <color_fragment>\n  diffuseColor.rgb *= 1.0 - dent;')
+      .replace('#include <aomap_fragment>', 'reflectedLight.indirectDiffuse *= open * open;');
   };
   return material;
 }

@@ -13,7 +13,9 @@ export const forceRead = h('output', { class: 'force', id: 'force', 'aria-live':
 export const factsLine = h('p', { class: 'facts-line', id: 'model-facts' });  // always in sight, however the panel is scrolled
 export const forceTag = h('div', { class: 'force-tag', hidden: true, 'aria-hidden': 'true' });  // the words in the corner say it, too
 export const invite = h('div', { class: 'invite', id: 'invite', hidden: true, 'aria-hidden': 'true' }, 'Press and drag on me');
-export const stage = h('div', { class: 'stage' }, canvas, forceTag, invite, hint, legend, h('div', { class: 'corner' }, forceRead, factsLine));
+/// What each of two views is of.
+export const sides = h('div', { class: 'sides', id: 'sides', hidden: true }, h('span', {}), h('span', {}));
+export const stage = h('div', { class: 'stage' }, canvas, sides, forceTag, invite, hint, legend, h('div', { class: 'corner' }, forceRead, factsLine));
 export const world = new World(canvas);
 if (!world.renderer) stage.append(h('div', { class: 'no-picture', id: 'no-picture', role: 'note' }, h('p', {}, 'This browser shows no 3D picture: WebGL is off or missing.'),
   h('p', {}, 'Switch on hardware acceleration or WebGL in its settings, or open the address in another browser. Until then touch works by keys: Enter touches, arrows move, N says what is touched, with sound and numbers.')));
@@ -25,15 +27,18 @@ export function showHint(text: string): void { hint.textContent = text; hint.hid
 const NOTES: Record<string, string> = { error: 'Blue: missed. Grey: too thin to say.', difference: '1 % of R_max below the surface. Blue: only one finds contact. Grey: neither does. Baked one way alone: its parts.' };
 world.objects.onTrouble = trouble;
 world.objects.onWait = (kind, done, of) => {
-  const names: Record<string, string> = { error: 'depth error', protrusion: 'protrusion', curvature: 'curvature', 'made-up': 'made-up surface', difference: 'difference' };
+  const names: Record<string, string> = { error: 'depth error', 'error-2': 'depth error of layer 2', protrusion: 'protrusion', curvature: 'curvature', 'made-up': 'made-up surface', difference: 'difference' };
   legend.hidden = false;
   fill(legend, h('span', { id: 'waiting' }, `Computing the ${names[kind] ?? kind}: ${done} of ${of} objects …`), h('progress', { max: of, value: done, 'aria-label': 'Computing' }));
 };
-world.objects.onScale = (scale: Scale | null) => {
+const scaleListeners: ((scale: Scale | null) => void)[] = [];
+export function onScale(listener: (scale: Scale | null) => void): void { scaleListeners.push(listener); }
+world.objects.onScale = (scale) => { for (const listener of scaleListeners) listener(scale); };
+onScale((scale) => {
   const q2 = world.objects.hiddenShare.length ? h('span', { class: 'note', id: 'q2' }, `Magenta: hidden from its part's projection (Q2), of the surface: ${world.objects.hiddenShare.join(', ')}`) : '';
   legend.hidden = !scale && !q2;
   if (!scale) { fill(legend, q2); return; }
   const stops = Array.from({ length: 9 }, (_, i) => css(scale.colour(i / 8))).join(',');
-  legend.replaceChildren(h('span', {}, scale.title), h('div', { class: 'bar', style: `background:linear-gradient(90deg,${stops})` }), h('div', { class: 'ticks' }, ...scale.ticks.map(([, t]) => h('span', {}, t))),
+  legend.replaceChildren(h('span', {}, sides.hidden ? scale.title : scale.title.replace(' of layer 3', '')), h('div', { class: 'bar', style: `background:linear-gradient(90deg,${stops})` }), h('div', { class: 'ticks' }, ...scale.ticks.map(([, t]) => h('span', {}, t))),
     NOTES[world.objects.colourBy] ? h('span', { class: 'note' }, NOTES[world.objects.colourBy]) : '', q2);
-};
+});

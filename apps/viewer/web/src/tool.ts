@@ -4,6 +4,7 @@ import type { Frame } from './net';
 
 const ARROW = 0.03;  // m of arrow a newton
 const COILS = 7, STEPS = 16;
+const STILL = 2e-5;          // m (and radians): less is no motion
 const LEAST_SPRING = 0.0003;  // m: shorter ones are not drawn
 
 /// A spring of unit length along y, its first and last tenth straight.
@@ -72,6 +73,7 @@ export class Tool {
     scene.add(this.marker);
   }
 
+  private drawn: number[] | null = null;
   private radius = 0.006;
   setRadius(r: number): void {
     this.radius = r;
@@ -123,16 +125,20 @@ export class Tool {
     return new THREE.Vector3(p[best], p[best + 1], p[best + 2]);
   }
 
-  show(frame: Frame | null): void {
+  /// inSight: the share of a line that can be seen.
+  show(frame: Frame | null, inSight: (from: THREE.Vector3, to: THREE.Vector3) => number = () => 1): void {
+    // What stands still is not drawn again: the stage comes to rest, and then it is drawn in full.
+    const now = frame && [...frame.tool, ...frame.hand, ...frame.turn, ...frame.force.map((f) => ARROW * f)];
+    if (!now || !this.drawn?.every((x, i) => Math.abs(x - now[i]) < STILL)) { this.drawn = now; this.redraw(); }
     this.mesh.visible = frame !== null;
     this.arrow.visible = this.hand.visible = this.spring.visible = false;
-    this.redraw();
     if (!frame) return;
     this.mesh.position.set(frame.tool[0], frame.tool[1], frame.tool[2]);
     const m = frame.turn;
     this.mesh.quaternion.setFromRotationMatrix(new THREE.Matrix4().set(m[0], m[1], m[2], 0, m[3], m[4], m[5], 0, m[6], m[7], m[8], 0, 0, 0, 0, 1));
     this.showSpring(new THREE.Vector3(...(frame.hand as [number, number, number])));
-    this.showArrow(this.mesh.position, new THREE.Vector3(frame.force[0], frame.force[1], frame.force[2]));
+    const force = new THREE.Vector3(frame.force[0], frame.force[1], frame.force[2]), at = this.mesh.position;
+    this.placeArrow(at, force, 1, inSight(at, at.clone().addScaledVector(force, ARROW)));
   }
 
   /// From the tool to where the hand is, where they are apart.
@@ -150,10 +156,10 @@ export class Tool {
   springNow(): number { return this.spring.visible ? this.spring.scale.y : 0; }
 
   /// An arrow of force from a point; thick: times the usual thickness, for larger scenes. Null: none.
-  showArrow(at: THREE.Vector3 | null, force = new THREE.Vector3(), thick = 1): void {
-    const size = force.length(), length = ARROW * size;
+  showArrow(at: THREE.Vector3 | null, force = new THREE.Vector3(), thick = 1): void { this.placeArrow(at, force, thick, 1); this.redraw(); }
+  private placeArrow(at: THREE.Vector3 | null, force: THREE.Vector3, thick: number, share: number): void {
+    const size = force.length(), length = share * ARROW * size;
     this.arrow.visible = at !== null && size >= 0.02;
-    this.redraw();
     if (!at || !this.arrow.visible) return;
     this.arrow.position.copy(at);
     this.arrow.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), force.clone().divideScalar(size));
@@ -170,6 +176,8 @@ export class Tool {
     return { visible: this.arrow.visible, direction: d.toArray(), length: this.shaft.scale.y };
   }
 
+  /// For tests: where the mark is.
+  marked(): THREE.Vector3 { return this.marker.position; }
   mark(p: THREE.Vector3 | null): void {
     this.marker.visible = p !== null;
     if (p) this.marker.position.copy(p);

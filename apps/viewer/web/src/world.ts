@@ -9,14 +9,28 @@ import { GroundShadow } from './shadow';
 import { Tool } from './tool';
 import { Traces } from './traces';
 
-function rendererOf(canvas: HTMLCanvasElement): THREE.WebGLRenderer | null {
+const IN_SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
+const SAMPLES = 2;  // of a still picture drawn in software, along each side of a pixel
+
+/// Without a graphics card smooth edges cost more than all else: then only a still picture has them.
+function isSoftware(): boolean {
+  const gl = document.createElement('canvas').getContext('webgl2');
+  if (!gl) return false;
+  const name = gl.getExtension('WEBGL_debug_renderer_info'), renderer = String(gl.getParameter(name ? name.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+  gl.getExtension('WEBGL_lose_context')?.loseContext();
+  return IN_SOFTWARE.test(renderer);
+}
+
+function rendererOf(canvas: HTMLCanvasElement, antialias: boolean): THREE.WebGLRenderer | null {
   try {
-    const renderer = new THREE.WebGLRenderer({ canvas, antialias: true });
+    const renderer = new THREE.WebGLRenderer({ canvas, antialias });
     renderer.localClippingEnabled = true;
     renderer.debug.checkShaderErrors = false;  // to ask would wait for the graphics card
     return renderer;
   } catch { return null; }
 }
+
+const FRONT = new THREE.Vector3(0.28, 0.3, 1).normalize();
 
 export class World {
   readonly renderer: THREE.WebGLRenderer | null;  ///< null: this browser has no WebGL; all but the picture goes on
@@ -32,13 +46,15 @@ export class World {
   private shadow: GroundShadow | null;
   onFrame: (now: number) => void = () => {};  ///< before each draw
   readonly pace = new Pace();
-  private share = 1;  ///< of the screen's pixels along each side that were drawn last
+  private software = isSoftware();
+  private ratio = 0;  ///< pixels that were drawn last to one of the page, along each side
+  readonly size = new THREE.Vector2(1, 1);  ///< of the stage, pixels of the page
   private framed: { box: THREE.Box3; at: THREE.Vector3 } | null = null;  ///< what was brought into sight, and from where
   private dirty = true;
 
   constructor(private canvas: HTMLCanvasElement) {
-    this.renderer = rendererOf(canvas);
-    this.renderer?.setPixelRatio(fullRatio());
+    this.renderer = rendererOf(canvas, !this.software);
+    this.fineness(fullRatio());
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.enableDamping = true;
     this.controls.dampingFactor = 0.15;
@@ -70,13 +86,13 @@ export class World {
         if (!this.dirty) {
           if (!this.pace.still(now)) return;
           this.pace.rested();
-          if (this.share === 1) return;
-          this.fineness(1);
-        } else this.fineness(this.pace.next(now));
+          if (this.ratio === this.finest()) return;
+          this.fineness(this.finest());
+        } else this.fineness(this.pace.next(now) * fullRatio());
         this.dirty = false;
         if (!this.renderer) return;
-        this.renderer.render(this.scene, this.camera);
-        meter.drawn(this.renderer.info.render.calls, this.renderer.info.render.triangles);
+        this.shadow!.seen = !this.objects.hidden;  // it would tell what is hidden
+        this.draw(this.renderer);
       });
     };
     requestAnimationFrame(loop);
@@ -84,11 +100,46 @@ export class World {
 
   redraw(): void { this.dirty = true; }
 
-  private fineness(share: number): void {
-    if (share === this.share) return;
-    this.share = share;
-    this.renderer?.setPixelRatio(share * fullRatio());  // sets the size as well
+  private draw(renderer: THREE.WebGLRenderer): void {
+    const { x: wide, y: high } = this.size, half = 0.5 * wide, { info } = renderer;
+    if (!this.split) { renderer.render(this.scene, this.camera); meter.drawn(info.render.calls, info.render.triangles); return; }
+    info.autoReset = false;
+    info.reset();
+    renderer.setScissorTest(true);
+    for (const [side, from] of [['left', 0], ['right', half]] as const) {
+      const shift = this.objects.show(side);
+      this.camera.position.add(shift);
+      this.camera.updateMatrixWorld();
+      renderer.setViewport(from, 0, half, high);
+      renderer.setScissor(from, 0, half, high);
+      renderer.render(this.scene, this.camera);
+      this.camera.position.sub(shift);
+    }
+    this.objects.show('both');
+    this.camera.updateMatrixWorld();
+    renderer.setScissorTest(false);
+    renderer.setViewport(0, 0, wide, high);
+    info.autoReset = true;
+    meter.drawn(info.render.calls, info.render.triangles);
   }
+
+  private split = false;
+  /// Two views side by side, of what Objects.beside says, with one eye.
+  setSplit(yes: boolean): void {
+    if (yes === this.split) return;
+    this.split = yes;
+    this.resize();
+  }
+  /// Pixels of the page across one view.
+  private get across(): number { return this.split ? 0.5 * this.size.x : this.size.x; }
+
+  private fineness(ratio: number): void {
+    if (ratio === this.ratio) return;
+    this.ratio = ratio;
+    this.renderer?.setPixelRatio(ratio);  // sets the size as well
+  }
+  /// The pixels of a still picture.
+  finest(): number { return this.software ? Math.max(SAMPLES, fullRatio()) : fullRatio(); }
 
   theme(): void {
     const style = getComputedStyle(document.documentElement);
@@ -99,8 +150,9 @@ export class World {
   private resize(): void {
     const box = (this.canvas.parentElement as HTMLElement).getBoundingClientRect();
     if (box.width < 2 || box.height < 2) return;
+    this.size.set(box.width, box.height);
     this.renderer?.setSize(box.width, box.height, false);
-    this.camera.aspect = box.width / box.height;
+    this.camera.aspect = this.across / box.height;
     this.camera.updateProjectionMatrix();
     // Nobody has turned it since: in sight it stays.
     if (this.framed && this.framed.at.distanceTo(this.camera.position) < 1e-6) this.frameBox(this.framed.box);
@@ -121,13 +173,26 @@ export class World {
     this.dirty = true;
   }
 
-  /// All objects, or one, in sight.
-  frame(object = -1): void { this.frameBox(this.objects.box(object)); }
+  /// All objects, or one, in sight; from: the direction of the eye, else from the front and a little above.
+  frame(object = -1, from = FRONT): void { this.frameBox(this.objects.box(object), from); }
+  /// From the middle of the view to the eye.
+  direction(): THREE.Vector3 { return this.camera.position.clone().sub(this.controls.target).normalize(); }
 
-  frameBox(box: THREE.Box3): void {
+  /// Whether another object lies before or behind it, or nearly so, on the screen.
+  crowded(object: number): boolean {
+    const own = this.onScreen(object);
+    for (let i = 0; i < this.objects.count; ++i) if (i !== object && this.onScreen(i).intersectsBox(own)) return true;
+    return false;
+  }
+  private onScreen(object: number): THREE.Box2 {
+    const { min, max } = this.objects.box(object), out = new THREE.Box2();
+    for (let c = 0; c < 8; ++c) out.expandByPoint(this.project(new THREE.Vector3(c & 1 ? max.x : min.x, c & 2 ? max.y : min.y, c & 4 ? max.z : min.z)));
+    return out;
+  }
+
+  frameBox(box: THREE.Box3, from = FRONT): void {
     if (box.isEmpty()) box.set(new THREE.Vector3(-0.1, -0.1, -0.1), new THREE.Vector3(0.1, 0.1, 0.1));
-    const centre = box.getCenter(new THREE.Vector3()), size = box.getSize(new THREE.Vector3());
-    const from = new THREE.Vector3(0.28, 0.3, 1).normalize(), corner = new THREE.Vector3();
+    const centre = box.getCenter(new THREE.Vector3()), size = box.getSize(new THREE.Vector3()), corner = new THREE.Vector3();
     this.controls.target.copy(centre);
     // As near as all corners are in sight, with a margin.
     for (let distance = 0.5 * size.length() + 0.02, k = 0; k < 40; ++k, distance *= 1.06) {
@@ -193,10 +258,10 @@ export class World {
     this.dirty = true;
   }
 
-  /// Where a pointer is on the canvas, -1 to 1 each way, y up.
+  /// Where a pointer is on the view that it is over, -1 to 1 each way, y up.
   onCanvas(e: PointerEvent): THREE.Vector2 {
     const box = this.canvas.getBoundingClientRect();
-    return new THREE.Vector2((2 * (e.clientX - box.left)) / box.width - 1, 1 - (2 * (e.clientY - box.top)) / box.height);
+    return new THREE.Vector2((2 * ((e.clientX - box.left) % this.across)) / this.across - 1, 1 - (2 * (e.clientY - box.top)) / box.height);
   }
   /// What lies under a point of the canvas, -1 to 1 each way, y up. only: one object.
   cast(x: number, y: number, only = -1): Hit | null {
@@ -223,6 +288,18 @@ export class World {
     return best;
   }
 
+  /// The share of a line, from a point that is seen, that stays in sight with a margin.
+  inSight(from: THREE.Vector3, to: THREE.Vector3): number {
+    const margin = 1 - 44 / Math.min(this.size.x, this.size.y), p = new THREE.Vector3();
+    for (let share = 1; share > 0.15; share -= 0.05) {
+      p.lerpVectors(from, to, share).project(this.camera);
+      if (Math.abs(p.x) < margin && Math.abs(p.y) < margin) return share;
+    }
+    return 0.15;
+  }
+
+  /// Where p appears, of two views in the left one: pixels of the page from the stage's upper left.
+  pixel(p: THREE.Vector3): THREE.Vector2 { const q = this.project(p); return q.set(0.5 * (q.x + 1) * this.across, 0.5 * (1 - q.y) * this.size.y); }
   /// Where p appears, -1 to 1 each way.
   project(p: THREE.Vector3): THREE.Vector2 { const q = p.clone().project(this.camera); return new THREE.Vector2(q.x, q.y); }
 
@@ -235,12 +312,9 @@ export class World {
   /// width: pixels; 0: as many as the screen shows.
   async picture(width = 0): Promise<Blob | null> {
     if (!this.renderer) return null;
-    this.fineness(1);
-    const box = (this.canvas.parentElement as HTMLElement).getBoundingClientRect();
-    if (width > 0) this.renderer.setPixelRatio(width / box.width);
-    this.renderer.render(this.scene, this.camera);
+    this.fineness(width > 0 ? width / this.size.x : this.finest());
+    this.draw(this.renderer);
     const blob = await new Promise<Blob | null>((resolve) => this.canvas.toBlob(resolve, 'image/png'));
-    this.renderer.setPixelRatio(fullRatio());
     this.dirty = true;
     return blob;
   }

@@ -22,25 +22,28 @@ let projection = 'central';
 const exportsRow = h('div', { class: 'row wrap', id: 'exports' });
 export const openButton = h('button', { id: 'open', onclick: () => fileInput.click() }, 'Open …');
 const widthChoice = h('select', { id: 'picture-width', 'aria-label': 'Width of the picture' }, ...[['0', 'as on the screen'], ['1920', '1920 wide'], ['3840', '3840 wide'], ['7680', '7680 wide']].map(([v, t]) => h('option', { value: v }, t)));
+const figureButton = h('button', { id: 'save-figure', onclick: async () => { const glb = await costume.glb(); if (glb) save('figure.glb', glb, 'model/gltf-binary'); else trouble('The figure is not there yet.'); } }, 'Dressed figure as GLB');
 /// What leaves the page: always at hand, folded until it is wanted.
 export const exportMenu = h('details', { class: 'menu', id: 'export' }, h('summary', { class: 'button' }, 'Export'), h('div', { class: 'menu-body card' },
   fileInput, exportsRow,
   h('div', { class: 'row wrap' },
     h('button', { id: 'picture', onclick: async () => { const b = await world.picture(Number(widthChoice.value)); if (b) save('sqmap.png', b, 'image/png'); else trouble('There is no picture: this browser has no WebGL.'); } }, 'Picture'), widthChoice),
-  h('div', { class: 'row wrap' }, h('button', { id: 'link', onclick: () => copyLink() }, 'Copy link to this view'), pageButton),
+  h('div', { class: 'row wrap' }, h('button', { id: 'link', onclick: () => copyLink() }, 'Copy link to this view'), pageButton, figureButton),
   choice('New meshes get', [['central', 'Central maps'], ['normal', 'The paper’s maps']], 'central', (v) => { projection = v; }, 'projection')));
 document.addEventListener('pointerdown', (e) => { if (exportMenu.open && !exportMenu.contains(e.target as Node)) exportMenu.open = false; });
 exportMenu.addEventListener('keydown', (e) => { if (e.key === 'Escape') { exportMenu.open = false; exportMenu.querySelector('summary')!.focus(); } });
 
 function showExports(): void {
   const i = state.selected?.object ?? 0, f = state.facts[i];
+  figureButton.hidden = state.mode !== 'dress';
+  exportsRow.hidden = state.mode === 'dress';
   exportsRow.replaceChildren(...(f && !saved ? [
     h('span', { class: 'note' }, `Save ${f.name} as`),
     ...(['glb', 'json', 'sqmap'] as const).map((kind) => kind === 'sqmap' && f.edited ? h('button', { id: 'save-sqmap', onclick: () => trouble('Bake the edited parts first: the model file would hold the parts of before.') }, 'Model') : h('a', { class: 'button', id: `save-${kind}`, href: address(`/api/object/${i}/${kind}`), download: `${f.name}.${kind}` }, kind === 'glb' ? 'GLB' : kind === 'json' ? 'JSON' : 'Model')),
     h('a', { class: 'button', id: 'save-names', href: address(`/api/object/${i}/names`), download: `${f.name}.names.json` }, 'Names')] : []));
 }
 
-on(['scene', 'selected'], showExports);
+on(['scene', 'selected', 'mode'], showExports);
 let checkedIn = state.mode;
 on(['mode'], () => { if (state.mode !== checkedIn) dialog.hidden = true; checkedIn = state.mode; });
 

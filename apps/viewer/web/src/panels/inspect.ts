@@ -70,7 +70,7 @@ function showAnswers(own: Answers, other: Answers | null): void {
     both.length > 1 ? h('td', {}, a.layer === 'exact' ? 'both' : maps) : null,
     h('td', { class: a.contact ? 'inside' : 'free' }, `${a.contact ? 'inside' : 'free'}${a.certain ? ' ✓' : ''}${a.status.length ? ' *' : ''}`),
     h('td', { class: 'number' }, a.contact ? (1000 * a.depth).toFixed(3) : '–'),
-    h('td', { class: 'number' }, a.contact && a.normal.some((x) => x) ? a.normal.map((x) => x.toFixed(2)).join(' ') : '–'));
+    h('td', { class: 'number' }, a.contact && a.normal.some((x) => x) ? a.normal.map((x) => x.toFixed(2).replace('0.', '.')).join(' ') : '–'));
   const layers = [...new Set(both.flatMap((b) => b.layers.map((a) => a.layer)))];
   const notes = [...new Set(both.flatMap((b) => b.layers.flatMap((a) => a.status)))];
   const f = state.facts[state.pick!.object];

@@ -1,24 +1,63 @@
 // What is drawn, and the numbers of the point that is clicked.
 import * as THREE from 'three';
-import { announce, digits, h } from '../dom';
+import { announce, digits, fill, h } from '../dom';
 import { lookAt } from '../first';
 import { panel } from '../layout';
 import { link } from '../net';
+import type { Range } from '../colours';
 import type { Hit } from '../objects';
-import { canvas, hint, world } from '../stage';
+import { canvas, hint, onScale, sides, stage, world } from '../stage';
 import { changed, on, state } from '../state';
 import { card, check, choice } from './controls';
 import { inspectBox } from './inspect';
-import { lookFrom, measureCards, VIEWS } from './measure';
+import { lookFrom, measureCards, measuring, VIEWS } from './measure';
 import { map, partBox, select } from './parts';
 
 const numbers = h('dl', { class: 'numbers', id: 'numbers' });
+
+// Where the colours of a field end.
+const rangeInput = (id: string, label: string) => h('input', { type: 'number', id, step: 'any', 'aria-label': label, onchange: () => setRange([Number(low.value), Number(high.value)]) });
+const low = rangeInput('range-low', 'Colours from'), high = rangeInput('range-high', 'Colours to');
+const rangeRow = h('div', { class: 'field range', id: 'range', hidden: true }, h('span', {}, 'Colours'), h('div', { class: 'row' }, low, h('span', {}, 'to'), high, h('button', { id: 'range-auto', class: 'small', title: 'As the values are', onclick: () => setRange(null) }, 'Auto')));
+function setRange(range: Range): void {
+  if (range && !(range.every(Number.isFinite) && range[0] < range[1])) { announce('The first number must be less than the second.', true); return; }
+  world.objects.range = range;
+  void world.objects.paint();
+}
+onScale((scale) => {
+  rangeRow.hidden = !scale || world.objects.colourBy === 'made-up';
+  if (!scale) return;
+  low.value = digits(scale.range[0]);
+  high.value = digits(scale.range[1]);
+  low.disabled = world.objects.colourBy === 'curvature';  // the same on both sides of 0
+});
+
+const colourChoice = choice('Colour by', [['parts', 'Parts'], ['error', 'Depth error'], ['protrusion', 'Protrusion'], ['curvature', 'Curvature'], ['made-up', 'Made up'], ['difference', 'Two projections']], 'parts', (v) => { world.objects.colourBy = v; world.objects.range = null; void world.objects.paint(); }, 'colour');
+
+// Two views side by side.
+type Beside = typeof world.objects.beside;
+const besideChoice = choice<Beside>('Beside it', [['none', 'Nothing'], ['layer-2', 'Layer 2\u2019s depth error'], ['twin', 'The other projection']], 'none', (v) => {
+  world.objects.beside = v;
+  if (v === 'layer-2') colourChoice.querySelector('select')!.value = world.objects.colourBy = 'error';
+  void world.objects.paint();
+  showSides();
+}, 'beside');
+function showSides(): void {
+  const what = world.objects.beside, pair = what === 'twin' ? world.objects.pair() : null;
+  const split = state.mode === 'look' && !state.playing && (what === 'layer-2' ? world.objects.colourBy === 'error' : pair !== null);
+  const words = pair ? pair.map((i) => (state.facts[i].central ? 'Central maps' : 'The paper\u2019s maps')) : ['Layer 3', 'Layer 2'];
+  sides.hidden = !split;
+  if (split) words.forEach((text, i) => { sides.children[i].textContent = text; });
+  world.setSplit(split);
+}
+on(['mode', 'playing', 'scene', 'selected'], showSides);
+onScale(showSides);
 
 const partCard = card('Part', partBox);
 partCard.hidden = true;
 export const lookPanel = h('div', {},
   card('Show',
-    choice('Colour by', [['parts', 'Parts'], ['error', 'Depth error'], ['protrusion', 'Protrusion'], ['curvature', 'Curvature'], ['made-up', 'Made up'], ['difference', 'Two projections']], 'parts', (v) => { world.objects.colourBy = v; void world.objects.paint(); }, 'colour'),
+    colourChoice, rangeRow, besideChoice,
     choice('Surface', [['solid', 'Solid'], ['clear', 'See-through'], ['wire', 'Wireframe'], ['off', 'Hidden']], 'solid', (v) => { world.objects.surfaceAs = v as 'solid'; void world.objects.paint(); }, 'surface'),
     h('div', { class: 'checks', role: 'group', 'aria-label': 'Drawn as well' },
       check('Bounding superquadrics', false, (on) => { world.objects.withSuperquadrics = on; void world.objects.paint(); }, 'superquadrics'),
@@ -36,15 +75,32 @@ function setNumbers(rows: [string, string][]): void {
   numbers.replaceChildren(...(rows.length ? rows : [['Nothing yet', 'click the object for its numbers']]).flatMap(([k, v]) => [h('dt', {}, k), h('dd', {}, v)]));
 }
 
+/// Beside the point that was clicked; the panel says it, too.
+const tag = h('div', { class: 'pick-tag', id: 'pick-tag', hidden: true, 'aria-hidden': 'true' });
+stage.append(tag);
+function showTag(): void {
+  tag.hidden = state.mode !== 'look' || state.playing || !state.pick;
+  if (tag.hidden) return;
+  const { x, y } = world.pixel(state.pick!.point), { x: wide, y: high } = world.size;
+  tag.hidden = x < 0 || y < 0 || x > wide || y > high;
+  tag.style.transform = `translate(${(x > 0.6 * wide ? x - 14 - tag.offsetWidth : x + 14).toFixed(0)}px, ${Math.min(Math.max(y - 34, 6), high - 40).toFixed(0)}px)`;
+}
+world.controls.addEventListener('change', showTag);
+new ResizeObserver(() => requestAnimationFrame(showTag)).observe(stage);
+on(['pick', 'mode', 'playing'], showTag);
+
 function click(hit: Hit | null): void {
   if (state.playing) return;  // what is hidden is not told
   panel.scrollTop = 0;
   state.pick = hit;
-  if (!hit) { select(-1, -1); world.tool.mark(null); setNumbers([]); changed('pick'); return; }
+  if (!hit) { select(-1, -1); lookAt(-1); world.tool.mark(null); setNumbers([]); changed('pick'); return; }
   world.tool.mark(hit.point);
   const f = state.facts[hit.object];
+  // Of objects that overlap on the screen the one that is meant comes forward; two clicks that measure may be on two of them.
+  const forward = world.objects.focus !== hit.object && !measuring() && world.crowded(hit.object);
   select(hit.object, hit.part);
-  if (world.objects.focus >= 0) lookAt(hit.object);
+  if (forward || world.objects.focus >= 0) lookAt(hit.object);
+  if (forward) world.frame(hit.object, world.direction());
   const mm = (v: THREE.Vector3) => v.toArray().map((x) => (1000 * x).toFixed(1)).join(', ');
   const error = world.objects.fieldAt(hit.object, 'error', hit.triangle);
   const rows: [string, string][] = [['Object', f.name], ['Part', `${hit.part}: ${f.parts[hit.part].name}`], ['Point', `${mm(hit.point)} mm`]];
@@ -52,6 +108,8 @@ function click(hit: Hit | null): void {
   if (error !== undefined) rows.push(['Depth error', error === -1 ? 'missed' : error < 0 ? 'too thin to say' : `${digits(error)} % of R_max`]);
   for (const kind of ['protrusion', 'curvature']) { const v = world.objects.fieldAt(hit.object, kind, hit.triangle); if (v !== undefined) rows.push([kind[0].toUpperCase() + kind.slice(1), digits(v)]); }
   setNumbers(rows);
+  const value = rows.slice(3).find(([k]) => k !== 'Triangle' && k !== 'Normal');
+  fill(tag, h('strong', {}, f.parts[hit.part].name), ` ${value ? `${value[0].toLowerCase()} ${value[1]}` : `${mm(hit.point)} mm`}`);
   changed('pick');
   announce(rows.slice(0, 2).map((r) => r[1]).join(', '));
 }
@@ -111,5 +169,7 @@ on(['scene'], () => {
     colour.querySelector<HTMLOptionElement>(`option[value=${kind}]`)!.disabled = !there;
     if (!there && colour.value === kind) { colour.value = world.objects.colourBy = 'parts'; void world.objects.paint(); }
   }
+  const other = besideChoice.querySelector<HTMLOptionElement>('option[value=twin]')!;
+  other.disabled = !world.objects.pair();
   if (state.pick && nameOf(state.pick.object) !== picked) { state.pick = null; setNumbers([]); changed('pick'); }
 });

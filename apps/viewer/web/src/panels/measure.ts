@@ -14,7 +14,9 @@ export const views = h('div', { class: 'row wrap views', role: 'group', 'aria-la
 
 // ---- The distance between two clicks
 
-let measures = false, from: THREE.Vector3 | null = null;
+let measures = false;
+export const measuring = (): boolean => measures;
+let from: THREE.Vector3 | null = null;
 const span = new THREE.Line(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color: 0xd4145a, depthTest: false }));
 span.renderOrder = 12;
 span.visible = false;

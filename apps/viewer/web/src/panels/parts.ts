@@ -43,7 +43,7 @@ function showPart(): void {
         h('button', { id: 'merge', onclick: () => { wait('Joining …'); say('merge', { part: s.part, other: Number(other.value) }); } }, 'Merge'))));
     edits.append(h('button', { id: 'refit', onclick: () => { wait('Fitting …'); say('refit', { part: s.part }); } }, 'Refit'));
   }
-  if (p) edits.append(h('button', { id: 'isolate', onclick: () => world.objects.isolate(s.object, s.part) }, 'Show it alone'), h('button', { id: 'hide-part', onclick: () => world.objects.show(s.object, s.part, false) }, 'Hide it'), h('button', { id: 'show-parts', onclick: () => world.objects.isolate(s.object, -1) }, 'Show all'));
+  if (p) edits.append(h('button', { id: 'isolate', onclick: () => world.objects.isolate(s.object, s.part) }, 'Show it alone'), h('button', { id: 'hide-part', onclick: () => world.objects.showPart(s.object, s.part, false) }, 'Hide it'), h('button', { id: 'show-parts', onclick: () => world.objects.isolate(s.object, -1) }, 'Show all'));
   edits.append(h('button', { id: 'undo', disabled: !f.canUndo, onclick: () => say('undo') }, 'Undo'), h('button', { id: 'redo', disabled: !f.canRedo, onclick: () => say('redo') }, 'Redo'));
   if (f.edited) edits.append(h('button', { id: 'bake', class: 'primary', onclick: () => say('bake') }, 'Bake the edited parts'));
   edits.append(h('button', { id: 'remove', onclick: () => { say('remove'); select(-1, -1); } }, 'Remove object'));

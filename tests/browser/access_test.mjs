@@ -1,0 +1,28 @@
+// Whether the page can be used by everyone: axe in every tab, light, dark, high contrast and narrow, with all that is folded open.
+// usage: node access_test.mjs SQMAP CHROMIUM FOLDER
+import assert from 'node:assert/strict';
+import fs from 'node:fs';
+import { openPage, require, run, start, test, unfold } from './harness.mjs';
+
+const axe = fs.readFileSync(require.resolve('axe-core/axe.min.js'), 'utf8');
+const { url } = await start();
+let page;
+
+for (const [name, options, theme] of [
+  ['light', {}], ['dark', { colorScheme: 'dark' }], ['high contrast', {}, 'contrast'], ['narrow', { viewport: { width: 390, height: 844 } }]])
+  test(`axe finds nothing: ${name}`, async () => {
+    await page?.close();
+    page = await openPage(url, { viewport: { width: 1360, height: 800 }, bypassCSP: true, ...options });
+    for (let i = 0; theme && i < 3 && (await page.evaluate(() => document.documentElement.dataset.theme)) !== theme; ++i) await page.click('#theme');
+    if (await page.isVisible('#sheet')) await page.click('#sheet');
+    await page.evaluate(axe);
+    for (const tab of ['touch', 'look', 'recognise', 'dress']) {
+      if (await page.isHidden(`#tab-${tab}`)) continue;
+      await page.click(`#tab-${tab}`);
+      await unfold(page);
+      const found = await page.evaluate(async () => (await window.axe.run(document, { resultTypes: ['violations'] })).violations.map((v) => `${v.id}: ${v.nodes.map((n) => n.target.join(' ')).join(', ')}`));
+      assert.deepEqual(found, [], tab);
+    }
+  });
+
+await run(() => page);
