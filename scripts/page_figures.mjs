@@ -1,7 +1,8 @@
 #!/usr/bin/env node
 // What the page costs in Chromium with software rendering: first paint, time until it can be touched, bytes, draw calls, frames, and
 // the CPU time of a frame in each process, which another program on the machine changes less than the frames a second.
-// COMPOSITING=gl in the environment: the whole page through SwiftShader, as the tests have it; else as a browser does without a card.
+// MINUTES=n in the environment: touches on for so long, over the whole stage, and tells the memory of each process every minute.
+// COMPOSITING=gl: the whole page through SwiftShader, as the tests have it; else as a browser does without a card.
 // usage: node scripts/page_figures.mjs SQMAP CHROMIUM MODEL...
 import { spawn } from 'node:child_process';
 import fs from 'node:fs';
@@ -35,15 +36,17 @@ for (let i = 0; i < 3; ++i) {
 const at = await page.evaluate(() => { const s = window.sqmap, b = document.querySelector('#stage').getBoundingClientRect(); for (let r = 0; r < 0.6; r += 0.02) for (let a = 0; a < 6.28; a += 0.4) { const x = r * Math.cos(a), y = r * Math.sin(a); if (s.world.cast(x, y)) return [b.left + ((x + 1) / 2) * b.width, b.top + ((1 - y) / 2) * b.height]; } return null; });
 await page.mouse.move(...at);
 await page.mouse.down();
-/// ms of CPU time of this process's children by what they are.
-function cpu() {
+/// Of this process's children by what they are: a number that each has.
+function sums(of) {
   const rows = fs.readdirSync('/proc').filter((d) => /^\d+$/.test(d)).flatMap((d) => {
-    try { const s = fs.readFileSync(`/proc/${d}/stat`, 'utf8'), r = s.slice(s.lastIndexOf(')') + 2).split(' '); return [{ pid: Number(d), parent: Number(r[1]), ms: 10 * (Number(r[11]) + Number(r[12])), words: fs.readFileSync(`/proc/${d}/cmdline`, 'utf8') }]; } catch { return []; }
+    try { const s = fs.readFileSync(`/proc/${d}/stat`, 'utf8'), r = s.slice(s.lastIndexOf(')') + 2).split(' '); return [{ pid: Number(d), parent: Number(r[1]), own: of(r), words: fs.readFileSync(`/proc/${d}/cmdline`, 'utf8') }]; } catch { return []; }
   });
-  const out = {}, add = (parent) => { for (const r of rows.filter((x) => x.parent === parent)) { const kind = r.pid === program.pid ? 'program' : /--type=([a-z]+)/.exec(r.words)?.[1] ?? 'browser'; out[kind] = (out[kind] ?? 0) + r.ms; add(r.pid); } };
+  const out = {}, add = (parent) => { for (const r of rows.filter((x) => x.parent === parent)) { const kind = r.pid === program.pid ? 'program' : /--type=([a-z]+)/.exec(r.words)?.[1] ?? 'browser'; out[kind] = (out[kind] ?? 0) + r.own; add(r.pid); } };
   add(process.pid);
   return out;
 }
+const cpu = () => sums((r) => 10 * (Number(r[11]) + Number(r[12])));    // ms
+const memory = () => sums((r) => 4096 * Number(r[21]) / 1e6);         // MB
 let cost, before, frames;
 for (let i = 0; i < 80; ++i) {
   if (i === 40) [before, frames] = [cpu(), await page.evaluate(() => window.sqmap.meter.frames)];
@@ -57,6 +60,26 @@ const middle = (x) => x.sort((a, b) => a - b)[1];
 console.log(`first paint ${middle(paints).toFixed(0)} ms, can be touched after ${middle(ready).toFixed(0)} ms, page ${(bytes / 1000).toFixed(0)} kB gzipped`);
 console.log(`touching: ${(1000 / cost.frameMs).toFixed(1)} frames/s, scripts ${cost.scriptMs.toFixed(2)} ms a frame, ${cost.calls} draw calls, ${cost.triangles.toLocaleString('en')} triangles`);
 console.log(`CPU ms a frame: ${['gpu', 'renderer', 'browser', 'program'].map((k) => `${k} ${(((after[k] ?? 0) - (before[k] ?? 0)) / passed).toFixed(1)}`).join(', ')}`);
+if (process.env.MINUTES) {
+  const messages = [], devtools = await page.context().newCDPSession(page), b = await (await page.$('#stage')).boundingBox(), until = Date.now() + 60000 * Number(process.env.MINUTES);
+  page.on('console', (m) => messages.push(m.text()));
+  page.on('pageerror', (e) => messages.push(e.message));
+  for (let k = 0, next = 0; Date.now() < until; ++k) {
+    if (Date.now() >= next) {
+      next = Date.now() + 60000;
+      await devtools.send('HeapProfiler.collectGarbage');
+      const heap = (await devtools.send('Runtime.getHeapUsage')).usedSize / 1e6, all = memory();
+      console.log(`${new Date().toISOString().slice(11, 19)} heap ${heap.toFixed(1)} MB; resident ${['program', 'renderer', 'gpu', 'browser'].map((kind) => `${kind} ${(all[kind] ?? 0).toFixed(0)}`).join(', ')} MB; ${messages.length} messages`);
+    }
+    // A touch of two seconds, each elsewhere on the object.
+    const x = at[0] + 0.1 * b.width * Math.sin(2.4 * k), y = at[1] + 0.1 * b.height * Math.cos(1.7 * k);
+    await page.mouse.move(x, y);
+    await page.mouse.down();
+    for (let i = 0; i < 20; ++i) { await page.mouse.move(x + 12 * Math.sin(i / 4), y + 8 * Math.cos(i / 3)); await page.waitForTimeout(100); }
+    await page.mouse.up();
+  }
+  for (const text of messages) console.log(text);
+}
 await browser.close();
 program.kill();
 process.exit(0);

@@ -120,6 +120,12 @@ public:
         run_.aim(over(-depth));
         return run_;
     }
+    /// Pressed in so deep over another point.
+    Rehearsal& over(Vec3d point, Vec3d normal, double depth)
+    {
+        run_.aim(point + (radius_ - depth) * normal);
+        return run_;
+    }
     Rehearsal& up()
     {
         run_.aim(over(k_lift));
@@ -288,6 +294,36 @@ TEST(Feel, ATouchNeitherOvershootsNorRings)
     EXPECT_LT(tick, 1e-5) << "N m from tick to tick";
     std::printf("overshoot at most %.1f %%, ring %.0f ms, torque at rest changes by at most %.2g mN m in a tick\n", 100 * worst,
                 1e3 * longest, 1e3 * tick);
+}
+
+TEST(Feel, ADragHasNoSpikes)
+{
+    constexpr double k_frame = 0.016, k_swing = 0.012;  // s between two words of the page; m to each side
+    constexpr int k_busy = 37;                          // every so many ticks the servo has no time to query
+    double worst = 0;
+    for (const ObjectPtr& object : demo_objects()) {
+        const mesh::Mesh mesh = world_mesh(*object);
+        const mesh::Solid solid(mesh);
+        const Spot spot = spots(*object, 0.02, 1, 1).at(0);
+        const Vec3d along = normalized(cross(spot.normal, {0.3, 1, 0.2}));
+        for (const double friction : {0., 0.3}) {
+            Press press(object, {.friction = friction}, spot);
+            press.to(0.006).run(0.5);
+            std::vector<Vec3d> torques;
+            for (int i = 0; i < 100; ++i) {
+                const mesh::ClosestPoint near = solid.closest_boundary(spot.point + k_swing * std::sin(i / 8.) * along);
+                const auto& [a, b, c] = mesh.triangles[near.triangle];
+                const Vec3d across = cross(mesh.vertices[b] - mesh.vertices[a], mesh.vertices[c] - mesh.vertices[a]);
+                Rehearsal& run = press.over(near.point, normalized(across), 0.006);
+                for (double t = 0; t < k_frame; t += Rehearsal::k_tick)
+                    torques.push_back(run.tick(torques.size() % k_busy == k_busy / 2).sent.torque);
+            }
+            for (std::size_t i = 1; i + 1 < torques.size(); ++i)
+                worst = std::max(worst, norm(torques[i] - 0.5 * (torques[i - 1] + torques[i + 1])));
+        }
+    }
+    EXPECT_LT(worst, 2e-4) << "N m of one tick beside its neighbours";
+    std::printf("torque of a tick beside its neighbours at most %.2g mN m away\n", 1e3 * worst);
 }
 
 }  // namespace

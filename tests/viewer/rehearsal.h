@@ -39,13 +39,14 @@ public:
 
     void aim(Vec3d target) { hand_.aim(target); }
 
-    const Tick& tick()
+    /// degraded: the servo has no time to query.
+    const Tick& tick(bool degraded = false)
     {
         time_ += k_tick;
         tool_.step(written_ ? &safe_ : nullptr, hand_.at(time_), k_tick);
         const sqmap::Pose pose = tool_.measured();
         haptic::Wrench wrench{};
-        (void)forces_.step({.pose = pose, .dt = k_tick}, wrench);
+        (void)forces_.step({.pose = pose, .dt = k_tick, .degraded = degraded}, wrench);
         const haptic::ZoneReport& report = forces_.report();
         const double push = report.push;
         const haptic::SafetyReport safety = filter_.tick({.time = time_,

@@ -111,7 +111,7 @@ export class Surface {
     this.whole.computeBoundingSphere();
     const reach = REACH * this.whole.boundingSphere!.radius, ray = new THREE.Ray(), up = new THREE.Vector3(), side = new THREE.Vector3(), across = new THREE.Vector3();
     const open = new Float32Array(p.count);
-    let until = performance.now() + SLICE;
+    let until = 0;
     for (let v = 0; v < p.count; ++v) {
       if (performance.now() > until) {
         await new Promise<void>((resolve) => { if ('requestIdleCallback' in window) requestIdleCallback(() => resolve()); else setTimeout(resolve, 20); });
