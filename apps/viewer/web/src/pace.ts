@@ -44,7 +44,7 @@ export class Pace {
   private forget(): void { this.times = []; this.sum = 0; }
 
   /// Whether what was drawn coarsely is to be drawn in full now.
-  still(now: number): boolean { return this.on && this.last > 0 && now - this.last > STILL; }
+  still(now: number, wait = STILL): boolean { return this.on && this.last > 0 && now - this.last > wait; }
 
   /// After a rest one try at more pixels: a machine that was busy for a while is not so for ever.
   rested(): void {

@@ -11,6 +11,7 @@ import { Traces } from './traces';
 
 const IN_SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
 const SAMPLES = 2;  // of a still picture drawn in software, along each side of a pixel
+const LONG = 700;   // ms without a change before such a picture: it costs as much as ten others
 
 /// Without a graphics card smooth edges cost more than all else: then only a still picture has them.
 function isSoftware(): boolean {
@@ -84,7 +85,7 @@ export class World {
       meter.spend('draw', () => {
         this.controls.update();
         if (!this.dirty) {
-          if (!this.pace.still(now)) return;
+          if (!this.pace.still(now, this.software ? LONG : undefined)) return;
           this.pace.rested();
           if (this.ratio === this.finest()) return;
           this.fineness(this.finest());
