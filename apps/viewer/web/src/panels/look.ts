@@ -169,7 +169,6 @@ on(['scene'], () => {
     colour.querySelector<HTMLOptionElement>(`option[value=${kind}]`)!.disabled = !there;
     if (!there && colour.value === kind) { colour.value = world.objects.colourBy = 'parts'; void world.objects.paint(); }
   }
-  const other = besideChoice.querySelector<HTMLOptionElement>('option[value=twin]')!;
-  other.disabled = !world.objects.pair();
+  besideChoice.querySelector<HTMLOptionElement>('option[value=twin]')!.disabled = !state.facts.some((f) => f.twin !== null);
   if (state.pick && nameOf(state.pick.object) !== picked) { state.pick = null; setNumbers([]); changed('pick'); }
 });
