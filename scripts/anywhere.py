@@ -190,7 +190,7 @@ def door_wasm(cases):
     return said
 
 
-def door_debian13(_):
+def door_debian13(cases):
     need("mmdebstrap", "mmdebstrap")
     if os.geteuid() != 0:
         raise Skip("needs root")
@@ -210,12 +210,17 @@ def door_debian13(_):
         if (ROOT / name).exists():
             shutil.copy2(ROOT / name, inside / name)
     script = ("set -e; cd /sqmap; cmake --preset release -DSQMAP_BUILD_BENCH=OFF > /dev/null; "
-              f"cmake --build build/release -j {os.environ.get('SQMAP_JOBS', '1')} --target sqmap sqmap_c capi_test > build/log; "
+              f"cmake --build build/release -j {os.environ.get('SQMAP_JOBS', '1')} "
+              "--target sqmap sqmap_c capi_test capi_answers_c > build/log; "
               "build/release/bin/capi_test --gtest_brief=1; "
               "python3 -m venv --system-site-packages /venv; SQMAP_LIBRARY=/sqmap/build/release/src/capi/libsqmap.so "
               "/venv/bin/pip install --no-index --no-build-isolation -q ./python; build/release/bin/sqmap shapes torus -o /torus.obj; "
               "/venv/bin/python -c \"import sqmap; print(sqmap.bake('/torus.obj').signed_distance([[1, 0, 0]]))\"")
-    return run("chroot", root, "bash", "-c", script).splitlines()[-3:]
+    said = run("chroot", root, "bash", "-c", script).splitlines()[-3:]
+    for _, model, _ in cases:
+        shutil.copy(model, root / model.name)
+    answers = ("chroot", root, "/sqmap/build/release/bin/capi_answers_c")
+    return [compare_answers(cases, *answers, path=lambda model: f"/{model.name}"), *said]
 
 
 DOORS = {"python": door_python, "arm64": door_arm64, "windows": door_windows, "wasm": door_wasm, "debian13": door_debian13}
