@@ -73,6 +73,9 @@ if (animal)
       await page.waitForTimeout(400);
     }
     for (let k = 0; k < 24; ++k) { await page.mouse.move(at[0] + 60 * Math.sin(k / 4), at[1] + 4 * Math.cos(k / 3)); await page.waitForTimeout(130); }
+    // A busy machine may have lost the force meanwhile; and the picture is fine once the tool rests.
+    await page.waitForFunction(() => Math.hypot(...window.sqmap.frame().force) > 0.3);
+    await page.waitForTimeout(900);
   });
 await browser.close();
 fs.rmSync(folder, { recursive: true });

@@ -3,6 +3,7 @@ import * as THREE from 'three';
 import type { Frame } from './net';
 
 const ARROW = 0.03;  // m of arrow a newton
+const HEAD = 0.0145; // m, of the arrow
 const COILS = 7, STEPS = 16;
 const STILL = 2e-5;          // m (and radians): less is no motion
 const LEAST_SPRING = 0.0003;  // m: shorter ones are not drawn
@@ -47,7 +48,7 @@ export class Tool {
     this.head = new THREE.Mesh(new THREE.ConeGeometry(0.0045, 0.011, 16).translate(0, 0.0055, 0), paint);
     const edge = new THREE.MeshBasicMaterial({ color: 0xffffff, depthTest: false });
     this.shaftEdge = new THREE.Mesh(new THREE.CylinderGeometry(0.0026, 0.0026, 1, 12).translate(0, 0.5, 0), edge);
-    this.headEdge = new THREE.Mesh(new THREE.ConeGeometry(0.0064, 0.0145, 16).translate(0, 0.0056, 0), edge);
+    this.headEdge = new THREE.Mesh(new THREE.ConeGeometry(0.0064, HEAD, 16).translate(0, 0.0056, 0), edge);
     this.shaftEdge.renderOrder = this.headEdge.renderOrder = 9;
     this.arrow.add(this.shaftEdge, this.headEdge, this.shaft, this.head);
     this.arrow.visible = false;
@@ -137,8 +138,9 @@ export class Tool {
     const m = frame.turn;
     this.mesh.quaternion.setFromRotationMatrix(new THREE.Matrix4().set(m[0], m[1], m[2], 0, m[3], m[4], m[5], 0, m[6], m[7], m[8], 0, 0, 0, 0, 1));
     this.showSpring(new THREE.Vector3(...(frame.hand as [number, number, number])));
-    const force = new THREE.Vector3(frame.force[0], frame.force[1], frame.force[2]), at = this.mesh.position;
-    this.placeArrow(at, force, 1, inSight(at, at.clone().addScaledVector(force, ARROW)));
+    const force = new THREE.Vector3(frame.force[0], frame.force[1], frame.force[2]), at = this.mesh.position, length = ARROW * force.length(), all = length + HEAD;
+    const seen = length > 0 ? inSight(at, at.clone().addScaledVector(force, (ARROW * all) / length)) : 1;
+    this.placeArrow(at, force, 1, seen < 1 ? Math.max(seen * all - HEAD, 0.1 * length) / length : 1);
   }
 
   /// From the tool to where the hand is, where they are apart.
