@@ -85,11 +85,12 @@ model::Measured measure(const model::ModelData& data, const mesh::Solid& solid, 
     return miss > 1 && miss < k_clear_miss ? measure(data, solid, 20000) : quick;
 }
 
-/// The same as probes compute: with the locator, which answers where its planes are the surface.
+/// The same as probes compute: with the locator, which answers where its planes are the surface. Wrong verdicts are rare but
+/// where most of the surface is hidden: there they are looked for at more points.
 void measure_layers(const model::ModelData& data, const mesh::Solid& solid, model::Measured& m)
 {
     EvaluateOptions options;
-    options.points = 4000;
+    options.points = m.q2_share > 100 * k_mostly_hidden ? 20000 : 4000;
     const LayerErrors errors = layer_errors(data.view(), solid, options);
     m.layer1_depth_p99 = errors.depth[0].p99;
     m.layer2_depth_p99 = errors.depth[1].p99;
@@ -222,6 +223,17 @@ model::ModelData assembled(const Subject& subject, const std::vector<CentralMapD
     return assemble(subject.header, assembly);
 }
 
+/// Percent of the surface that its part's projection does not see first.
+double hidden_percent(const std::vector<MeasuredPart>& parts)
+{
+    double hidden = 0, area = 0;
+    for (const MeasuredPart& part : parts) {
+        hidden += 100 * part.quality.q2_share * part.quality.area;
+        area += part.quality.area;
+    }
+    return hidden / area;
+}
+
 Draft make_draft(const Subject& subject, const CentralOptions& central, const std::vector<CentralMapData>& coarser)
 {
     const BakeOptions& options = subject.options;
@@ -236,18 +248,8 @@ Draft make_draft(const Subject& subject, const CentralOptions& central, const st
         append_normal_maps(subject.solid.mesh(), subject.fitted.parts,
                            {2.5 * central.tolerance * draft.model.header.r_max, options.normal, options.threads}, draft.model);
     draft.measured = measure(draft.model, subject.solid, options);
+    draft.measured.q2_share = hidden_percent(subject.fitted.parts);
     return draft;
-}
-
-/// Percent of the surface that its part's projection does not see first.
-double hidden_percent(const std::vector<MeasuredPart>& parts)
-{
-    double hidden = 0, area = 0;
-    for (const MeasuredPart& part : parts) {
-        hidden += 100 * part.quality.q2_share * part.quality.area;
-        area += part.quality.area;
-    }
-    return hidden / area;
 }
 
 /// The target is met by measuring: finer cells where the first guess falls short. Sets fineness.
@@ -381,7 +383,6 @@ BakeResult bake(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& opt
         bake_distance(solid, options.band, options.threads, draft.model);
     lap("distance");
 
-    draft.measured.q2_share = hidden_percent(parts.parts);
     draft.model.measured = draft.measured;
     draft.model.cure = stored(options.cured);
     draft.model.mesh_hash = mesh::content_hash(input);

@@ -3,6 +3,7 @@
 
 #include "model/central_cells.h"
 #include "model/flags.h"
+#include "model/normal_codes.h"
 #include "sqmap/math/assert.h"
 
 #include <algorithm>
@@ -48,14 +49,14 @@ NormalMapView normal_map_of(const ModelView& view, std::size_t part) noexcept
     map.offset_scale = p.offset_scale;
     map.quantization_error = p.quantization_error;
     map.distance = a.distance.subspan(p.first_sample, samples);
-    map.normal = a.normal.subspan(p.first_offset, p.offset_count);
+    map.normal = a.normal.subspan(p.first_base, p.base_count);
     map.cuts = a.cuts.subspan(p.first_cut, p.cut_count);
     map.correction_rows = a.correction_rows.subspan(p.first_correction_row, p.correction_row_count);
     map.corrections = a.corrections.subspan(p.first_correction, p.correction_count);
     map.gap_rows = a.gap_rows.subspan(p.first_gap_row, p.gap_row_count);
     map.gaps = a.gaps.subspan(p.first_gap, p.gap_count);
-    map.offset = a.offset.subspan(p.first_offset, p.offset_count);
-    if (!a.smoothed.empty()) map.smoothed = a.smoothed.subspan(p.first_offset, p.offset_count);
+    map.offset = a.offset.subspan(p.first_offset, offset_bytes(p.base_count));
+    if (!a.smoothed.empty()) map.smoothed = a.smoothed.subspan(p.first_base, p.base_count);
     map.seed_count = p.seeds_along;
     map.seeds_mirrored = p.seeds_mirrored != 0;
     const std::size_t along = std::min<std::uint32_t>(p.seeds_along, 256), starts = along * along * along;

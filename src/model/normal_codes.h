@@ -1,7 +1,11 @@
-// What stands for no value in the arrays of a normal map.
+// Values in the arrays of a normal map that are not plain numbers.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <span>
 
 namespace sqmap::model {
 
@@ -9,5 +13,20 @@ inline constexpr std::uint16_t k_map_largest = 65533;  ///< distance; what is ab
 inline constexpr std::uint16_t k_map_cap = 65534;      ///< MapRay::Cap
 inline constexpr std::uint16_t k_map_miss = 65535;     ///< MapRay::Miss; of a gap: it never ends
 inline constexpr std::int16_t k_not_smoothed = -32768;
+
+/// Offsets are four bits each, the low ones first; their squares count.
+inline constexpr std::uint32_t k_largest_offset_code = 15, k_largest_offset = k_largest_offset_code * k_largest_offset_code;
+constexpr std::size_t offset_bytes(std::size_t samples) { return (samples + 1) / 2; }
+/// Of the base grid's sample, times offset_scale.
+constexpr std::uint32_t offset_steps(std::span<const std::uint8_t> offsets, std::size_t sample)
+{
+    const std::uint32_t code = offsets[sample / 2] >> 4 * (sample % 2) & 15u;
+    return code * code;
+}
+/// Rounded up. offset: times offset_scale.
+inline std::uint32_t offset_code(double offset)
+{
+    return std::min(k_largest_offset_code, static_cast<std::uint32_t>(std::ceil(std::sqrt(offset))));
+}
 
 }  // namespace sqmap::model

@@ -63,7 +63,7 @@ bool is_consistent(const NormalMapView& map) noexcept
     const std::size_t n = map.seed_count;
     return is_shape(map.superquadric) && length(map.distance_scale) && length(map.offset_scale) && map.distance.size() == count &&
            map.normal.size() == base_rows * base_columns && map.cuts.size() == (count + 3) / 4 &&
-           (map.offset.empty() || map.offset.size() == base_rows * base_columns) &&
+           (map.offset.empty() || map.offset.size() == offset_bytes(base_rows * base_columns)) &&
            (map.smoothed.empty() || map.smoothed.size() == base_rows * base_columns) && n >= 1 && n <= 64 &&
            map.seeds.size() == n * n * n &&
            (map.surface_seeds.empty() ||

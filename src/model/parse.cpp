@@ -5,6 +5,7 @@
 #include "model/check_distance.h"
 #include "model/flags.h"
 #include "model/locator_cells.h"
+#include "model/normal_codes.h"
 #include "model/schema.h"
 
 #include <algorithm>
@@ -134,15 +135,15 @@ ParseStatus check_normal_part(const ModelView& view, std::size_t index)
     const NormalPart& p = view.normal.parts[index];
     const NormalArrays<ArrayView>& a = view.normal;
     const std::uint64_t samples = std::uint64_t(p.eta_count) * p.omega_count;
-    const bool inside =
-        p.eta_count < 0x10000 && p.omega_count < 0x10000 && within(p.first_sample, samples, a.distance.size()) &&
-        within(p.first_offset, p.offset_count, a.normal.size()) && within(p.first_cut, p.cut_count, a.cuts.size()) &&
-        within(p.first_correction_row, p.correction_row_count, a.correction_rows.size()) &&
-        within(p.first_correction, p.correction_count, a.corrections.size()) &&
-        within(p.first_gap_row, p.gap_row_count, a.gap_rows.size()) && within(p.first_gap, p.gap_count, a.gaps.size()) &&
-        within(p.first_offset, p.offset_count, a.offset.size()) &&
-        (a.smoothed.empty() || within(p.first_offset, p.offset_count, a.smoothed.size())) &&
-        within(p.first_seed, p.seed_count, a.seeds.size());
+    const bool inside = p.eta_count < 0x10000 && p.omega_count < 0x10000 && within(p.first_sample, samples, a.distance.size()) &&
+                        within(p.first_base, p.base_count, a.normal.size()) && within(p.first_cut, p.cut_count, a.cuts.size()) &&
+                        within(p.first_correction_row, p.correction_row_count, a.correction_rows.size()) &&
+                        within(p.first_correction, p.correction_count, a.corrections.size()) &&
+                        within(p.first_gap_row, p.gap_row_count, a.gap_rows.size()) &&
+                        within(p.first_gap, p.gap_count, a.gaps.size()) &&
+                        within(p.first_offset, offset_bytes(p.base_count), a.offset.size()) &&
+                        (a.smoothed.empty() || within(p.first_base, p.base_count, a.smoothed.size())) &&
+                        within(p.first_seed, p.seed_count, a.seeds.size());
     if (!inside) return ParseStatus::BadStructure;
     return is_consistent(normal_map_of(view, index)) ? ParseStatus::Ok : ParseStatus::BadValue;
 }
@@ -435,8 +436,6 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
         if (const ParseStatus status = check_part(part, v); status != ParseStatus::Ok) return status;
     if (v.normal.parts.size() != (h.projection == static_cast<std::uint32_t>(Projection::Normal) ? v.parts.size() : 0))
         return ParseStatus::BadStructure;
-    // Normals of the base grid alone, since this format.
-    if (v.normal.normal.size() > v.normal.offset.size()) return ParseStatus::WrongVersion;
     for (std::size_t i = 0; i < v.normal.parts.size(); ++i)
         if (const ParseStatus status = check_normal_part(v, i); status != ParseStatus::Ok) return status;
     if (const ParseStatus status = check_locator(v); status != ParseStatus::Ok) return status;

@@ -1,4 +1,5 @@
 // Equations 11, 12 and 17 to 22, the lemma of section 5 and its corollaries, on the baked normal map.
+#include "model/normal_codes.h"
 #include "sqmap/bake/normal_map.h"
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/query/normal_projection.h"
@@ -101,7 +102,8 @@ TEST(Paper, Eq12OffsetIsZeroOnASphereInASphereAndPositiveOnBumps)
 {
     const NormalMap smooth = at_level(mesh::sphere(0.5, 6), Superquadricd{}, 4);
     double largest = 0;
-    for (const std::uint8_t d : smooth.offset) largest = std::max(largest, double(smooth.offset_scale) * d);
+    for (std::size_t i = 0; i < smooth.normal.size(); ++i)
+        largest = std::max(largest, double(smooth.offset_scale) * model::offset_steps(smooth.offset, i));
     EXPECT_LT(largest, 0.02);  // facets only
     // A box corner close to the superquadric is a local minimum of the map, where grad D = 0 but delta is wanted.
     Superquadricd sq;
@@ -109,12 +111,13 @@ TEST(Paper, Eq12OffsetIsZeroOnASphereInASphereAndPositiveOnBumps)
     const NormalMap box = at_level(mesh::rounded_box({0.6, 0.6, 0.6}, 0.05, 6), sq, 5);
     largest = 0;
     int minima = 0;
-    for (const std::uint8_t d : box.offset) {
-        largest = std::max(largest, double(box.offset_scale) * d);
-        minima += d > 0;
+    for (std::size_t i = 0; i < box.normal.size(); ++i) {
+        const std::uint32_t steps = model::offset_steps(box.offset, i);
+        largest = std::max(largest, double(box.offset_scale) * steps);
+        minima += steps > 0;
     }
     EXPECT_GT(largest, 0.02);
-    EXPECT_LT(minima, static_cast<int>(box.offset.size() / 8));
+    EXPECT_LT(minima, static_cast<int>(box.normal.size() / 8));
 }
 
 TEST(Paper, Eq12OffsetIsOffUnlessAskedForAndOnlyBringsContactEarlier)

@@ -140,12 +140,13 @@ void expect_promises(const mesh::GateResult& result)
     EXPECT_GT(result.facts.volume, 0);
 }
 
-TEST(Mutation, EveryDamagedFileGetsAnAnswer)
+/// So many damaged files of each format.
+void expect_answers(int files)
 {
     std::mt19937 random(20230917);
     std::map<std::string, int> answers;
     for (const Sample& sample : samples())
-        for (int i = 0; i < 2000; ++i) {
+        for (int i = 0; i < files; ++i) {
             const std::string bytes = i == 0 ? sample.bytes : damaged(sample.bytes, random);
             const io::ReadResult read = io::read_mesh_bytes(std::as_bytes(std::span(bytes)), sample.format);
             if (read.error) {
@@ -172,6 +173,10 @@ TEST(Mutation, EveryDamagedFileGetsAnAnswer)
     for (const char* code : {"E_FORMAT", "E_TRUNCATED", "E_INDEX", "E_NONFINITE", "E_RANGE", "E_OPEN", "E_NONMANIFOLD", "taken"})
         EXPECT_GT(answers[code], 0) << code;
 }
+
+TEST(Mutation, EveryDamagedFileGetsAnAnswer) { expect_answers(500); }
+
+TEST(ManyMutations, GetAnAnswerEach) { expect_answers(10000); }
 
 }  // namespace
 }  // namespace sqmap

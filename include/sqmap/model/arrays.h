@@ -42,11 +42,12 @@ struct Seed {
 struct NormalPart {
     std::uint32_t eta_count, omega_count, subdivisions, vertex_count;
     float distance_scale, offset_scale, quantization_error;
-    std::uint32_t first_sample;  ///< of distance and normal: eta_count * omega_count
+    std::uint32_t first_sample;  ///< of distance: eta_count * omega_count
     std::uint32_t first_cut, cut_count;
     std::uint32_t first_correction_row, correction_row_count, first_correction, correction_count;
     std::uint32_t first_gap_row, gap_row_count, first_gap, gap_count;
-    std::uint32_t first_offset, offset_count;
+    std::uint32_t first_base, base_count;  ///< of normal and smoothed: samples of the base grid
+    std::uint32_t first_offset;            ///< bytes, two samples each
     std::uint32_t seeds_along, seeds_mirrored, first_seed, seed_count;
 };
 

@@ -14,7 +14,7 @@
 
 namespace sqmap::model {
 
-inline constexpr std::uint32_t k_format_version = 10;
+inline constexpr std::uint32_t k_format_version = 11;
 
 /// How a part's surface is projected (fixed at bake).
 enum class Projection : std::uint32_t { Central = 0, Normal = 1 };

@@ -63,7 +63,7 @@ struct NormalMapView {
     std::uint32_t subdivisions = 0;                ///< A_S of section 4.2.3
     std::uint32_t vertex_count = 0;                ///< N_m: mesh vertices of the part, for the gate of layer 3
     float distance_scale = 0;                      ///< length of one step of distance and correction
-    float offset_scale = 0;                        ///< length of one step of offset
+    float offset_scale = 0;                        ///< length of an offset whose root is 1
     float quantization_error = 0;                  ///< largest measured error of a stored distance
     std::span<const std::uint16_t> distance;       ///< finest grid
     std::span<const std::uint16_t> normal;         ///< base grid: surface normals by eq. 26, octahedral, 8 + 8 bits
@@ -73,8 +73,8 @@ struct NormalMapView {
     std::span<const VertexCorrection> corrections;
     std::span<const std::uint32_t> gap_rows;  ///< #eta_count + 1: samples of row i have gaps [rows[i], rows[i+1])
     std::span<const MapGap> gaps;
-    std::span<const std::uint8_t> offset;      ///< delta of eq. 12 on the base grid, rounded up
-    std::span<const SmoothedSample> smoothed;  ///< base grid, for force; empty or as long as offset
+    std::span<const std::uint8_t> offset;      ///< delta of eq. 12 on the base grid, rounded up: roots, two samples a byte
+    std::span<const SmoothedSample> smoothed;  ///< base grid, for force; empty or as long as normal
     std::uint32_t seed_count = 0;              ///< seeds along each axis
     bool seeds_mirrored = false;               ///< seeds cover the octant x, y, z >= 0 only
     std::span<const FootSeed> seeds;           ///< #seed_count^3, z fastest, over the undeformed bounding box

@@ -444,9 +444,12 @@ NormalMap bake_normal_map(const MapRays& rays, std::span<const std::uint32_t> tr
 
     const std::vector<double> delta = offsets(caster, grid, 1 << map.subdivisions, options);
     const double largest_delta = *std::max_element(delta.begin(), delta.end());
-    map.offset_scale = static_cast<float>(largest_delta > 0 ? largest_delta / 255 * (1 + 1e-6) : 1.0);
-    for (const double d : delta)
-        map.offset.push_back(static_cast<std::uint8_t>(std::min(255.0, std::ceil(d / static_cast<double>(map.offset_scale)))));
+    map.offset_scale = static_cast<float>(largest_delta > 0 ? largest_delta / model::k_largest_offset * (1 + 1e-6) : 1.0);
+    map.offset.assign(model::offset_bytes(delta.size()), 0);
+    for (std::size_t i = 0; i < delta.size(); ++i) {
+        const std::uint32_t code = model::offset_code(delta[i] / static_cast<double>(map.offset_scale));
+        map.offset[i / 2] = static_cast<std::uint8_t>(map.offset[i / 2] | code << 4 * (i % 2));
+    }
 
     add_smoothing(caster, grid, options, map);
 

@@ -62,12 +62,12 @@ void append_normal_map(const NormalMap& m, model::ModelData& data)
     p.correction_count = static_cast<std::uint32_t>(m.corrections.size());
     p.gap_row_count = static_cast<std::uint32_t>(m.gap_rows.size());
     p.gap_count = static_cast<std::uint32_t>(m.gaps.size());
-    p.offset_count = static_cast<std::uint32_t>(m.offset.size());
+    p.base_count = static_cast<std::uint32_t>(m.normal.size());
     p.seeds_along = m.seed_count;
     p.seeds_mirrored = m.seeds_mirrored ? 1 : 0;
     p.seed_count = static_cast<std::uint32_t>(m.seeds.size() + m.surface_seeds.size());
     p.first_sample = append(m.distance, all.distance);
-    append(m.normal, all.normal);
+    p.first_base = append(m.normal, all.normal);
     p.first_cut = append(m.cuts, all.cuts);
     p.first_correction_row = append(m.correction_rows, all.correction_rows);
     p.first_correction = append(m.corrections, all.corrections);

@@ -91,8 +91,11 @@ public:
         if (map_.offset.empty()) return hn::Zero(df);
         const Cell c(angles, base_rows_, base_columns_);
         Corners<F> value;
-        for (std::size_t i = 0; i < 4; ++i)
-            value[i] = hn::Mul(set(map_.offset_scale), to_float(byte_at(map_.offset.data(), base_corner(c, i))));
+        for (std::size_t i = 0; i < 4; ++i) {
+            const I sample = base_corner(c, i), byte = byte_at(map_.offset.data(), shift_right<1>(sample));
+            const I root = hn::And(hn::Shr(byte, hn::ShiftLeft<2>(hn::And(sample, set_int(1)))), set_int(15));
+            value[i] = hn::Mul(set(map_.offset_scale), to_float(hn::Mul(root, root)));
+        }
         return c.bilinear(value[0], value[1], value[2], value[3]);
     }
 

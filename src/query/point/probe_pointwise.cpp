@@ -2,6 +2,7 @@
 #include "probe_pointwise.h"
 
 #include "layer.h"
+#include "model/normal_codes.h"
 #include "model_point.h"
 
 #include <algorithm>
@@ -75,7 +76,8 @@ float offset_reach(const model::ModelView& model, const QueryOptions& options) n
     float reach = margin_in_model(model, options);
     if (!options.offset) return reach;
     for (const model::Part& part : model.parts) reach = std::max(reach, 255.f * part.offset_step);
-    for (const model::NormalPart& part : model.normal.parts) reach = std::max(reach, 255.f * part.offset_scale);
+    for (const model::NormalPart& part : model.normal.parts)
+        reach = std::max(reach, static_cast<float>(model::k_largest_offset) * part.offset_scale);
     return reach;
 }
 

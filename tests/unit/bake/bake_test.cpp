@@ -199,7 +199,7 @@ TEST(Bake, SubdivisionsSetHowMuchFinerLayerThreeIs)
         for (const model::NormalPart& part : b.view().normal.parts) {
             EXPECT_EQ(part.subdivisions, static_cast<std::uint32_t>(levels));
             // One offset for each base sample of layer 2.
-            EXPECT_EQ(part.offset_count, (((part.eta_count - 1) >> levels) + 1) * (part.omega_count >> levels));
+            EXPECT_EQ(part.base_count, (((part.eta_count - 1) >> levels) + 1) * (part.omega_count >> levels));
         }
     }
     EXPECT_THROW((void)bake(test::small_torus(), true, {.normal = {.subdivisions = 6}}), mesh::InvalidInput);

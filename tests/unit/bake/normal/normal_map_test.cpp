@@ -1,5 +1,6 @@
 #include "sqmap/bake/normal_map.h"
 
+#include "model/normal_codes.h"
 #include "model/octahedral.h"
 
 #include "sqmap/mesh/shapes.h"
@@ -102,7 +103,7 @@ TEST(NormalMap, SmoothingLeavesASphereAsItIs)
     const MapRays rays(ball);
     const Superquadricd sq;  // the unit sphere: every distance is 0.4
     const NormalMap map = bake_normal_map(rays, all_triangles(ball), sq);
-    ASSERT_EQ(map.smoothed.size(), map.offset.size());
+    ASSERT_EQ(map.smoothed.size(), map.normal.size());
     std::size_t smoothed = 0;
     for (const model::SmoothedSample& s : map.smoothed)
         if (model::is_smoothed(s)) {
@@ -174,7 +175,7 @@ TEST(NormalMap, AChosenGridIsThatOfLayerTwo)
         EXPECT_EQ(map.eta_count, (19u << subdivisions) + 1);
         EXPECT_EQ(map.omega_count, 50u << subdivisions);
         EXPECT_EQ(map.subdivisions, static_cast<std::uint32_t>(subdivisions));
-        EXPECT_EQ(map.offset.size(), 20u * 50u);
+        EXPECT_EQ(map.normal.size(), 20u * 50u);
         for (const query::Projector projector : {query::Projector::Newton, query::Projector::Pyramid}) {
             const query::PartAnswer answer = query::project(map.view(), {0.2f, 0.3f, 0.1f}, {.projector = projector});
             EXPECT_EQ(answer.verdict, query::Verdict::Contact);
@@ -192,9 +193,10 @@ TEST(NormalMap, TheOffsetOfEq12GrowsWithTheRadiusItLooksAt)
     for (const int radius : {0, 1, 2}) {
         const NormalMap map = bake_normal_map(rays, all_triangles(box), Superquadricd{}, {.offset_radius = radius});
         double sum = 0, greatest = 0;
-        for (const std::uint8_t code : map.offset) {
-            sum += double(map.offset_scale) * code;
-            greatest = std::max(greatest, double(map.offset_scale) * code);
+        for (std::size_t i = 0; i < map.normal.size(); ++i) {
+            const double offset = double(map.offset_scale) * model::offset_steps(map.offset, i);
+            sum += offset;
+            greatest = std::max(greatest, offset);
         }
         largest.push_back(greatest);
         mean.push_back(sum);
