@@ -167,7 +167,7 @@ void expect_answers(int files)
             }
             ++answers["taken"];
             expect_promises(result);
-            if (HasFailure()) FAIL() << io::format_name(sample.format) << ", mutation " << i;
+            if (testing::Test::HasFailure()) FAIL() << io::format_name(sample.format) << ", mutation " << i;
         }
     // The damage reaches every stage, or this test would say little.
     for (const char* code : {"E_FORMAT", "E_TRUNCATED", "E_INDEX", "E_NONFINITE", "E_RANGE", "E_OPEN", "E_NONMANIFOLD", "taken"})
