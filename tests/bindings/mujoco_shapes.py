@@ -1,9 +1,10 @@
 """Meshes and models of the MuJoCo demonstrations: a bolt and a nut of M24 coarse thread, thrice as fine a pitch, and a peg with a
-hole; metres.
+hole; a pile of animals, where they are here; metres.
 
-usage: mujoco_shapes.py FOLDER      writes nut.xml and peg.xml
+usage: mujoco_shapes.py FOLDER SHARED      writes nut.xml and peg.xml, and pile.xml of meshes of SHARED or of ./dev test's own
 """
 import math
+import os
 import pathlib
 import sys
 
@@ -78,8 +79,58 @@ def world(meshes, fixed, moving, position, friction):
 """
 
 
+ANIMALS = ("bull", "camel", "cat", "cow", "dino", "elephant", "horse", "triceratops")
+
+
+def read(path):
+    """Vertices and triangles of an OBJ or OFF file."""
+    lines = [line.split() for line in path.read_text().splitlines() if line.strip() and not line.startswith("#")]
+    if path.suffix == ".obj":
+        return ([tuple(map(float, w[1:4])) for w in lines if w[0] == "v"],
+                [tuple(int(i.split("/")[0]) - 1 for i in w[1:4]) for w in lines if w[0] == "f"])
+    count = int(lines[1][0])
+    return [tuple(map(float, w[:3])) for w in lines[2:2 + count]], [tuple(map(int, w[1:4])) for w in lines[2 + count:]]
+
+
+def of_size(mesh, size):
+    """A mesh about the origin, as long as size."""
+    vertices, triangles = mesh
+    lo, hi = ([side(v[k] for v in vertices) for k in range(3)] for side in (min, max))
+    scale = size / max(b - a for a, b in zip(lo, hi))
+    return [tuple(scale * (x - (a + b) / 2) for x, a, b in zip(v, lo, hi)) for v in vertices], triangles
+
+
+def pile(folders):
+    """Six animals of 10 cm above one another, over a pit of five planes; None where there are fewer than three."""
+    files = {}
+    for folder in folders:
+        for name in ANIMALS:
+            found = sorted([*folder.glob(f"{name}_*.obj"), *folder.glob(f"{name}.off")])
+            if found:
+                files.setdefault(name, found[0])
+    if len(files) < 3:
+        return None
+    names = (sorted(files) * 6)[:6]
+    assets = "".join(asset(n, of_size(read(files[n]), 0.1)) for n in sorted(set(names)))
+    bodies = "".join(f'<body pos="{0.02 * math.cos(2 * i):.3f} {0.02 * math.sin(2 * i):.3f} {0.08 + 0.07 * i:.2f}" euler="{50 * i} {20 * i} 0">'
+                     f'<freejoint/><geom type="mesh" mesh="{n}"/></body>' for i, n in enumerate(names))
+    walls = "".join(f'<geom type="plane" size="1 1 0.1" pos="{-0.06 * x:.2f} {-0.06 * y:.2f} 0" zaxis="{x} {y} 0.6"/>'
+                    for x, y in ((1, 0), (-1, 0), (0, 1), (0, -1)))
+    return f"""<mujoco>
+  <option timestep="0.002" cone="elliptic" iterations="50" tolerance="1e-10"/>
+  <size njmax="12000" nconmax="4000"/>
+  <default><geom friction="0.5 0.005 0.0001" solref="0.01 1" solimp="0.9 0.99 0.001" density="1000"/></default>
+  <asset>{assets}</asset>
+  <worldbody><geom type="plane" size="1 1 0.1"/>{walls}{bodies}</worldbody>
+</mujoco>
+"""
+
+
 def main():
     folder = pathlib.Path(sys.argv[1])
+    shared = pathlib.Path(os.environ.get("SQMAP_SHARED_DIR", sys.argv[2]))
+    if animals := pile([shared / "meshes", pathlib.Path(__file__).resolve().parents[2] / "build/demo/meshes"]):
+        (folder / "pile.xml").write_text(animals)
     length, height = 6 * PITCH, 2.5 * PITCH
     bolt = tube(lambda a, z: RADIUS + thread(a, z), None, 0, length, 6 * ALONG)
     nut = tube(lambda a, z: RADIUS + DEPTH + 0.006, lambda a, z: RADIUS + GAP + thread(a, z), 0, height, int(2.5 * ALONG))
