@@ -36,12 +36,26 @@ constexpr std::size_t k_lanes = hn::MaxLanes(DF());
 HWY_INLINE F set(float v) { return hn::Set(df, v); }
 HWY_INLINE I set_int(std::int32_t v) { return hn::Set(di, v); }
 HWY_INLINE I set_word(std::uint32_t v) { return hn::Set(di, static_cast<std::int32_t>(v)); }
+#if HWY_TARGET == HWY_WASM
+// In plain operators: the compiler simplifies these where it knows an operand, as it does not with the intrinsic.
+template <class V>
+HWY_INLINE V blend(M m, V yes, V no)
+{
+    const auto mask = static_cast<v128_t>(m.raw);
+    return V{static_cast<decltype(V::raw)>((mask & static_cast<v128_t>(yes.raw)) | (~mask & static_cast<v128_t>(no.raw)))};
+}
+#else
 HWY_INLINE F blend(M m, F yes, F no) { return hn::IfThenElse(m, yes, no); }
 HWY_INLINE I blend(M m, I yes, I no) { return hn::IfThenElse(hn::RebindMask(di, m), yes, no); }
+#endif
 HWY_INLINE M equal(I a, I b) { return hn::RebindMask(df, hn::Eq(a, b)); }
 HWY_INLINE M not_negative(I a) { return hn::RebindMask(df, hn::Gt(a, set_int(-1))); }
 HWY_INLINE M none() { return hn::Ne(hn::Zero(df), hn::Zero(df)); }
+#if HWY_TARGET == HWY_WASM  // Highway 1.0.3 takes lanes out one by one for these
+HWY_INLINE bool any(M m) { return wasm_v128_any_true(static_cast<v128_t>(m.raw)); }
+#else
 HWY_INLINE bool any(M m) { return !hn::AllFalse(df, m); }
+#endif
 HWY_INLINE F mul_add(F a, F b, F c) { return hn::Add(hn::Mul(a, b), c); }
 HWY_INLINE I truncate(F v) { return hn::ConvertTo(di, v); }
 HWY_INLINE F truncate_float(F v) { return hn::ConvertTo(df, hn::ConvertTo(di, v)); }
@@ -71,11 +85,23 @@ HWY_INLINE I gather_byte(const std::uint8_t* base, I index)
 /// The bits of a mask, lane 0 lowest.
 HWY_INLINE std::uint64_t bits_of(M mask)
 {
+#if HWY_TARGET == HWY_WASM
+    return wasm_i32x4_bitmask(static_cast<v128_t>(mask.raw));
+#else
     HWY_ALIGN std::uint8_t bytes[8] = {};
     hn::StoreMaskBits(df, mask, bytes);
     std::uint64_t bits;
     std::memcpy(&bits, bytes, sizeof(bits));
     return bits;
+#endif
+}
+HWY_INLINE std::size_t count_of(M mask)
+{
+#if HWY_TARGET == HWY_WASM
+    return static_cast<std::size_t>(std::popcount(bits_of(mask)));
+#else
+    return hn::CountTrue(df, mask);
+#endif
 }
 
 #if HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_SSE4 || HWY_TARGET == HWY_SSSE3
@@ -97,6 +123,25 @@ HWY_INLINE V compress(V values, M which)
     static_assert(k_lanes <= 8);
     const I order = hn::PromoteTo(di, hn::LoadU(hn::Rebind<std::uint8_t, DI>(), k_first_lanes[bits_of(which)].data()));
     return hn::TableLookupLanes(values, hn::IndicesFromVec(hn::DFromV<V>(), order));
+}
+#elif HWY_TARGET == HWY_WASM
+alignas(16) constexpr auto k_first_bytes = [] {
+    std::array<std::array<std::uint8_t, 16>, 16> order{};
+    for (std::size_t bits = 0; bits < order.size(); ++bits) {
+        std::size_t count = 0;
+        for (const std::size_t chosen : {1u, 0u})
+            for (std::size_t i = 0; i < 16; ++i)
+                if ((bits >> (i / 4) & 1u) == chosen) order[bits][count++] = static_cast<std::uint8_t>(i);
+    }
+    return order;
+}();
+/// The lanes of a mask side by side.
+template <class V>
+HWY_INLINE V compress(V values, M which)
+{
+    const v128_t order = wasm_v128_load(k_first_bytes[bits_of(which)].data());
+    return hn::BitCast(hn::DFromV<V>(),
+                       I{static_cast<decltype(I::raw)>(wasm_i8x16_swizzle(static_cast<v128_t>(values.raw), order))});
 }
 #else
 /// The lanes of a mask side by side.

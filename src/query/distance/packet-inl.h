@@ -75,7 +75,7 @@ private:
                 hn::And(within(list, i), hn::Not(equal(hn::And(hn::LoadU(di, children_[level] + i), bit), hn::Zero(di))));
             if (!any(taken)) continue;
             pack(hn::LoadU(di, list.index + i), taken, to.index + to.count);
-            to.count += hn::CountTrue(df, taken);
+            to.count += count_of(taken);
         }
     }
 
@@ -249,7 +249,7 @@ private:
             pack(p.x, taken, to.p[0] + to.count);
             pack(p.y, taken, to.p[1] + to.count);
             pack(p.z, taken, to.p[2] + to.count);
-            to.count += hn::CountTrue(df, taken);
+            to.count += count_of(taken);
         }
     }
 

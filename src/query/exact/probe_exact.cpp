@@ -75,7 +75,7 @@ private:
         pack(e.p.z, e.occupied, z_ + queued_);
         pack(key, e.occupied, reinterpret_cast<std::int32_t*>(key_) + queued_);
         pack(point, e.occupied, reinterpret_cast<std::int32_t*>(point_) + queued_);
-        queued_ += hn::CountTrue(df, e.occupied);
+        queued_ += count_of(e.occupied);
     }
 
     /// Cell after cell, so that the points of a vector share their triangles.

@@ -43,7 +43,7 @@ struct PointQueue {
         pack(q.y, which, field[1] + count);
         pack(q.z, which, field[2] + count);
         pack(slots, which, slot + count);
-        count += hn::CountTrue(df, which);
+        count += count_of(which);
     }
     /// So that whole vectors hold points: the last one again.
     void fill_up()

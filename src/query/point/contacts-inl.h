@@ -70,7 +70,7 @@ public:
         hn::StoreInterleaved4(packed(normal.y), packed(normal.z), packed(depth), packed(hn::BitCast(df, contacts.index)), df,
                               high);
         hn::Store(compress(ninth, which), di, last);
-        const std::size_t count = hn::CountTrue(df, which), at = std::min(result_.contacts, out_.size()),
+        const std::size_t count = count_of(which), at = std::min(result_.contacts, out_.size()),
                           space = std::min(count, out_.size() - at);
         auto* to = reinterpret_cast<std::byte*>(out_.data() + at);
         for (std::size_t i = 0; i < space; ++i, to += sizeof(Contact)) {

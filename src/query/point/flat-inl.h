@@ -29,7 +29,7 @@ struct LocatedPoints {
         }
         pack(cell_word, which, cell + count);
         pack(index, which, point + count);
-        count += hn::CountTrue(df, which);
+        count += count_of(which);
     }
     /// A vector of them from first on.
     HWY_INLINE M present(std::size_t first) const { return hn::FirstN(df, std::min(count - first, hn::Lanes(df))); }

@@ -36,7 +36,7 @@ public:
         pack(p.y, which, p_[1] + count_);
         pack(p.z, which, p_[2] + count_);
         pack(index, which, index_ + count_);
-        count_ += hn::CountTrue(df, which);
+        count_ += count_of(which);
     }
     void clear() { count_ = 0; }
 
@@ -122,7 +122,7 @@ private:
             pack(unit.y, inside, unit_[1] + boxed_);
             pack(unit.z, inside, unit_[2] + boxed_);
             pack(hn::Iota(di, static_cast<std::int32_t>(i)), inside, slot_ + boxed_);
-            boxed_ += hn::CountTrue(df, inside);
+            boxed_ += count_of(inside);
         }
         bool some = false;
         for (std::size_t i = 0; i < boxed_; i += hn::Lanes(df)) {

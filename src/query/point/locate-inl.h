@@ -295,9 +295,10 @@ public:
                        set_int(0xff));
     }
 
-    /// Has the words at some indices of an array fetched.
+    /// Has the words at some indices of an array fetched; WebAssembly cannot.
     static HWY_INLINE void fetch(const std::uint32_t* words, I index, M which)
     {
+        if constexpr (!k_fetches) return;
         HWY_ALIGN std::int32_t at[k_lanes];
         hn::Store(index, di, at);
         each_lane(which, [&](std::size_t i) { hwy::Prefetch(words + at[i]); });
@@ -306,6 +307,8 @@ public:
     static HWY_INLINE M is_inside(I cell, M occupied) { return is_kind(cell, LocatorCellKind::Inside, occupied); }
 
 protected:
+    static constexpr bool k_fetches = HWY_TARGET != HWY_WASM;
+
     const ModelView& model_;
     const model::Locator& locator_;
     float inverse_cell_;

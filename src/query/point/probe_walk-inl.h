@@ -43,7 +43,7 @@ public:
             for (std::size_t g = first; g < end; ++g) {
                 if (job_.groups > 1 && is_far(job_.group_x[g], job_.group_y[g], job_.group_z[g], job_.group_radius[g])) continue;
                 near_groups |= 1u << (g - first);
-                each_vector(g, [&](std::size_t c, std::size_t) { fetch_clusters(c); });
+                if constexpr (k_fetches) each_vector(g, [&](std::size_t c, std::size_t) { fetch_clusters(c); });
             }
             for (std::size_t g = first; g < end; ++g) {
                 if ((near_groups >> (g - first) & 1u) == 0) continue;

@@ -54,7 +54,7 @@ public:
         pack(start.chain, which, seed_ + n);
         pack(planes.part, which, part_ + n);
         pack(flags, which, flags_ + n);
-        count_ += hn::CountTrue(df, which);
+        count_ += count_of(which);
     }
 
     /// Writes the contacts among what is queued, and empties the queue.
