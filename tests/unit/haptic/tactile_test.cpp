@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -100,6 +101,35 @@ TEST_F(Tactile, DampingPushesAgainstTheApproachAndNeverPulls)
     for (const Taxel& t : taxels_) EXPECT_NEAR(static_cast<double>(t.normal), 500 * (k_deep + 1e-4) + 2000 * 0.1, 0.05);
     tick(pressed_ + Vec3d{0, 0, 1e-4});
     for (const Taxel& t : taxels_) EXPECT_EQ(t.normal, 0);
+}
+
+TEST_F(Tactile, ATiltedPadThatSlipsFeelsTheFormulaBitByBit)
+{
+    options_.tactile_damping = 3;
+    const Pose before{rotation_by({0.01, 0, 0}), pressed_},
+        now{rotation_by({0.02, -0.03, 0.1}), pressed_ + Vec3d{1e-5, 2e-5, -1e-5}};
+    pad_->tick({{&test::box().view, nullptr, {}}, before, 1e-3}, options_, taxels_);
+    const TactileResult result = pad_->tick({{&test::box().view, nullptr, {}}, now, 1e-3}, options_, taxels_);
+    const query::Probe probe(points_);
+    std::vector<query::Contact> contacts(points_.size());
+    const query::ProbeResult found =
+        query::query_probe({&test::box().view, nullptr, {}}, {nullptr, &probe, now}, options_.query, contacts);
+    ASSERT_GT(found.contacts, 20U);
+    Vec3d sum{};
+    for (const query::Contact& c : found.written(contacts)) {
+        const Vec3d p = points_[c.index], out = cast<double>(c.normal), speed = (1 / 1e-3) * (apply(now, p) - apply(before, p));
+        const double along = dot(speed, out);
+        const double push = std::max(0.0, 500 * static_cast<double>(c.depth) - 3 * along);
+        const Vec3d slip = speed - along * out;
+        const double drag = std::min(20 * norm(slip), 0.5 * push);
+        const Vec3d force = transpose_mul(now.rotation, push * out - (drag / norm(slip)) * slip), normal{0, 0, -1};
+        const double pressed = dot(force, normal);
+        const Taxel& t = taxels_[c.index];
+        EXPECT_EQ(t.normal, static_cast<float>(std::max(0.0, -pressed)));
+        EXPECT_TRUE(t.shear == cast<float>(force - pressed * normal));
+        sum = sum + force;
+    }
+    EXPECT_TRUE(sum == result.force);
 }
 
 TEST_F(Tactile, WhatIsNotFiniteIsZero)
