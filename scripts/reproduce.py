@@ -129,7 +129,9 @@ def measure_models(models, folder, scale, out):
         say(f"models of {subject.role}: {subject.mesh.stem}")
         found = {}
         paper = ("--projection", "normal", "--grid", scale.grid, "--subdivisions")
-        for kind, options in (("default", ()), ("paper0", (*paper, "0")), ("paper1", (*paper, "1"))):
+        bare = ("--smoothing-radius", "0")
+        for kind, options in (("default", ()), ("paper0", (*paper, "0")), ("paper1", (*paper, "1")), ("bare0", (*paper, "0", *bare)),
+                              ("bare1", (*paper, "1", *bare))):
             report, model = out / f"{subject.role}.{kind}.json", out / f"{subject.role}.{kind}.sqmap"
             measure.run("bake", subject.mesh, "-o", model, "--report", report, *options)
             baked, info = json.loads(report.read_text()), json.loads(measure.run("info", model, "--json"))
