@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Processes that are killed at any moment, and full disks: run again, the shards are those of an undisturbed run.
 
-usage: kills_test.py PROGRAM [KILLS]     KILLS: of workers and of the driver, each; default 3
+usage: kills_test.py PROGRAM [KILLS]     KILLS: of workers and of the driver, each; default 2
 """
 import os
 import pathlib
@@ -14,7 +14,7 @@ import unittest
 
 from support import PROGRAM, BatchTest, children, digests, ellipsoids, run, take_number
 
-KILLS = take_number(3)
+KILLS = take_number(2)
 SEED = random.randrange(1 << 32)
 
 
