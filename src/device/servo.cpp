@@ -1,5 +1,6 @@
 #include "sqmap/device/servo.h"
 
+#include "servo_tick.h"
 #include "sqmap/device/handover.h"
 
 #include <pthread.h>
@@ -15,7 +16,6 @@
 #include <exception>
 #include <mutex>
 #include <stdexcept>
-#include <string>
 #include <system_error>
 #include <thread>
 
@@ -55,28 +55,9 @@ void count(std::atomic<std::uint64_t>& counter, std::uint64_t by = 1) noexcept
 
 }  // namespace
 
-haptic::DeviceLimits safety_limits(const Capabilities& c, double period) noexcept
-{
-    return {.max_force = c.max_force,
-            .max_torque = c.max_torque,
-            .continuous_force = c.continuous_force,
-            .damping = c.damping,
-            .coulomb_friction = c.coulomb_friction,
-            .resolution = c.resolution,
-            .delay = c.delay,
-            .period = period,
-            .sample_period = c.rate > 0 ? 1 / c.rate : period};
-}
-
 struct Servo::Work {
     Work(Device& d, const ServoOptions& o, TickFunction t, void* c)
-        : device(d),
-          options(o),
-          tick(t),
-          context(c),
-          zones(std::min(d.capabilities().zones, k_max_zones)),
-          period(std::llround(o.period * 1e9)),
-          filter(safety_limits(d.capabilities(), o.period), o.safety)
+        : device(d), options(o), period(std::llround(o.period * 1e9)), tick(d, o, t, c)
     {
     }
 
@@ -90,14 +71,10 @@ struct Servo::Work {
 
     Device& device;
     const ServoOptions options;
-    const TickFunction tick;
-    void* const context;
-    const std::size_t zones;
     const std::int64_t period;
 
     // The servo's thread alone.
-    haptic::SafetyFilter filter;
-    std::uint32_t resumes = 0;  // at the device, that were seen
+    TickWork tick;
     ServoTick now{};
 
     // Between threads.
@@ -231,36 +208,15 @@ void Servo::Work::loop() noexcept
         now.time = seconds(begin);
         now.dt = seconds(begin - last);
         now.late = seconds(std::max<std::int64_t>(behind, 0));
-        now.zones = zones;
         last = begin;
         if (behind > period) count(late);
         if (now.late > worst_late.load(std::memory_order_relaxed)) worst_late.store(now.late, std::memory_order_relaxed);
         now.degraded = overran || behind > period;
         if (now.degraded) count(degraded);
 
-        now.connected = device.read(now.sample);
-        const bool resumed_there = now.connected && now.sample.resumes != resumes;
-        if (now.connected) resumes = now.sample.resumes;
-        now.commanded.fill({});
-        std::array<double, k_max_zones> pushes{};
-        now.status = 0;
-        if (now.connected && now.sample.sequence != 0)
-            now.status = tick(context, {now.sample, now.time, now.dt, now.degraded, now.tick, {pushes.data(), zones}},
-                              {now.commanded.data(), zones});
-        haptic::SafetyInput in{.time = now.time,
-                               .sample_time = now.sample.time,
-                               .sequence = now.sample.sequence,
-                               .poses = {now.sample.poses.data(), zones},
-                               .commanded = {now.commanded.data(), zones},
-                               .pushes = {pushes.data(), zones},
-                               .connected = now.connected,
-                               .held = held,
-                               .stop = stopped || halted,
-                               .resume = resumed.exchange(false) || resumed_there,
-                               .restart = restarted.exchange(false)};
-        if (now.sample.has_twist) in.twists = {now.sample.twists.data(), zones};
-        now.safety = filter.tick(in, now.sent);
-        now.counted = filter.counters();
+        tick.run(
+            now,
+            {.held = held, .stop = stopped || halted, .resume = resumed.exchange(false), .restart = restarted.exchange(false)});
 
         // A wrench that took longer than the watchdog waits must not undo what the watchdog did.
         const std::int64_t answered = steady_ns();
@@ -269,7 +225,7 @@ void Servo::Work::loop() noexcept
             device.zero();
         }
         device.report(haptic::bits(now.safety));
-        if (!device.write({now.sent.data(), zones})) now.connected = false;
+        if (!device.write({now.sent.data(), tick.zones()})) now.connected = false;
         if (halted || stopped) {
             device.zero();
             if (halted) settled = true;
@@ -324,12 +280,7 @@ void Servo::Work::leave_by_signal(int signal) noexcept
 
 Servo::Servo(Device& device, const ServoOptions& options, TickFunction tick, void* context)
 {
-    if (!(options.period >= 1e-4 && options.period <= 0.02)) throw std::invalid_argument("a tick must be between 0.1 and 20 ms");
-    if (!(options.budget > 0 && options.budget <= 1)) throw std::invalid_argument("a tick's budget is a share of its period");
-    if (options.priority < 0 || options.priority > 98) throw std::invalid_argument("priority must be 0 or 1 to 98");
     work_ = std::make_unique<Work>(device, options, tick, context);
-    if (const haptic::SetupVerdict verdict = work_->filter.verdict(); verdict != haptic::SetupVerdict::Ok)
-        throw std::invalid_argument(std::string("the safety filter refuses: ") + haptic::describe(verdict));
     try {
         work_->start();
     } catch (...) {

@@ -162,7 +162,7 @@ void SimulatedDevice::pass(double until) noexcept
 
 bool SimulatedDevice::read(Sample& sample) noexcept
 {
-    pass(steady_now() - begin_);
+    pass(options_.step > 0 ? time_ + options_.step + 0.5 * k_tick : steady_now() - begin_);
     if (!plugged_) return false;
     if (frozen_) return true;
     sample.time = begin_ + time_;

@@ -69,8 +69,10 @@ struct ServoCounters {
 /// is more than 20 ms old (a thread of its own watches, with its own timer), in the destructor, on SIGINT, SIGTERM, std::exit and
 /// std::terminate. What acts when the process is killed: the device's own time-out, or keep_in_own_process.
 /// The loop is in docs/realtime.md. At most 8 servos at a time.
-/// Thread safety: stop, resume, hold, restart and counters may be called by any thread at once; newest by one thread at a time
-/// and next by one thread at a time; construction and destruction by the owner alone. None of them waits for the loop.
+/// Where there are no threads (WebAssembly) next() runs the ticks that are due, one a call; time goes on by one period a tick,
+/// and what was missed while nobody called is counted, not caught up. Thread safety: stop, resume, hold, restart and counters may
+/// be called by any thread at once; newest by one thread at a time and next by one thread at a time; construction and destruction
+/// by the owner alone. None of them waits for the loop.
 class Servo {
 public:
     /// @throw std::invalid_argument for limits that the filter refuses, with its reason, or a period or priority out of range;

@@ -115,9 +115,10 @@ struct SimulatedOptions {
     HandScript script = nullptr;  ///< null: a hand at rest at the origin
     const void* script_context = nullptr;
     MotorRecord* motors = nullptr;  ///< null: nobody watches
+    double step = 0;                ///< s that every read() simulates, whole milliseconds; 0: the time since the last one
 };
 
-/// By the steady clock: read() simulates the time since the last one. capabilities().simulated.
+/// By the steady clock, where the options name no step: read() simulates the time since the last one. capabilities().simulated.
 /// Thread safety: as every Device; unplug, freeze and poison by any thread.
 class SimulatedDevice final : public Device {
 public:

@@ -163,6 +163,27 @@ TEST(SimulatedDevice, SaysThatItIsOneAndKnowsItsNumbers)
     EXPECT_THROW(SimulatedDevice({.zones = 17}), std::invalid_argument);
 }
 
+TEST(SimulatedDevice, AStepOfItsOwnPassesAtEveryReadWhateverTheClock)
+{
+    const HandScript moves = [](const void*, double time, std::size_t) noexcept {
+        return HandTarget{{{}, {0.1 * std::sin(time), 0, 0}}, {}};
+    };
+    for (const double step : {k_tick, 3 * k_tick}) {
+        SimulatedDevice one({.script = moves, .step = step}), other({.script = moves, .step = step});
+        Sample a, b, before;
+        ASSERT_TRUE(one.read(before));
+        for (int i = 1; i < 500; ++i) {
+            ASSERT_TRUE(one.read(a));
+            EXPECT_NEAR(a.time - before.time, step, 1e-9);
+            EXPECT_EQ(a.sequence, before.sequence + 1);
+            before = a;
+        }
+        for (int i = 0; i < 500; ++i) ASSERT_TRUE(other.read(b));
+        EXPECT_EQ(a.poses[0].translation.x, b.poses[0].translation.x);
+        EXPECT_GT(a.poses[0].translation.x, 0.01);
+    }
+}
+
 TEST(SimulatedDevice, GoesWhenItIsUnpluggedAndRepeatsItselfWhenFrozen)
 {
     SimulatedDevice device;
