@@ -118,6 +118,44 @@ export class Model {
   close(): void;
 }
 
+export interface SessionOptions {
+  metresPerUnit?: number;  // of the model's mesh; default 1
+  pose?: Pose;             // of the model in the world, its translation in metres
+  radius?: number;         // of the ball that touches, m; default 0: a point
+  stiffness?: number;      // N/m; default 500
+  damping?: number;        // N s/m; default 0
+  friction?: number;       // Coulomb's; default 0.4
+  layer?: Layer;
+  maxForce?: number; maxTorque?: number; continuousForce?: number;  // what the device holds, N and N m; default: unknown, so careful
+  forceLimit?: number; torqueLimit?: number;                        // the user's; default 2 N and 0.1 N m, or the device's
+  deadMan?: boolean;       // force only in ticks that are held
+}
+/** What a tick gives: N, N m, m; world axes. */
+export interface Force {
+  force: number[];      // for the device: finite, within the limits, zero when anything is wrong
+  torque: number[];     // about the tool
+  commanded: number[];  // before the safety filter
+  depth: number;
+  normal: number[];     // unit, outward; zero where free
+  status: number; acted: number; faults: number;  // bits of haptic::StepStatus, SafetyStep and SafetyFault
+  isEngaged: boolean;   // all that is commanded is sent, within limits
+}
+/** Of a tick: the reading, and what the user has done. */
+export interface TickOptions {
+  sampleTime?: number; sequence?: number;  // when the device was read, default now; its number, default a fresh one
+  stop?: boolean; resume?: boolean; restart?: boolean; held?: boolean; disconnected?: boolean;
+}
+
+/** A ball or a point that touches a model, with the safety filter before its device. Research software, not a safety device. */
+export class Session {
+  /** pose: of the tool in the world, m; time: s, monotonic. What is not finite gives zero force and says so. */
+  tick(pose: Pose, time: number, options?: TickOptions): Force;
+  /** A simulated stylus in a hand that wants to be at targets, one a millisecond; goes on from call to call. */
+  simulate(targets: Rows): {positions: Float64Array; forces: Float64Array; depths: Float64Array};
+  /** Frees the memory; whatever is called afterwards throws. */
+  close(): void;
+}
+
 export interface Sqmap {
   readonly version: string;
   readonly formatVersion: number;
@@ -129,6 +167,8 @@ export interface Sqmap {
   bakeFile(name: string, bytes: Uint8Array, options?: BakeOptions): Model;
   /** Prepares points that touch models. */
   probe(points: Rows): Probe;
+  /** A tool that touches a model. @throws SqmapError */
+  session(model: Model, options?: SessionOptions): Session;
 }
 
 /** Loads the library. wasm: the bytes of sqmap.wasm, where it is not beside index.js. */

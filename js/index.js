@@ -257,6 +257,38 @@ export class Model extends Owned {
   }
 }
 
+const acts = {stop: 1, resume: 2, restart: 4, held: 8, disconnected: 16};
+
+export class Session extends Owned {
+  #sequence = 0n;
+  constructor(library, handle) {
+    super(library, handle, "sqmap_close_session");
+  }
+  tick(pose, time, {sampleTime = time, sequence, ...done} = {}) {
+    return this.within((c) => {
+      let bits = 0;
+      for (const [name, yes] of Object.entries(done)) if (yes) bits |= member(new Map(Object.entries(acts)), name, "acts");
+      const force = c.struct("force");
+      c.run("sqmap_tick_session", this.handle, c.struct("tick", {
+        time: number(time, "time"), sampleTime: number(sampleTime, "sampleTime"), sequence: BigInt(sequence ?? ++this.#sequence),
+        pose: poseNumbers(pose), acts: bits}), force);
+      const out = {};
+      for (const name of Object.keys(structs.force.members)) if (name !== "size") out[name] = c.read("force", force, name);
+      out.isEngaged = out.isEngaged !== 0;
+      return out;
+    });
+  }
+  simulate(targets) {
+    const xyz = rows(targets, "targets"), count = xyz.length / 3;
+    return this.within((c) => {
+      const positions = c.space(24 * count), forces = c.space(24 * count), depths = c.space(8 * count);
+      c.run("sqmap_simulate", this.handle, c.struct("simulation", {targets: c.numbers(xyz), count, positions, forces, depths}));
+      return {positions: c.copy(Float64Array, positions, 3 * count), forces: c.copy(Float64Array, forces, 3 * count),
+              depths: c.copy(Float64Array, depths, count)};
+    });
+  }
+}
+
 class Sqmap {
   #library;
   constructor(library) {
@@ -305,6 +337,20 @@ class Sqmap {
       const {count, at} = c.points(points), handle = c.space(8);
       c.run("sqmap_make_probe", at, handle);
       return new Probe(this.#library, c.view.getBigUint64(handle, true), count);
+    });
+  }
+  session(model, {pose, layer = 3, friction = 0.4, deadMan = false, ...sizes} = {}) {
+    if (!(model instanceof Model)) throw refuse("model", "is none", "open or bake one");
+    return model.within((c) => {
+      const values = {pose: c.pose(pose), layer: member(layers, layer, "options.layer"), hasDeadMan: deadMan ? 1 : 0,
+                      friction: number(friction, "options.friction") === 0 ? -1 : friction};  // zero stands for the default in C
+      for (const [name, value] of Object.entries(sizes)) {
+        if (!(name in structs.sessionOptions.members)) throw refuse(`options.${name}`, "is unknown", "see index.d.ts");
+        values[name] = number(value, `options.${name}`);
+      }
+      const handle = c.space(8);
+      c.run("sqmap_make_session", model.handle, c.struct("sessionOptions", values), handle);
+      return new Session(this.#library, c.view.getBigUint64(handle, true));
     });
   }
   #baked(c, options, bake) {

@@ -33,6 +33,12 @@ export const structs = {
   bodies: layout(`modelA:u64 probeA:u64 poseA:pointer modelB:u64 probeB:u64 poseB:pointer`),
   contact: layout("point:f32[3] normal:f32[3] depth:f32 index:u32 part:i16 certain:u8 status:u8", false),
   contactList: layout("contacts:pointer capacity:size found:size anchor:f64[3] status:u32"),
+  sessionOptions: layout(`metresPerUnit:f64 pose:pointer radius:f64 stiffness:f64 damping:f64 friction:f64 layer:i32 maxForce:f64
+    maxTorque:f64 continuousForce:f64 forceLimit:f64 torqueLimit:f64 hasDeadMan:i32`),
+  tick: layout("time:f64 sampleTime:f64 sequence:u64 pose:f64[12] acts:u32"),
+  force: layout(`force:f64[3] torque:f64[3] commanded:f64[3] depth:f64 normal:f64[3] status:u32 acted:u32 faults:u32
+    isEngaged:i32`),
+  simulation: layout("targets:pointer count:size positions:pointer forces:pointer depths:pointer"),
 };
 
 const getters = {
@@ -58,7 +64,8 @@ export function write(view, struct, address, values) {
   for (let i = 0; i < struct.bytes; ++i) view.setUint8(address + i, 0);
   if (struct.members.size?.offset === 0) view.setUint32(address, struct.bytes, true);
   for (const [name, value] of Object.entries(values)) {
-    const {offset, type} = struct.members[name];
-    setters[type](view, address + offset, value);
+    const {offset, type, count} = struct.members[name];
+    for (let i = 0; i < (count ?? 1); ++i)
+      setters[type](view, address + offset + i * sizes[type], count === undefined ? value : value[i]);
   }
 }

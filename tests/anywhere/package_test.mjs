@@ -99,7 +99,28 @@ check("the same bytes twice", () => {
   assert.deepEqual(a.toBytes(), model.toBytes());
   a.close();
 });
+check("a session pushes out with its stiffness, once it was free", () => {
+  const session = sqmap.session(model, {stiffness: 300, layer: "exact"});
+  const targets = Array.from({length: 1500}, (_, i) => [0, 0, i < 100 ? 1.01 : 0.998]);
+  const {positions, forces, depths} = session.simulate(targets);
+  const last = targets.length - 1, depth = 1 - positions[3 * last + 2];
+  assert.ok(depth > 1e-4 && Math.abs(depths[last] - depth) < 1e-5);
+  assert.ok(Math.abs(forces[3 * last + 2] - 300 * depth) < 0.02 * 300 * depth);
+  const again = sqmap.session(model, {stiffness: 300, layer: "exact"});
+  assert.deepEqual(again.simulate(targets).forces, forces);
+  const pose = (z) => [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, z, 0, 0, 0, 1];
+  again.tick(pose(1.01), 2);
+  const tick = again.tick(pose(NaN), 2.001);
+  assert.ok(tick.force.every((x) => x === 0) && (tick.status & 4) !== 0);
+  assert.ok(again.tick(pose(1.01), 2.002, {stop: true}).faults !== 0);
+  session.close();
+  again.close();
+  assert.throws(() => again.tick(pose(1), 3), SqmapError);
+});
 
+refuses("a session of nothing", "E_ARGUMENT", /model/, () => sqmap.session({}));
+refuses("a stiffness below zero", "E_ARGUMENT", /stiffness/, () => sqmap.session(model, {stiffness: -1}));
+refuses("an option that there is not", "E_ARGUMENT", /softness/, () => sqmap.session(model, {softness: 1}));
 refuses("no mesh", "E_ARGUMENT", /vertices/, () => sqmap.bake({vertices: "x", triangles: []}));
 refuses("an open mesh", "E_OPEN", /edge|component|face/, () => {
   const {vertices, triangles} = box(6);
