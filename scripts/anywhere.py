@@ -2,8 +2,9 @@
 """Builds sqmap for other systems and compares their answers with this machine's, bit by bit: ./dev anywhere [DOOR...].
 
 Doors: python, arm64 (run by qemu), windows (run by wine), wasm (run by Node; the npm package is build/anywhere/npm), debian13 (a
-root made by mmdebstrap, which ./dev build, the tests of the C interface and pip are run in). A door whose programs or packages are
-not here is skipped, and the last lines say why. Exit 0 unless a door that ran fails."""
+root made by mmdebstrap, which ./dev build, the tests of the C interface and pip are run in), page (build/anywhere/page: the viewer
+without a server, for any static host; tested with the npm package in Chromium). A door whose programs or packages are not here is
+skipped, and the last lines say why. Exit 0 unless a door that ran fails."""
 import argparse
 import os
 import pathlib
@@ -11,6 +12,8 @@ import shutil
 import subprocess
 import sys
 import time
+
+import static_page
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BUILD = ROOT / "build/anywhere"
@@ -172,21 +175,46 @@ def door_windows(cases):
     return said
 
 
-def door_wasm(cases):
+def build_wasm(target):
     need("emscripten nodejs", "emcc", "node")
     # Debian's emscripten finds its modules of Node there, whoever's Node runs it.
     os.environ.setdefault("NODE_PATH", "/usr/share/nodejs:/usr/lib/nodejs")
-    folder = build("wasm", "sqmap_core")
-    package = BUILD / "npm"
+    return build("wasm", target) / "bin"
+
+
+def npm_package():
+    """The npm package, in its folder."""
+    built, package = build_wasm("sqmap_core"), BUILD / "npm"
     shutil.copytree(ROOT / "js", package, dirs_exist_ok=True)
     shutil.copy(ROOT / "LICENSE", package)
-    shutil.copy(folder / "bin/core.mjs", package / "core.js")
-    shutil.copy(folder / "bin/core.wasm", package / "sqmap.wasm")
+    shutil.copy(built / "core.mjs", package / "core.js")
+    shutil.copy(built / "core.wasm", package / "sqmap.wasm")
+    return package
+
+
+def door_wasm(cases):
+    package = npm_package()
     size = sum(f.stat().st_size for f in package.iterdir())
     said = [f"the npm package is {size / 1e6:.2f} MB: {package}",
             compare_answers(cases, "node", PROGRAMS / "answers.mjs", package)]
     said += compare_bakes(cases, "wasm", lambda mesh, model: run("node", PROGRAMS / "bake.mjs", package, mesh, model))
     said += run("node", PROGRAMS / "package_test.mjs", package).splitlines()[-1:]
+    return said
+
+
+def door_page(cases):
+    if not static_page.can_build():
+        raise Skip("missing here: npm's packages, which ./dev view installs")
+    package, page = npm_package(), static_page.assemble(build_wasm("sqmap_page"))
+    size = sum(f.stat().st_size for f in page.rglob("*") if f.is_file())
+    said = [f"the page is {size / 1e6:.2f} MB, models included: {page}"]
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
+    if chromium is None:
+        return [*said, "not tested: apt-get install chromium"]
+    for model, answers in [(model, answers) for _, model, answers in cases]:
+        model.with_suffix(".answers").write_text(answers)
+    said += run("node", ROOT / "tests/browser/static_test.mjs", page, chromium, BUILD / "browser", package,
+                *[model for _, model, _ in cases]).splitlines()
     return said
 
 
@@ -223,7 +251,8 @@ def door_debian13(cases):
     return [compare_answers(cases, *answers, path=lambda model: f"/{model.name}"), *said]
 
 
-DOORS = {"python": door_python, "arm64": door_arm64, "windows": door_windows, "wasm": door_wasm, "debian13": door_debian13}
+DOORS = {"python": door_python, "arm64": door_arm64, "windows": door_windows, "wasm": door_wasm, "page": door_page,
+         "debian13": door_debian13}
 
 
 def main():

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """The documentation as a site: build/docs/site/index.html. Guides and references of C++, C, Python and JavaScript, notebooks with
-their output, the format, the changelog. A broken link or a public name without documentation fails.
+their output, the format, the changelog, and live models where ./dev anywhere page has built the page. A broken link or a public name
+without documentation fails.
 
 usage: docs_site.py [--without-notebooks]
 """
@@ -10,6 +11,8 @@ import re
 import shutil
 import subprocess
 import sys
+
+import static_page
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BUILD = ROOT / "build/docs"
@@ -112,11 +115,33 @@ docs/architecture
 '''
 
 
+# A live model: nothing of it is loaded before the click.
+LIVE = '''
+```{{raw}} html
+<div style="border:1px solid #8888;border-radius:8px;padding:1em;text-align:center">
+<button data-live="{page}" onclick="const f=document.createElement('iframe');f.src=this.dataset.live;f.title='A model to touch';
+f.allow='xr-spatial-tracking; gamepad; fullscreen';f.style='width:100%;height:520px;border:0';this.parentNode.replaceChildren(f)"
+style="font-size:1.1em;padding:.5em 1em">Touch the model here</button><br><small>Loads {megabytes:.1f} MB, once.</small></div>
+```
+'''
+
+
 def run(*command, **options):
     done = subprocess.run([str(c) for c in command], text=True, capture_output=True, check=False, **options)
     if done.returncode != 0:
         sys.exit(f"{' '.join(map(str, command))}\n{done.stdout[-6000:]}{done.stderr[-6000:]}")
     return done.stdout
+
+
+def live(model, up):
+    """A model in a frame; nothing where the page was not built."""
+    page = static_page.FOLDER
+    if not (page / "program.wasm").exists():
+        return ""
+    if not (page / model).exists():
+        sys.exit(f"live {model}: the page has no such file")
+    loaded = sum(f.stat().st_size for f in page.iterdir() if f.is_file()) + (page / model).stat().st_size
+    return LIVE.format(page=f"{up}live/index.html?model={model}", megabytes=loaded / 1e6)
 
 
 def copy_pages():
@@ -135,7 +160,9 @@ def copy_pages():
                 sys.exit(f"{page.relative_to(ROOT)}: {address} does not exist")
             return text if text.startswith("`") else f"`{text}`"
 
-        target.write_text(re.sub(r"(?<!!)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^)\s]+)\)", link, page.read_text()))
+        text = re.sub(r"(?<!!)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^)\s]+)\)", link, page.read_text())
+        up = "../" * len(page.relative_to(ROOT).parent.parts)
+        target.write_text(re.sub(r"<!-- live (\S+) -->", lambda match, up=up: live(match.group(1), up), text))
     shutil.copytree(ROOT / "docs/images", SOURCE / "docs/images", dirs_exist_ok=True)
 
 
@@ -221,6 +248,10 @@ def main():
              if re.search("WARNING|ERROR|CRITICAL", line) and not ("/reference/cpp_" in line and "uplicate" in line)]
     if wrong:
         sys.exit("\n".join(wrong))
+    if (static_page.FOLDER / "program.wasm").exists():
+        shutil.copytree(static_page.FOLDER, BUILD / "site/live", dirs_exist_ok=True)
+    else:
+        print("without live models: ./dev anywhere page builds them")
     print(f"{len(list((BUILD / 'site').rglob('*.html')))} pages: {BUILD / 'site/index.html'}")
 
 

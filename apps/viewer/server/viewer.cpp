@@ -17,10 +17,6 @@ constexpr const char* k_no_page =
     "there. "
     "Run <code>./dev view</code> in the sources: it sets up everything and opens the page.</p>";
 
-constexpr const char* k_icon =
-    "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 16 16'><rect x='1' y='3' width='14' height='10' rx='4' fill='#0b6e8f'/>"
-    "<circle cx='8' cy='8' r='3' fill='#fff'/></svg>";
-
 void answer_index(const Call& call)
 {
     call.answer({.type = "text/html; charset=utf-8", .body = std::string(has_page() ? page_file("index.html") : k_no_page)});
@@ -31,12 +27,12 @@ void add_page(Routes& routes)
 {
     routes.get("/", answer_index);
     routes.get("/index.html", answer_index);
-    for (const auto& [name, type] :
-         {std::pair{"app.js", "text/javascript; charset=utf-8"}, {"app.css", "text/css; charset=utf-8"}})
+    for (const auto& [name, type] : {std::pair{"app.js", "text/javascript; charset=utf-8"},
+                                     {"app.css", "text/css; charset=utf-8"},
+                                     {"favicon.svg", "image/svg+xml"}})
         routes.get(std::string("/") + name, [name = name, type = type](const Call& call) {
             call.answer({.type = type, .body = std::string(page_file(name))});
         });
-    routes.get("/favicon.svg", [](const Call& call) { call.answer({.type = "image/svg+xml", .body = k_icon}); });
 }
 
 }  // namespace

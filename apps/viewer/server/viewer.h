@@ -25,6 +25,8 @@ public:
 
     /// Before run(): the server must outlive every answer.
     void attach(Server& server);
+    /// One job of a worker on the caller's thread, where there are no others; pictures first. False where none waits.
+    bool do_next() { return pictures_.do_next() || bakes_.do_next(); }
     /// Ends the workers; nothing is posted to the server after it.
     void finish();
 

@@ -6,8 +6,9 @@ const notices = ['three', 'three-mesh-bvh']
   .map((name) => `${name}\n\n${fs.readFileSync(`node_modules/${name}/LICENSE`, 'utf8').trim()}`)
   .join('\n\n----\n\n');
 
-// Three files under fixed names: the program embeds them and serves nothing else.
+// Four files under fixed names: the program embeds them and serves nothing else; a static host serves them from any folder.
 export default defineConfig({
+  base: './',
   esbuild: { legalComments: 'inline' },
   build: {
     target: 'es2022',

@@ -3,7 +3,7 @@
 set(body "")
 set(table "")
 set(any false)
-foreach(name index.html app.js app.css)
+foreach(name index.html app.js app.css favicon.svg)
   if(EXISTS "${DIST}/${name}")
     string(MAKE_C_IDENTIFIER "sqmap_page_${name}" id)
     string(APPEND body "asm(\".pushsection .rodata\\n.global ${id}\\n${id}:\\n.incbin \\\"${DIST}/${name}\\\"\\n.global ${id}_end\\n${id}_end:\\n.byte 0\\n.popsection\\n\");\n")

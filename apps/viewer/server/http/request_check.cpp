@@ -1,6 +1,7 @@
 #include "viewer/server/http/request_check.h"
 
 #include <sys/random.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -100,7 +101,7 @@ Admission admit(const RequestHead& head, const Guard& guard) noexcept
 std::string random_token()
 {
     std::array<unsigned char, 16> bytes;
-    if (::getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size()))
+    if (::getentropy(bytes.data(), bytes.size()) != 0)
         throw std::system_error(errno, std::generic_category(), "no random numbers from the kernel");
     std::string out;
     for (const unsigned char byte : bytes) {

@@ -2,6 +2,13 @@
 
 namespace sqmap::viewer {
 
+Worker::Worker(std::function<void(const std::string&)> trouble) : trouble_(std::move(trouble))
+{
+#ifndef __EMSCRIPTEN__
+    thread_ = std::thread([this] { toil(); });
+#endif
+}
+
 void Worker::work(std::function<void()> job)
 {
     const std::lock_guard lock(mutex_);
@@ -21,24 +28,32 @@ void Worker::finish()
     jobs_.clear();  // what they hold may have threads of its own that tell the server things
 }
 
+bool Worker::do_next()
+{
+    std::function<void()> job;
+    {
+        const std::lock_guard lock(mutex_);
+        if (quit_ || jobs_.empty()) return false;
+        job = std::move(jobs_.front());
+        jobs_.pop_front();
+    }
+    try {
+        job();
+    } catch (const Cancelled&) {
+    } catch (const std::exception& e) {
+        if (!quit_) trouble_(e.what());
+    }
+    --waiting_;
+    return true;
+}
+
 void Worker::toil()
 {
-    for (;;) {
-        std::function<void()> job;
-        {
-            std::unique_lock lock(mutex_);
-            wake_.wait(lock, [this] { return quit_ || !jobs_.empty(); });
-            if (quit_) return;
-            job = std::move(jobs_.front());
-            jobs_.pop_front();
+    while (!quit_) {
+        while (do_next()) {
         }
-        try {
-            job();
-        } catch (const Cancelled&) {
-        } catch (const std::exception& e) {
-            if (!quit_) trouble_(e.what());
-        }
-        --waiting_;
+        std::unique_lock lock(mutex_);
+        wake_.wait(lock, [this] { return quit_ || !jobs_.empty(); });
     }
 }
 

@@ -16,16 +16,16 @@ inline constexpr int k_max_jobs = 16;
 /// Thrown by a job that ends early because its worker quits.
 struct Cancelled {};
 
-/// Does one job after the other. All functions may be called by any thread.
+/// Does one job after the other. All functions may be called by any thread. Where there are no threads (WebAssembly) jobs wait
+/// until somebody calls do_next().
 class Worker {
 public:
     /// trouble: told of a job that threw, by the worker's thread.
-    explicit Worker(std::function<void(const std::string&)> trouble) : trouble_(std::move(trouble)), thread_([this] { toil(); })
-    {
-    }
+    explicit Worker(std::function<void(const std::string&)> trouble);
     ~Worker() { finish(); }
     void work(std::function<void()> job);
-    void finish();  ///< after the job at hand; the others are forgotten
+    bool do_next();  ///< on the caller's thread; false where none waits
+    void finish();   ///< after the job at hand; the others are forgotten
     [[nodiscard]] bool busy() const noexcept { return waiting_ >= k_max_jobs; }
     [[nodiscard]] bool quits() const noexcept { return quit_; }
 

@@ -3,12 +3,9 @@
 #include "sqmap/mesh/bvh.h"
 #include "sqmap/shape/surface.h"
 
-#include <png.h>
-
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <stdexcept>
 
 namespace sqmap::viewer {
 namespace {
@@ -34,11 +31,6 @@ mesh::Mesh own_mesh(const Object& object, const Parts& parts, std::uint32_t part
         out.triangles.push_back(corner);
     }
     return out;
-}
-
-void append(png_structp png, png_bytep bytes, std::size_t count)
-{
-    static_cast<std::string*>(png_get_io_ptr(png))->append(reinterpret_cast<const char*>(bytes), count);
 }
 
 }  // namespace
@@ -71,35 +63,17 @@ Displacement displacement_of(const Object& object, const Parts& parts, std::uint
     return out;
 }
 
-std::string displacement_png(const Displacement& map)
+std::vector<unsigned char> displacement_texels(const Displacement& map)
 {
-    std::vector<png_byte> rows(4 * map.below.size());
+    std::vector<unsigned char> out(4 * map.below.size());
     for (std::size_t i = 0; i < map.below.size(); ++i) {
         const bool there = map.below[i] >= 0;
         const auto grey = static_cast<unsigned>(
             there && map.max > 0 ? std::lround(65535.0 * static_cast<double>(map.below[i]) / static_cast<double>(map.max)) : 0);
-        rows[4 * i] = static_cast<png_byte>(grey >> 8);
-        rows[4 * i + 1] = static_cast<png_byte>(grey & 255);
-        rows[4 * i + 2] = rows[4 * i + 3] = there ? 255 : 0;
+        out[4 * i] = static_cast<unsigned char>(grey >> 8);
+        out[4 * i + 1] = static_cast<unsigned char>(grey & 255);
+        out[4 * i + 2] = out[4 * i + 3] = there ? 255 : 0;
     }
-    std::string out;
-    // Errors end in an exception of ours instead of a jump over what is to be destroyed.
-    png_structp png = png_create_write_struct(
-        PNG_LIBPNG_VER_STRING, nullptr, [](png_structp, png_const_charp why) { throw std::runtime_error(why); }, nullptr);
-    png_infop info = png != nullptr ? png_create_info_struct(png) : nullptr;
-    if (info == nullptr) throw std::runtime_error("libpng has no memory");
-    try {
-        png_set_write_fn(png, &out, append, [](png_structp) {});
-        png_set_IHDR(png, info, static_cast<png_uint_32>(map.width), static_cast<png_uint_32>(map.height), 16,
-                     PNG_COLOR_TYPE_GRAY_ALPHA, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
-        png_write_info(png, info);
-        for (int row = 0; row < map.height; ++row) png_write_row(png, &rows[static_cast<std::size_t>(4 * row * map.width)]);
-        png_write_end(png, info);
-    } catch (...) {
-        png_destroy_write_struct(&png, &info);
-        throw;
-    }
-    png_destroy_write_struct(&png, &info);
     return out;
 }
 

@@ -1,9 +1,9 @@
 #include "viewer/server/scene/downloads.h"
 
+#include "viewer/server/protocol/number_text.h"
 #include "viewer/server/scene/file_name.h"
 #include "viewer/server/scene/inspect.h"
 
-#include <charconv>
 #include <cmath>
 
 namespace sqmap::viewer {
@@ -93,9 +93,9 @@ std::optional<Vec3d> point_of(std::string_view text)
 {
     Vec3d out;
     for (int k = 0; k < 3; ++k) {
-        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), out[k]);
-        if (error != std::errc() || !(std::abs(out[k]) <= 100)) return std::nullopt;
-        text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+        const std::optional<double> number = take_number(text);
+        if (!number || !(std::abs(*number) <= 100)) return std::nullopt;
+        out[k] = *number;
         if (k < 2 && !text.starts_with('_')) return std::nullopt;
         if (k < 2) text.remove_prefix(1);
     }

@@ -1,11 +1,11 @@
 // Files that a browser sends: meshes to be baked, models, names of parts.
 #include "sqmap/mesh/error.h"
 #include "viewer/server/http/routes.h"
+#include "viewer/server/protocol/number_text.h"
 #include "viewer/server/scene/file_name.h"
 #include "viewer/server/scene/scene.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cstring>
 
 namespace sqmap::viewer {
@@ -33,9 +33,8 @@ HttpReply refused(const Refusal& refusal, int status = 200)
 /// Not below 0; anything else is nothing said.
 double length_in(std::string_view text)
 {
-    double value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    return error == std::errc() && end == text.data() + text.size() && value > 0 && value < 1e9 ? value : 0;
+    const double value = take_number(text).value_or(0);
+    return text.empty() && value > 0 && value < 1e9 ? value : 0;
 }
 
 /// What the page's dialog chose for a mesh: repair none, safe, close or surface; thickness of sheets and metres per unit.

@@ -38,6 +38,9 @@ device::SimulatedOptions held_by(const Hand& hand)
         return static_cast<const Hand*>(context)->at(time);
     };
     options.script_context = &hand;
+#ifdef __EMSCRIPTEN__
+    options.step = 1e-3;  // there the servo's ticks come in bursts
+#endif
     return options;
 }
 

@@ -3,13 +3,13 @@
 #include "viewer/server/protocol/bytes.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
+#include <cstring>
 
 namespace sqmap::viewer {
 namespace {
 
-bool same(double a, double b) { return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b); }
+bool same(double a, double b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 bool same(Vec3d a, Vec3d b) { return same(a.x, b.x) && same(a.y, b.y) && same(a.z, b.z); }
 
 }  // namespace

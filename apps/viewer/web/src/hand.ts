@@ -41,6 +41,7 @@ export class Hand {
   }
 
   private drags = false;
+  private inSpace = false;  ///< held by a hand in space, which lifts itself
   get holding(): boolean { return this.held; }
 
   private down(e: PointerEvent): void {
@@ -94,6 +95,7 @@ export class Hand {
   /// Down to the surface as soon as the program has taken hold of the tool. numb: it touches, but came there before that, and the
   /// force begins off the surface only: up and down again, which a slow machine would else leave to the user.
   heard(engaged: boolean, numb: boolean): void {
+    if (this.inSpace) return;
     const now = performance.now();
     if (this.downAt) {
       if (!engaged || now < this.downAt) return;
@@ -133,7 +135,7 @@ export class Hand {
 
   letGo(): void {
     if (!this.held) return;
-    this.held = this.drags = false;
+    this.held = this.drags = this.inSpace = false;
     this.downAt = 0;
     this.over(this.lastPoint, this.lastNormal, LIFT);
     this.onAim(this.target, false, null);
@@ -151,6 +153,31 @@ export class Hand {
     this.begin();
   }
 
+  /// Touches, or lifts.
+  toggle(): void {
+    if (this.held) { this.letGo(); this.onKeyTouch('Lifted'); return; }
+    this.hold();
+    this.onKeyTouch('Touching');
+    this.seek();
+  }
+
+  /// Over the stage, shares of half its height; the first time it touches.
+  moveBy(right: number, up: number): void {
+    if (!this.held) { this.hold(); return; }
+    this.at.set(Math.min(Math.max(this.at.x + right / this.world.camera.aspect, -1), 1), Math.min(Math.max(this.at.y + up, -1), 1));
+    this.aim();
+    this.seek();
+  }
+
+  /// At a point of the world: a hand in space, which no surface stops.
+  moveTo(target: THREE.Vector3): void {
+    this.drags = false;
+    this.held = this.inSpace = true;
+    this.downAt = 0;
+    this.lastPoint.copy(this.target.copy(target));
+    this.onAim(this.target, true, null);
+  }
+
   private key(e: KeyboardEvent): void {
     if (!this.enabled) return;
     const step = e.shiftKey ? 0.006 : 0.024;
@@ -159,16 +186,10 @@ export class Hand {
     if (move) {
       e.preventDefault();
       e.stopPropagation();
-      if (!this.held) { this.hold(); return; }
-      this.at.set(Math.min(Math.max(this.at.x + move[0] / this.world.camera.aspect, -1), 1), Math.min(Math.max(this.at.y + move[1], -1), 1));
-      this.aim();
-      this.seek();
+      this.moveBy(move[0], move[1]);
     } else if (e.key === 'Enter') {
       e.preventDefault();
-      if (this.held) { this.letGo(); this.onKeyTouch('Lifted'); return; }
-      this.hold();
-      this.onKeyTouch('Touching');
-      this.seek();
+      this.toggle();
     } else if (e.key === 'PageDown' || e.key === 'PageUp') {
       e.preventDefault();
       this.deeper(e.key === 'PageDown' ? 0.0005 : -0.0005);

@@ -3,7 +3,7 @@
 import { h } from './dom';
 
 const LEAST = 280, LARGEST = 640, STEP = 20;  // px
-export const narrow = matchMedia('(max-width: 820px)');
+export const narrow = matchMedia('(max-width: 900px)');
 
 export const main = h('main', {});
 export const panel = h('div', { class: 'panel', id: 'panel', role: 'tabpanel', tabIndex: -1 });

@@ -6,7 +6,7 @@ import { help } from './help';
 import { edge, main, panel, sheet } from './layout';
 import { meter } from './meter';
 import { modePanel, setMode, tabList, tabs } from './modes';
-import { link, saved, type ObjectFacts } from './net';
+import { link, program, saved, type ObjectFacts } from './net';
 import { notice, progressBox, question, showProgress, trouble, wait } from './notices';
 import { folded } from './panels/controls';
 import { costume } from './panels/dress';
@@ -14,6 +14,7 @@ import { firstMinute, lookAt } from './first';
 import { dialog, exportMenu, openButton, zone } from './panels/files';
 import { restoreView } from './session';
 import { inspected } from './panels/inspect';
+import './pad';
 import { pickBox } from './panels/look';
 import { count, factsBox } from './panels/models';
 import { map, mapCard, showFeet } from './panels/parts';
@@ -26,11 +27,12 @@ import { hand, stage, world } from './stage';
 import { changed, state } from './state';
 import { stopButton } from './stop';
 import { applyTheme, themeButton } from './theme';
+import { immersive, immersiveButton } from './immersive';
 
 const connection = h('span', { class: 'pill', id: 'connection', role: 'status' }, 'connecting …');
 panel.append(notice, progressBox, dialog, modePanel, pickBox, mapCard, factsBox, folded('Timing', 'timing', counters, pageCost));
 main.append(stage, edge, sheet, panel, charts.element);
-document.getElementById('app')!.replaceChildren(h('header', {}, h('h1', {}, 'sqmap'), tabList, openButton, exportMenu, connection, soundButton, themeButton, help.button, stopButton), main, zone, help.dialog);
+document.getElementById('app')!.replaceChildren(h('header', {}, h('h1', {}, 'sqmap'), tabList, openButton, exportMenu, connection, soundButton, immersiveButton, themeButton, help.button, stopButton), main, zone, help.dialog);
 
 leaveOut();
 let first = true;
@@ -57,8 +59,10 @@ function scene(objects: ObjectFacts[]): void {
   }).catch((e) => trouble(e));
 }
 
+/// Of the connection: there, and lost.
+const WORDS = { server: ['connected', 'connection lost: no force; trying again …'], worker: ['in this page', 'ended: no force'], kept: ['a saved page', ''] };
 function connected(yes: boolean): void {
-  connection.textContent = saved ? 'a saved page' : yes ? 'connected' : 'connection lost: no force; trying again …';
+  connection.textContent = WORDS[program.kind][yes ? 0 : 1];
   connection.className = yes ? 'pill good' : 'pill bad';
   if (yes) { again(); costume.again(); return; }
   sound.quiet();
@@ -98,4 +102,4 @@ link.open({
 });
 
 // For the browser tests.
-Object.assign(window, { sqmap: { meter, world, map, inspected, hand, charts, game, link, costume, recorder, facts: () => state.facts, status: () => state.status, frame: () => state.frame, frames: () => state.frames } });
+Object.assign(window, { sqmap: { meter, world, map, inspected, hand, charts, game, link, costume, recorder, immersive, facts: () => state.facts, status: () => state.status, frame: () => state.frame, frames: () => state.frames } });

@@ -1,5 +1,8 @@
-// The connection to the program: JSON both ways, and a binary stream of what is felt.
+// What the page and the program say to one another: JSON both ways, and a binary stream of what is felt.
 import { meter } from './meter';
+import { program, saved } from './program/program';
+
+export { program, saved };
 
 export interface Part {
   name: string; sphere: number[]; neighbours: number[]; triangles: number; area: number; certified: boolean; largestF: number | null;
@@ -60,14 +63,6 @@ export interface Handlers {
   taken(): void;  ///< another window took it from this one
 }
 
-/// What a page saved as one file holds instead of the program: what it said last, bytes that it served, a recording.
-export interface Saved { scene: ObjectFacts[]; status: Status; bytes: Record<string, string>; recording: string; pose: number[]; }
-declare global { interface Window { sqmapSaved?: Saved } }
-export const saved = window.sqmapSaved;
-
-const token = new URLSearchParams(location.search).get('token') ?? '';
-export const address = (path: string): string => `${path}${path.includes('?') ? '&' : '?'}token=${token}`;
-
 const HEAD = 43, CLOTH_HEAD = 19;
 export const TICK = 5;
 
@@ -95,68 +90,37 @@ export function readFeet(data: Float32Array): Feet {
 }
 
 export class Link {
-  private socket: WebSocket | null = null;
-  private wait = 250;
-  private handlers!: Handlers;
-
-  /// Tries again and again where there is no answer.
   open(handlers: Handlers): void {
-    this.handlers = handlers;
-    if (!saved) { this.connect(); return; }
-    setTimeout(() => { handlers.connected(true); handlers.scene(saved.scene); handlers.status(saved.status); });
+    program.open({
+      opened: () => handlers.connected(true),
+      lost: (stranger) => { if (stranger) handlers.stranger(); else handlers.connected(false); },
+      bytes(bytes) {
+        const data = new Float32Array(bytes);
+        meter.heard(bytes.byteLength, data[0] !== 3);
+        meter.spend('message', () => { if (data[0] === 2) handlers.cloth(readCloth(data)); else if (data[0] === 3) handlers.feet(readFeet(data)); else handlers.frame(readFrame(data)); });
+      },
+      text(text) {
+        const message = JSON.parse(text);
+        if (message.say === 'scene') handlers.scene(message.objects);
+        else if (message.say === 'status') handlers.status(message);
+        else if (message.say === 'progress') handlers.progress(message);
+        else if (message.say === 'trouble') handlers.trouble(message.text);
+        else if (message.say === 'held') handlers.held();
+        else if (message.say === 'taken') handlers.taken();
+      },
+    });
   }
 
-  private connect(): void {
-    const socket = new WebSocket(`ws://${location.host}${address('/ws')}`);
-    this.socket = socket;
-    socket.binaryType = 'arraybuffer';
-    let opened = false;
-    socket.onopen = () => { opened = true; this.wait = 250; this.handlers.connected(true); };
-    socket.onmessage = (event) => {
-      if (event.data instanceof ArrayBuffer) {
-        const data = new Float32Array(event.data);
-        meter.heard(event.data.byteLength, data[0] !== 3);
-        meter.spend('message', () => { if (data[0] === 2) this.handlers.cloth(readCloth(data)); else if (data[0] === 3) this.handlers.feet(readFeet(data)); else this.handlers.frame(readFrame(data)); });
-        return;
-      }
-      const message = JSON.parse(event.data as string);
-      if (message.say === 'scene') this.handlers.scene(message.objects);
-      else if (message.say === 'status') this.handlers.status(message);
-      else if (message.say === 'progress') this.handlers.progress(message);
-      else if (message.say === 'trouble') this.handlers.trouble(message.text);
-      else if (message.say === 'held') this.handlers.held();
-      else if (message.say === 'taken') this.handlers.taken();
-    };
-    socket.onclose = async () => {
-      if (this.socket !== socket) return;
-      this.handlers.connected(false);
-      // Refused: only who has read the new program's address may go on.
-      if (!opened && (await fetch(address('/api/tool'), { method: 'HEAD' }).then((r) => r.status, () => 0)) === 403) this.handlers.stranger();
-      setTimeout(() => this.connect(), this.wait);
-      this.wait = Math.min(2 * this.wait, 4000);
-    };
-  }
-
-  say(message: object): boolean {
-    if (this.socket?.readyState !== WebSocket.OPEN) return false;
-    this.socket.send(JSON.stringify(message));
-    return true;
-  }
+  say(message: object): boolean { return program.say(JSON.stringify(message)); }
 
   /// For tests: as though the cable were pulled.
-  drop(): void { this.socket?.close(); }
+  drop(): void { program.drop(); }
 }
 
 export const link = new Link();
 
 async function answerTo(path: string): Promise<Response> {
-  if (saved) {
-    const text = saved.bytes[path];
-    if (text === undefined) throw new Error('This needs the program: it is not in the saved page.');
-    return fetch(`data:application/octet-stream;base64,${text}`);
-  }
-  let reply;
-  try { reply = await fetch(address(path)); } catch { throw new Error('The program does not answer.'); }
+  const reply = await program.get(path);
   if (!reply.ok) throw new Error(`${path}: ${(await reply.text()).trim()}`);
   return reply;
 }
@@ -177,22 +141,10 @@ export interface Verdict {
 export interface Reading { repair: string; thickness: string; unit: string; projection: string; }
 
 /// Sends a file; sent: share of it that is on its way, 0 to 1.
-export function upload(file: File, reading: Reading, sent: (share: number) => void, signal: AbortSignal): Promise<Verdict> {
-  return new Promise((resolve, reject) => {
-    const request = new XMLHttpRequest(), words = Object.entries({ name: file.name, ...reading }).filter(([, v]) => v !== '').map(([k, v]) => `${k}=${encodeURIComponent(v)}`);
-    request.open('POST', address(`/api/upload?${words.join('&')}`));
-    request.upload.onprogress = (e) => { if (e.lengthComputable) sent(e.loaded / e.total); };
-    request.onload = () => {
-      if (request.status === 413) {
-        resolve({ accepted: false, verdict: 'REFUSED', code: 'E_LIMIT', element: 'file', message: request.responseText.trim(),
-          cure: 'decimate the mesh, or bake it with the command line: sqmap bake' });
-        return;
-      }
-      try { resolve(JSON.parse(request.responseText)); } catch { reject(new Error(request.responseText || `status ${request.status}`)); }
-    };
-    request.onerror = () => reject(new Error('the program does not answer'));
-    request.onabort = () => reject(new Error('cancelled'));
-    signal.addEventListener('abort', () => request.abort());
-    request.send(file);
-  });
+export async function upload(file: File, reading: Reading, sent: (share: number) => void, signal: AbortSignal): Promise<Verdict> {
+  const words = Object.entries({ name: file.name, ...reading }).filter(([, v]) => v !== '').map(([k, v]) => `${k}=${encodeURIComponent(v)}`);
+  const { status, text } = await program.post(`/api/upload?${words.join('&')}`, file, sent, signal);
+  if (status === 413)
+    return { accepted: false, verdict: 'REFUSED', code: 'E_LIMIT', element: 'file', message: text.trim(), cure: 'decimate the mesh, or bake it with the command line: sqmap bake' };
+  try { return JSON.parse(text); } catch { throw new Error(text || `status ${status}`); }
 }

@@ -50,6 +50,8 @@ export class GroundShadow {
     const group = new THREE.Scene();
     for (const s of surfaces) { const copy = new THREE.Mesh(s.geometry, this.near); copy.raycast = () => {}; group.add(copy); }
     const before = this.renderer.getClearAlpha(), colour = this.renderer.getClearColor(new THREE.Color());
+    const { xr } = this.renderer, worn = xr.enabled;
+    xr.enabled = false;  // a headset's own eyes do not look from below
     this.renderer.setClearColor(0x000000, 0);
     const render = (what: THREE.Object3D, target: THREE.WebGLRenderTarget) => { this.renderer.setRenderTarget(target); this.renderer.clear(); this.renderer.render(what, this.camera); };
     render(group, this.targets[0]);
@@ -59,6 +61,7 @@ export class GroundShadow {
       render(this.screen, this.targets[to]);
     }
     this.renderer.setRenderTarget(null);
+    xr.enabled = worn;
     this.renderer.setClearColor(colour, before);
     this.plane.scale.set(2 * half, 1, -2 * half);  // its picture's upper edge is at positive z
     (this.plane.material as THREE.MeshBasicMaterial).side = THREE.DoubleSide;

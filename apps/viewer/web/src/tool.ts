@@ -77,6 +77,7 @@ export class Tool {
   private drawn: number[] | null = null;
   private radius = 0.006;
   setRadius(r: number): void {
+    if (r === this.radius) return;
     this.radius = r;
     if (!this.vertices) this.mesh.scale.setScalar(r);
     this.redraw();

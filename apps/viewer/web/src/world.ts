@@ -36,6 +36,7 @@ const FRONT = new THREE.Vector3(0.28, 0.3, 1).normalize();
 export class World {
   readonly renderer: THREE.WebGLRenderer | null;  ///< null: this browser has no WebGL; all but the picture goes on
   readonly camera = new THREE.PerspectiveCamera(35, 1, 0.005, 20);
+  readonly rig = new THREE.Group();  ///< where the floor of a headset's user is; else at the origin
   readonly controls: OrbitControls;
   private scene = new THREE.Scene();
   readonly objects: Objects;
@@ -46,6 +47,7 @@ export class World {
   private ground: THREE.GridHelper;
   private shadow: GroundShadow | null;
   onFrame: (now: number) => void = () => {};  ///< before each draw
+  onImmersive: (frame: XRFrame) => void = () => {};  ///< before that, while a headset shows the scene
   readonly pace = new Pace();
   private software = isSoftware();
   private ratio = 0;  ///< pixels that were drawn last to one of the page, along each side
@@ -65,7 +67,8 @@ export class World {
     const sun = new THREE.DirectionalLight(0xffffff, 1.7);
     sun.position.set(0.5, 1, 0.8);
     this.camera.add(sun);
-    this.scene.add(this.camera);
+    this.rig.add(this.camera);
+    this.scene.add(this.rig);
     this.ground = new THREE.GridHelper(2, 40, 0x888888, 0x888888);
     (this.ground.material as THREE.Material).transparent = true;
     (this.ground.material as THREE.Material).opacity = 0.22;
@@ -78,11 +81,13 @@ export class World {
     this.camera.position.set(0.25, 0.2, 0.6);
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement as HTMLElement);
     this.resize();
-    const loop = (now: number) => {
-      requestAnimationFrame(loop);
+    const loop = (now: number, seen?: XRFrame) => {
+      if (!this.renderer) requestAnimationFrame(loop);
       meter.frame(now);
+      if (seen) this.onImmersive(seen);
       this.onFrame(now);
       meter.spend('draw', () => {
+        if (this.renderer?.xr.isPresenting) { this.renderer.render(this.scene, this.camera); return; }
         this.controls.update();
         if (!this.dirty) {
           if (!this.pace.still(now, this.software ? LONG : undefined)) return;
@@ -96,7 +101,7 @@ export class World {
         this.draw(this.renderer);
       });
     };
-    requestAnimationFrame(loop);
+    if (this.renderer) this.renderer.setAnimationLoop(loop); else requestAnimationFrame(loop);
   }
 
   redraw(): void { this.dirty = true; }
@@ -150,7 +155,7 @@ export class World {
 
   private resize(): void {
     const box = (this.canvas.parentElement as HTMLElement).getBoundingClientRect();
-    if (box.width < 2 || box.height < 2) return;
+    if (box.width < 2 || box.height < 2 || this.renderer?.xr.isPresenting) return;
     this.size.set(box.width, box.height);
     this.renderer?.setSize(box.width, box.height, false);
     this.camera.aspect = this.across / box.height;

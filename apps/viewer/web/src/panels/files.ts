@@ -2,7 +2,7 @@
 import { announce, fill, h, save } from '../dom';
 import { setMode, tabs } from '../modes';
 import { openSheet } from '../layout';
-import { address, link, saved, upload, type Settings } from '../net';
+import { fetchBytes, link, program, saved, upload, type Settings } from '../net';
 import { trouble, wait } from '../notices';
 import { world } from '../stage';
 import { MODES, on, state, type Mode } from '../state';
@@ -33,14 +33,20 @@ export const exportMenu = h('details', { class: 'menu', id: 'export' }, h('summa
 document.addEventListener('pointerdown', (e) => { if (exportMenu.open && !exportMenu.contains(e.target as Node)) exportMenu.open = false; });
 exportMenu.addEventListener('keydown', (e) => { if (e.key === 'Escape') { exportMenu.open = false; exportMenu.querySelector('summary')!.focus(); } });
 
+/// What the program writes of an object: address, ending, words of the button.
+const EXPORTS: [string, string, string][] = [['glb', 'glb', 'GLB'], ['json', 'json', 'JSON'], ['sqmap', 'sqmap', 'Model'], ['names', 'names.json', 'Names']];
+async function saveExport(object: number, what: string, ending: string): Promise<void> {
+  const { name, edited } = state.facts[object];
+  if (what === 'sqmap' && edited) { trouble('Bake the edited parts first: the model file would hold the parts of before.'); return; }
+  try { save(`${name}.${ending}`, await fetchBytes(`/api/object/${object}/${what}`), 'application/octet-stream'); } catch (e) { trouble(e); }
+}
+
 function showExports(): void {
   const i = state.selected?.object ?? 0, f = state.facts[i];
   figureButton.hidden = state.mode !== 'dress';
   exportsRow.hidden = state.mode === 'dress';
-  exportsRow.replaceChildren(...(f && !saved ? [
-    h('span', { class: 'note' }, `Save ${f.name} as`),
-    ...(['glb', 'json', 'sqmap'] as const).map((kind) => kind === 'sqmap' && f.edited ? h('button', { id: 'save-sqmap', onclick: () => trouble('Bake the edited parts first: the model file would hold the parts of before.') }, 'Model') : h('a', { class: 'button', id: `save-${kind}`, href: address(`/api/object/${i}/${kind}`), download: `${f.name}.${kind}` }, kind === 'glb' ? 'GLB' : kind === 'json' ? 'JSON' : 'Model')),
-    h('a', { class: 'button', id: 'save-names', href: address(`/api/object/${i}/names`), download: `${f.name}.names.json` }, 'Names')] : []));
+  exportsRow.replaceChildren(...(f && !saved ? [h('span', { class: 'note' }, `Save ${f.name} as`),
+    ...EXPORTS.map(([what, ending, words]) => h('button', { id: `save-${what}`, onclick: () => void saveExport(i, what, ending) }, words))] : []));
 }
 
 on(['scene', 'selected', 'mode'], showExports);
@@ -118,9 +124,10 @@ function copyLink(): void {
   const view = { m: state.mode, c: world.pose(), k: world.objects.colourBy, s: world.objects.surfaceAs, q: world.objects.withSuperquadrics, o: OVERLAYS.filter((id) => lookPanel.querySelector<HTMLInputElement>(`#${id}`)!.checked), t: document.documentElement.dataset.theme, p: state.selected,
     f: state.mode === 'touch' ? state.settings : undefined, w: state.mode === 'dress' ? costume.chosen() : undefined };
   location.hash = `view=${encodeURIComponent(JSON.stringify(view))}`;
-  const done = () => announce('The link is in the address bar and the clipboard. It holds as long as the program runs.');
+  const holds = program.kind === 'worker' ? 'with the models that this page begins with' : 'as long as the program runs';
+  const done = () => announce(`The link is in the address bar and the clipboard. It restores this view ${holds}.`);
   navigator.clipboard?.writeText(location.href).then(done, done);
-  wait('Link copied: it restores this view as long as the program runs.');
+  wait(`Link copied: it restores this view ${holds}.`);
 }
 /// False where the address is no link to a view.
 export function restoreLink(): boolean {

@@ -1,7 +1,8 @@
 // The page as one file that needs no program: its script and style, the objects, the view, and the recording where there is one.
 import { h, save } from '../dom';
-import { fetchBytes, saved, type Saved } from '../net';
+import { fetchBytes, saved } from '../net';
 import { trouble, wait } from '../notices';
+import type { Saved } from '../program/program';
 import { hand, hint, showHint, world } from '../stage';
 import { on, state } from '../state';
 import { recorder } from './recording';
@@ -20,7 +21,7 @@ async function page(): Promise<string> {
   for (let i = 0; i < state.facts.length; ++i) for (const what of ['mesh', 'superquadrics']) bytes[`/api/object/${i}/${what}`] = base64(await fetchBytes(`/api/object/${i}/${what}`));
   const status = { ...state.status!, touching: false, stopped: false, devices: [], device: 0, counters: undefined, cloth: { here: false, worn: null }, settings: { ...state.settings, tool: 'ball' } };
   const content: Saved = { scene: state.facts, status, bytes, recording: recorder.count ? recorder.csv() : '', pose: world.pose() };
-  const [script, style] = await Promise.all(['/app.js', '/app.css'].map(async (name) => (await fetch(name)).text()));
+  const [script, style] = await Promise.all(['app.js', 'app.css'].map(async (name) => (await fetch(name)).text()));
   return `<!doctype html><html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1"><title>sqmap: ${state.facts.map((f) => f.name.replace(/[^\w -]/g, '')).join(', ')}</title><style>${style.replaceAll('</style', '')}</style></head>` +
     `<body><div id="app"></div><script>window.sqmapSaved=${inScript(JSON.stringify(content))}</script><script type="module">${inScript(script)}</script></body></html>`;
 }

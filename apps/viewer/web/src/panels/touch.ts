@@ -1,6 +1,6 @@
 // What is felt and with what: the settings of the forces, the tool, the device.
 import { announce, digits, fill, h } from '../dom';
-import { fetchBytes, link } from '../net';
+import { fetchBytes, link, program } from '../net';
 import { trouble } from '../notices';
 import { hand, hint, world } from '../stage';
 import { on, state } from '../state';
@@ -155,6 +155,7 @@ on(['status'], () => {
   deviceSelect.value = String(s.device);
   const d = s.devices[s.device];
   deviceFacts.textContent = d ? `${d.state}. ${d.rate} Hz, at most ${digits(s.limit ?? d.limit)} N.${s.safeStiffness && s.safeStiffness < state.settings.stiffness ? ` Stiffer than this device is proven stable with (${digits(s.safeStiffness)} N/m).` : ''}` : '';
+  if (program.kind === 'worker') deviceFacts.append(' A page without the program reaches no haptic device and dresses no figure: sqmap view does.');
   const c = s.counters;
   counters.textContent = c ? `Servo: ${c.ticks.toLocaleString('en')} ticks; ${c.late} late, ${c.missed} missed, ${c.overruns} over budget, worst ${c.worstLate.toFixed(1)} ms late.` : 'The servo starts with the first touch.';
 });

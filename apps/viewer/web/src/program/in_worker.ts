@@ -1,0 +1,150 @@
+// The program as workers of this page, compiled to WebAssembly: any static host serves it. See apps/viewer/page. One worker has the
+// scene and its forces; each dropped mesh is baked by another, so that touch goes on meanwhile and a bake can be ended.
+import type { Hears, Posted, Program } from './program';
+
+const LARGEST = 64 * 1024 * 1024;  // bytes of a file, as the server has it
+
+interface Answer { id: number; status: number; type: string; body: ArrayBuffer; }
+type Message = { ready: true } | { text: string } | { bytes: ArrayBuffer } | { broken: string } | Answer;
+
+/// A worker and what it has been asked.
+class Thread {
+  private worker: Worker;
+  private waiting = new Map<number, (answer: Answer | null) => void>();
+  private last = 0;
+  runs = true;
+
+  /// heard: what it says unasked; ended: why it runs no more, of itself.
+  constructor(script: string, heard: (message: Exclude<Message, Answer>) => void, ended: (why: string) => void) {
+    this.worker = new Worker(new URL(script, document.baseURI), { type: 'module' });
+    this.worker.onerror = (e) => { this.end(); ended(e.message || 'its script cannot be loaded'); };
+    this.worker.onmessage = ({ data }: MessageEvent<Message>) => {
+      if ('id' in data) this.waiting.get(data.id)?.(data);
+      else if ('broken' in data) { this.end(); ended(data.broken); } else heard(data);
+    };
+  }
+
+  tell(message: { open: true } | { text: string }): void { this.worker.postMessage(message); }
+
+  ask(target: string, body?: ArrayBuffer): Promise<Answer> {
+    return new Promise((resolve, reject) => {
+      const id = ++this.last, gone = () => reject(new Error('cancelled'));
+      if (!this.runs) { gone(); return; }
+      this.waiting.set(id, (answer) => { this.waiting.delete(id); if (answer) resolve(answer); else gone(); });
+      this.worker.postMessage({ id, target, body }, body ? [body] : []);
+    });
+  }
+
+  end(): void {
+    this.runs = false;
+    this.worker.terminate();
+    for (const give of this.waiting.values()) give(null);
+    this.waiting.clear();
+  }
+}
+
+/// Models that the page begins with: those of ?model=, else those that its file names.
+function firstModels(): string[] {
+  const named = new URLSearchParams(location.search).getAll('model');
+  return named.length ? named : (document.documentElement.dataset.models ?? '').split(' ').filter((name) => name);
+}
+
+const textOf = ({ status, body }: Answer): Posted => ({ status, text: new TextDecoder().decode(body) });
+
+export class InWorker implements Program {
+  readonly kind = 'worker';
+  private scene: Thread | null = null;
+  private baker: Thread | null = null;
+  private baking: Promise<unknown> = Promise.resolve();
+  private endBake: () => void = () => {};
+  private hears!: Hears;
+
+  constructor(private script: string) {}
+
+  open(hears: Hears): void {
+    this.hears = hears;
+    this.scene = new Thread(this.script, (message) => {
+      if ('ready' in message) void this.begin();
+      else if ('text' in message) hears.text(message.text);
+      else if ('bytes' in message) hears.bytes(message.bytes);
+    }, (why) => this.lose(why));
+  }
+
+  private note(message: object): void { this.hears.text(JSON.stringify(message)); }
+
+  private lose(why: string): void {
+    this.scene?.end();
+    this.hears.lost(false);
+    this.note({ say: 'trouble', text: `The program in this page has ended: ${why}. Load the page again.` });
+  }
+
+  /// The page hears of the scene once it has its models.
+  private async begin(): Promise<void> {
+    const failed: string[] = [];
+    for (const model of firstModels()) {
+      try {
+        const reply = await fetch(model);
+        if (!reply.ok) throw new Error(`the host answers ${reply.status}`);
+        await this.add(model.replace(/^.*\//, ''), await reply.arrayBuffer());
+      } catch (e) { failed.push(`${model}: ${e instanceof Error ? e.message : e}`); }
+    }
+    this.hears.opened();
+    this.scene!.tell({ open: true });
+    for (const text of failed) this.note({ say: 'trouble', text });
+  }
+
+  /// A model to the scene.
+  private async add(name: string, model: ArrayBuffer): Promise<void> {
+    const verdict = JSON.parse(textOf(await this.scene!.ask(`/api/upload?name=${encodeURIComponent(name)}`, model)).text);
+    if (!verdict.accepted) throw new Error(`${verdict.message}; ${verdict.cure}`);
+  }
+
+  say(text: string): boolean {
+    if (JSON.parse(text).say === 'cancel') { this.baker?.end(); this.endBake(); }
+    if (this.scene?.runs) this.scene.tell({ text });
+    return this.scene?.runs ?? false;
+  }
+
+  async get(path: string): Promise<Response> {
+    const { status, type, body } = await this.scene!.ask(path);
+    return new Response(body, { status, headers: { 'Content-Type': type } });
+  }
+
+  async post(path: string, file: Blob, sent: (share: number) => void, signal: AbortSignal): Promise<Posted> {
+    if (file.size > LARGEST) return { status: 413, text: `larger than ${LARGEST / 1024 / 1024} MB` };
+    const body = await file.arrayBuffer(), name = new URLSearchParams(path.slice(path.indexOf('?'))).get('name') ?? '';
+    sent(1);
+    if (/\.sqmap$|\.names\.json$/.test(name)) return textOf(await this.scene!.ask(path, body));
+    await this.baking;
+    if (signal.aborted) throw new Error('cancelled');
+    return new Promise((resolve, reject) => { this.baking = this.bake(path, body, resolve).catch((e) => { reject(e); if (!signal.aborted) this.note({ say: 'trouble', text: `${name}: ${e instanceof Error ? e.message : e}` }); }); });
+  }
+
+  /// found: told of the verdict, before the bake. Settles once the object stands in the scene, or will not.
+  private async bake(path: string, mesh: ArrayBuffer, found: (verdict: Posted) => void): Promise<void> {
+    let name = '';
+    const baked = new Promise<void>((resolve) => { this.endBake = resolve; });
+    const fail = (why: string) => { this.note({ say: 'trouble', text: why }); this.endBake(); };
+    const baker = this.baker = new Thread(this.script, (message) => {
+      if ('ready' in message) baker.tell({ open: true });
+      if (!('text' in message)) return;
+      const said = JSON.parse(message.text);
+      if (said.say === 'progress') this.hears.text(message.text);
+      else if (said.say === 'trouble') fail(said.text);
+      else if (said.say === 'scene' && said.objects.length) { name = said.objects[0].name; this.endBake(); }
+    }, fail);
+    try {
+      const verdict = textOf(await baker.ask(path, mesh));
+      found(verdict);
+      if (!JSON.parse(verdict.text).accepted) return;
+      await baked;
+      if (name) await this.add(`${name}.sqmap`, (await baker.ask('/api/object/0/sqmap')).body);
+      else this.note({ say: 'progress', name, stage: 'cancelled', done: 1 });
+    } finally {
+      baker.end();
+      this.baker = null;
+    }
+  }
+
+  drop(): void { this.lose('it was stopped'); }
+}
