@@ -154,7 +154,7 @@ def copy_pages():
         def link(match, page=page):
             text, address = match.groups()
             path = (page.parent / address.split("#")[0]).resolve()
-            if re.match(r"[a-z]+:|#", address) or path.suffix == ".md" or path.suffix in (".png", ".svg", ".gif", ".jpg"):
+            if re.match(r"[a-z]+:|#", address) or path in pages or path.suffix in (".png", ".svg", ".gif", ".jpg"):
                 return match.group(0)
             if not path.exists():
                 sys.exit(f"{page.relative_to(ROOT)}: {address} does not exist")
