@@ -1,7 +1,8 @@
 #!/usr/bin/env node
 // What the page costs in Chromium with software rendering: first paint, time until it can be touched, bytes, draw calls, frames, and
 // the CPU time of a frame in each process, which another program on the machine changes less than the frames a second.
-// MINUTES=n in the environment: touches on for so long, over the whole stage, and tells the memory of each process every minute.
+// MINUTES=n in the environment: touches on for so long, over the whole stage, and tells the memory of each process every minute; then
+// how much it grew from the minutes 5 to 15 to the last ten. WINDOW=WxH: of that; CSV=FILE: keeps the numbers.
 // COMPOSITING=gl: the whole page through SwiftShader, as the tests have it; else as a browser does without a card.
 // usage: node scripts/page_figures.mjs SQMAP CHROMIUM MODEL...
 import { spawn } from 'node:child_process';
@@ -18,11 +19,13 @@ const url = await new Promise((resolve) => { let text = ''; program.stdout.on('d
 const browser = await browserType.launch({ executablePath: chromium, args: ['--no-sandbox', '--enable-unsafe-swiftshader', ...(process.env.COMPOSITING === 'gl' ? ['--use-gl=angle', '--use-angle=swiftshader'] : [])] });
 
 const bytes = (await Promise.all(['', 'app.js', 'app.css'].map(async (name) => gzipSync(Buffer.from(await (await fetch(new URL(name + url.slice(url.indexOf('?')), url))).arrayBuffer()), { level: 9 }).length))).reduce((a, b) => a + b, 0);
-const paints = [], ready = [];
+const paints = [], ready = [], messages = [];
 let page;
 for (let i = 0; i < 3; ++i) {
   await page?.close();
   page = await browser.newPage({ viewport: { width: 1360, height: 800 } });
+  page.on('console', (m) => messages.push(m.text()));
+  page.on('pageerror', (e) => messages.push(e.message));
   await page.addInitScript(() => {
     new MutationObserver(() => { if (document.body?.dataset.ready !== undefined && !window.readyAt) window.readyAt = performance.now(); }).observe(document, { subtree: true, attributes: true, childList: true });
   });
@@ -61,23 +64,33 @@ console.log(`first paint ${middle(paints).toFixed(0)} ms, can be touched after $
 console.log(`touching: ${(1000 / cost.frameMs).toFixed(1)} frames/s, scripts ${cost.scriptMs.toFixed(2)} ms a frame, ${cost.calls} draw calls, ${cost.triangles.toLocaleString('en')} triangles`);
 console.log(`CPU ms a frame: ${['gpu', 'renderer', 'browser', 'program'].map((k) => `${k} ${(((after[k] ?? 0) - (before[k] ?? 0)) / passed).toFixed(1)}`).join(', ')}`);
 if (process.env.MINUTES) {
-  const messages = [], devtools = await page.context().newCDPSession(page), b = await (await page.$('#stage')).boundingBox(), until = Date.now() + 60000 * Number(process.env.MINUTES);
-  page.on('console', (m) => messages.push(m.text()));
-  page.on('pageerror', (e) => messages.push(e.message));
-  for (let k = 0, next = 0; Date.now() < until; ++k) {
+  const [width, height] = (process.env.WINDOW ?? '1360x800').split('x').map(Number), kinds = ['program', 'renderer', 'gpu', 'browser'], rows = [];
+  await page.setViewportSize({ width, height });
+  await page.evaluate(() => window.sqmap.world.frame(window.sqmap.world.objects.focus));
+  await page.waitForTimeout(500);
+  const devtools = await page.context().newCDPSession(page), b = await (await page.$('#stage')).boundingBox(), until = Date.now() + 60000 * Number(process.env.MINUTES);
+  const keep = (line) => { if (process.env.CSV) fs.appendFileSync(process.env.CSV, `${line}\n`); };
+  keep(`time,heap_MB,${kinds.map((k) => `${k}_MB`).join(',')},touches,felt,messages`);
+  let touches = 0, felt = 0;
+  for (let next = 0; Date.now() < until; ++touches) {
     if (Date.now() >= next) {
       next = Date.now() + 60000;
       await devtools.send('HeapProfiler.collectGarbage');
-      const heap = (await devtools.send('Runtime.getHeapUsage')).usedSize / 1e6, all = memory();
-      console.log(`${new Date().toISOString().slice(11, 19)} heap ${heap.toFixed(1)} MB; resident ${['program', 'renderer', 'gpu', 'browser'].map((kind) => `${kind} ${(all[kind] ?? 0).toFixed(0)}`).join(', ')} MB; ${messages.length} messages`);
+      const heap = (await devtools.send('Runtime.getHeapUsage')).usedSize / 1e6, all = memory(), sizes = kinds.map((kind) => all[kind] ?? 0);
+      rows.push([heap, ...sizes]);
+      console.log(`${new Date().toISOString().slice(11, 19)} heap ${heap.toFixed(2)} MB; resident ${kinds.map((kind, i) => `${kind} ${sizes[i].toFixed(0)}`).join(', ')} MB; ${felt} of ${touches} touches felt; ${messages.length} messages`);
+      keep([new Date().toISOString().slice(11, 19), heap.toFixed(3), ...sizes.map((x) => x.toFixed(1)), touches, felt, messages.length].join(','));
     }
-    // A touch of two seconds, each elsewhere on the object.
-    const x = at[0] + 0.1 * b.width * Math.sin(2.4 * k), y = at[1] + 0.1 * b.height * Math.cos(1.7 * k);
+    // A touch of two seconds, each elsewhere about the middle of the object.
+    const x = b.x + b.width * (0.5 + 0.1 * Math.sin(2.4 * touches)), y = b.y + b.height * (0.5 + 0.1 * Math.cos(1.7 * touches));
     await page.mouse.move(x, y);
     await page.mouse.down();
     for (let i = 0; i < 20; ++i) { await page.mouse.move(x + 12 * Math.sin(i / 4), y + 8 * Math.cos(i / 3)); await page.waitForTimeout(100); }
+    if (await page.evaluate(() => Math.hypot(...(window.sqmap.frame()?.force ?? [0])) > 0)) ++felt;
     await page.mouse.up();
   }
+  const mean = (from, to, k) => { const part = rows.slice(from, to); return part.reduce((sum, r) => sum + r[k], 0) / part.length; };
+  if (rows.length >= 25) console.log(`growth from minutes 5 to 15 to the last ten: ${['heap', ...kinds].map((kind, k) => `${kind} ${(100 * (mean(-10, undefined, k) / mean(5, 15, k) - 1)).toFixed(1)} %`).join(', ')}`);
   for (const text of messages) console.log(text);
 }
 await browser.close();

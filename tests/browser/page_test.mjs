@@ -371,9 +371,12 @@ test('what is felt is recorded, replayed as it was, saved and read back', async 
   await page.mouse.up();
   await page.click('#record');
   assert.ok((await page.evaluate(() => window.sqmap.recorder.count)) > 10);
-  const [download] = await Promise.all([page.waitForEvent('download'), page.click('#save-recording')]);
-  const to = path.join(folder, 'touch.csv');
-  await download.saveAs(to);
+  const saved = async (button, name) => {
+    const [download] = await Promise.all([page.waitForEvent('download'), page.click(button)]);
+    await download.saveAs(path.join(folder, name));
+    return path.join(folder, name);
+  };
+  const to = await saved('#save-table', 'table.csv'), whole = await saved('#save-recording', 'touch.csv');
   // The longest arrow that a replay draws.
   const replayed = async () => {
     const done = page.evaluate(() => new Promise((resolve) => {
@@ -403,9 +406,12 @@ test('what is felt is recorded, replayed as it was, saved and read back', async 
   assert.ok((await replayed()).again > 0, 'it is drawn beside');
   await page.locator('#s-stiffness').fill(stiffness);
   await until(page, (k) => window.sqmap.status().settings.stiffness === k, Number(stiffness));
+  await page.setInputFiles('#recording-file', whole);
+  await until(page, () => document.querySelector('#notice').textContent.includes('touch.csv: '));
+  assert.match(await again('Replay draws it'), /the same to the bit|ticks were lost/, 'with its poses it is computed again');
   await page.setInputFiles('#recording-file', to);
-  await until(page, () => document.querySelector('#notice').textContent.includes('ready to replay'));
-  assert.ok(await page.isDisabled('#again'), 'what a file holds has lost its ticks');
+  await until(page, () => document.querySelector('#notice').textContent.includes('table.csv: '));
+  assert.ok(await page.isDisabled('#again'), 'a table has not the poses of its ticks');
   const read = await replayed();
   assert.ok(Math.abs(read.most - own.most) < 1e-6 && read.count > 10 && own.again === 0 && read.again === 0);
   fs.writeFileSync(path.join(folder, 'broken.csv'), fs.readFileSync(to, 'utf8').replace('force_N', 'farce'));

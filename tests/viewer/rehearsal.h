@@ -57,7 +57,7 @@ public:
                                                           .pushes = {&push, 1}},
                                                          {&safe_, 1});
         written_ = true;
-        last_ = {report.body.translation, pose.translation,   safe_, forces_.depth(), safety.acted,
+        last_ = {report.body.translation, pose.translation,   safe_, forces_.found().depth, safety.acted,
                  safety.faults,           report.contacts > 0};
         return last_;
     }

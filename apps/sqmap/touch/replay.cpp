@@ -118,7 +118,10 @@ int run(const Arguments& arguments)
     {
         const device::TraceReader reader(arguments.trace);
         const auto setup = reader.header().find("setup");
-        if (!setup) throw BadTouch(arguments.trace + " has no setup: it was not recorded by sqmap touch");
+        if (!setup)
+            throw BadTouch(arguments.trace +
+                           " has no setup: it was not recorded by sqmap touch\n  cure: a recording of the page of sqmap view is "
+                           "opened there");
         options = setup_from(*setup);
     }
     if (!arguments.against.empty()) {

@@ -168,21 +168,6 @@ bool read_layer(const json& in, Settings& s)
     return s.layer && *s.layer != query::Layer::One;
 }
 
-bool read_settings(const json& in, Settings& s)
-{
-    std::size_t law = 0;
-    if (!read_layer(in, s) || !one_of(in, "law", k_friction_names, law) || !flag(in, "paperForce", s.paper_force) ||
-        !flag(in, "proxy", s.proxy))
-        return false;
-    s.law = static_cast<Friction>(law);
-    return number(in, "tolerance", 0, 0.01, s.tolerance) && number(in, "stiffness", 0, 2000, s.stiffness) &&
-           number(in, "damping", 0, 5, s.damping) && number(in, "friction", 0, 1.5, s.friction) &&
-           number(in, "fC", 0, 2, s.f_c) && number(in, "kF", 0, 1000, s.k_f) && number(in, "texture", 0, 0.001, s.texture) &&
-           number(in, "smoothing", 0, 0.01, s.smoothing) && number(in, "toolRadius", 0.001, 0.05, s.tool_radius) &&
-           number(in, "zone", 0, 0.1, s.zone) && number(in, "forceLimit", 0.1, 3.3, s.force_limit) && read_tool(in, s) &&
-           in.size() == 20;
-}
-
 }  // namespace
 
 nlohmann::ordered_json settings_json(const Settings& s)
@@ -211,6 +196,20 @@ nlohmann::ordered_json settings_json(const Settings& s)
             {"toolTilt", s.tool_tilt}};
 }
 
+bool read_settings(const json& in, Settings& s)
+{
+    std::size_t law = 0;
+    if (!read_layer(in, s) || !one_of(in, "law", k_friction_names, law) || !flag(in, "paperForce", s.paper_force) ||
+        !flag(in, "proxy", s.proxy))
+        return false;
+    s.law = static_cast<Friction>(law);
+    return number(in, "tolerance", 0, 0.01, s.tolerance) && number(in, "stiffness", 0, 2000, s.stiffness) &&
+           number(in, "damping", 0, 5, s.damping) && number(in, "friction", 0, 1.5, s.friction) &&
+           number(in, "fC", 0, 2, s.f_c) && number(in, "kF", 0, 1000, s.k_f) && number(in, "texture", 0, 0.001, s.texture) &&
+           number(in, "smoothing", 0, 0.01, s.smoothing) && number(in, "toolRadius", 0.001, 0.05, s.tool_radius) &&
+           number(in, "zone", 0, 0.1, s.zone) && number(in, "forceLimit", 0.1, 3.3, s.force_limit) && read_tool(in, s);
+}
+
 std::optional<Message> read_message(std::string_view text)
 {
     if (text.find('\0') != std::string_view::npos) return std::nullopt;  // the parser would end there
@@ -235,7 +234,7 @@ std::optional<Message> read_message(std::string_view text)
         return m;
     };
     if (name == "touch") return done(Say::Touch, read_touch(in, m));
-    if (name == "settings") return done(Say::Settings, read_settings(in, m.settings));
+    if (name == "settings") return done(Say::Settings, read_settings(in, m.settings) && in.size() == k_settings_fields + 1);
     if (name == "take") return done(Say::Take, in.size() == 1);
     if (name == "rest") return done(Say::Rest, in.size() == 1);
     if (name == "cancel") return done(Say::Cancel, in.size() == 1);

@@ -45,6 +45,9 @@ struct Settings {
 
 /// As the page sends and gets them.
 [[nodiscard]] nlohmann::ordered_json settings_json(const Settings& settings);
+/// Of an object with all these fields, whatever else it has. False where one is missing or out of its range.
+[[nodiscard]] bool read_settings(const nlohmann::json& in, Settings& settings);
+inline constexpr std::size_t k_settings_fields = 19;
 
 enum class Say : std::uint8_t {
     Touch,  ///< where the hand wants the tool, and whether it is held there

@@ -200,6 +200,17 @@ bool are_of_one_mesh(const Object& a, const Object& b)
            a.mesh.triangles == b.mesh.triangles;
 }
 
+std::shared_ptr<Object> moved(const Object& object, double metres_per_unit, Vec3d position)
+{
+    auto out = object_of(object.blob, object.name, metres_per_unit, 0, object.words);
+    out->name = object.name;  // which has no extension to lose
+    out->position = position;
+    out->names_file = object.names_file;
+    out->verdict = object.verdict;
+    out->notes = object.notes;
+    return out;
+}
+
 void put_beside(Object& object, std::span<const ObjectPtr> others)
 {
     constexpr std::size_t k_a_row = 3;

@@ -85,6 +85,8 @@ using ObjectPtr = std::shared_ptr<const Object>;
 /// Both have the same triangles, up to rounding to float.
 [[nodiscard]] bool are_of_one_mesh(const Object& a, const Object& b);
 
+/// The same object elsewhere: metres_per_unit and position as given.
+[[nodiscard]] std::shared_ptr<Object> moved(const Object& object, double metres_per_unit, Vec3d position);
 /// Moves to the right of what is there already; rows of three, one behind the other.
 void put_beside(Object& object, std::span<const ObjectPtr> others);
 

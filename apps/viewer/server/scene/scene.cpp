@@ -207,6 +207,22 @@ void Scene::replace(const ObjectPtr& before, std::shared_ptr<Object> after)
     on_objects();
 }
 
+bool Scene::rearrange(std::span<const std::pair<ObjectPtr, ObjectPtr>> copies)
+{
+    const auto entry_of = [this](const ObjectPtr& object) {
+        return std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.object == object; });
+    };
+    for (const auto& [before, after] : copies)
+        if (entry_of(before) == entries_.end()) return false;
+    for (const auto& [before, after] : copies) {
+        Entry& entry = *entry_of(before);
+        entry.object = after;
+        ++entry.revision;
+    }
+    if (!copies.empty()) send(), on_objects();
+    return true;
+}
+
 void Scene::name_part(Entry& entry, std::uint32_t part, const std::string& name)
 {
     set_words(entry, renamed(entry.words, entry.object->mesh, entry.parts()->partition, part, name, entry.object->frame()));

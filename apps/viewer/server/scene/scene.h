@@ -13,6 +13,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace sqmap::viewer {
@@ -50,6 +51,10 @@ public:
     void edit(const Message& message);
     /// Mesh, model or names: answers with the verdict, then adds the object.
     void upload(HttpRequest request, const Answer& answer);
+
+    /// Objects give way to copies of themselves that stand elsewhere. False, and nothing is changed, where the first of some pair
+    /// is no longer there.
+    bool rearrange(std::span<const std::pair<ObjectPtr, ObjectPtr>> copies);
 
     /// The bake at hand, where there is one.
     void cancel() { cancelled_ = true; }

@@ -111,7 +111,11 @@ haptic::StepResult Forces::step(const ForceInput& input, haptic::Wrench& wrench)
     haptic::StepInput step{.touched = solids_, .poses = {&input.pose, 1}, .twists = {}, .dt = input.dt};
     if (input.has_twist) step.twists = {&input.twist, 1};
     step.degraded = input.degraded;
-    return haptic::step(*state_, step, {&wrench, 1});
+    const haptic::StepResult result = haptic::step(*state_, step, {&wrench, 1});
+    const haptic::ZoneReport& zone = report();
+    if (!input.degraded) found_ = {proxy_ ? zone.depth : zone.deepest, result.contacts, zone.point, zone.normal, {}};
+    found_.body = zone.body;
+    return result;
 }
 
 }  // namespace sqmap::viewer

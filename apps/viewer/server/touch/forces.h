@@ -38,6 +38,15 @@ struct ForceInput {
 
 class Forces {
 public:
+    /// What the newest tick found. Old planes answer for a force, not for what is touched: a degraded tick changes the body
+    /// alone.
+    struct Found {
+        double depth = 0;  ///< m, of a proxy the stretch of its spring, else the deepest point
+        std::uint32_t contacts = 0;
+        Vec3d point{}, normal{};
+        sqmap::Pose body{};  ///< of what is drawn: with a proxy not the device's
+    };
+
     /// An object that is held as the tool (settings) is not there to be touched. The paper's force counts where all others are of
     /// the normal projection.
     Forces(std::vector<ObjectPtr> objects, const Settings& settings);
@@ -48,8 +57,7 @@ public:
     void adjust(const Live& live) noexcept;
     haptic::StepResult step(const ForceInput& input, haptic::Wrench& wrench) noexcept;
     [[nodiscard]] const haptic::ZoneReport& report() const noexcept { return state_->report(0); }
-    /// m, of the last step: of a proxy the stretch of its spring, else the deepest point.
-    [[nodiscard]] double depth() const noexcept { return proxy_ ? report().depth : report().deepest; }
+    [[nodiscard]] const Found& found() const noexcept { return found_; }
 
     [[nodiscard]] const std::vector<ObjectPtr>& objects() const noexcept { return objects_; }  ///< null: held as the tool
 
@@ -70,6 +78,7 @@ private:
     haptic::Texture texture_{};
     std::unique_ptr<query::Probe> probe_;
     std::unique_ptr<haptic::State> state_;
+    Found found_{};
 };
 
 }  // namespace sqmap::viewer

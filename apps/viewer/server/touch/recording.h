@@ -1,4 +1,4 @@
-// What was felt, with all that its forces depend on, so that they can be computed again: as they were, or over other objects.
+// What was touched, with all that its forces depend on, so that they can be computed again: as they were, or over other objects.
 #pragma once
 
 #include "viewer/server/touch/forces.h"
@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -16,18 +17,23 @@ struct Take {
     struct Tick {
         ForceInput input{};
         haptic::Wrench commanded{};  ///< computed, before the safety filter
+        haptic::Wrench sent{};       ///< behind it
         double depth = 0;
-        std::uint32_t live = 0;  ///< which of the live settings
+        double time = 0, cpu = 0;    ///< s since the take's first tick; s of CPU time
+        std::uint64_t sequence = 0;  ///< of the device's reading
+        std::uint32_t number = 0;    ///< of the settings
+        std::uint32_t contacts = 0, status = 0, buttons = 0;
+        std::uint32_t filter = 0;  ///< haptic::bits of the report
     };
     std::vector<ObjectPtr> objects;
-    Settings settings;       ///< of the beginning
-    std::vector<Live> live;  ///< one after the other
+    std::vector<Settings> settings;  ///< of the beginning, then one after the other: they differ in what is live
     std::vector<Tick> ticks;
     std::uint64_t lost = 0;  ///< ticks that the servo did and this did not hear of
 };
 using Recording = std::vector<std::shared_ptr<const Take>>;
 
 inline constexpr std::size_t k_max_recorded = 120'000;  ///< ticks: two minutes
+inline constexpr std::size_t k_max_takes = 256;
 
 /// Objects and settings that replace those of then.
 struct Other {
@@ -35,7 +41,7 @@ struct Other {
     Settings settings;
 };
 
-/// The same poses felt again. Forces and torques before the safety filter.
+/// The same poses computed again. Forces and torques before the safety filter.
 struct Again {
     struct Tick {
         float force = 0, torque = 0, depth = 0;  ///< N, N m, m
@@ -45,12 +51,17 @@ struct Again {
     std::uint64_t lost = 0;
     double largest_force = 0, rms_force = 0, largest_depth = 0;  ///< of the differences
 };
-/// stop: asked now and then; true ends it early.
+/// stop: called now and then; true ends it early.
 [[nodiscard]] Again compute_again(const Recording& recording, const std::optional<Other>& other,
                                   const std::function<bool()>& stop = {});
 
 /// "SQR1", #ticks, #different, #lost; then 32-bit floats: largest and root mean square difference of force (N), largest of depth
 /// (m); of each tick force, torque, depth.
 [[nodiscard]] std::string again_bytes(const Again& again);
+
+/// The recording as the page draws it, computed again as it was: "SQL1", #frames; then a frame: #floats, frame_floats.
+/// scene: the objects of now, whose numbers the frames have.
+[[nodiscard]] std::string frames_bytes(const Recording& recording, std::span<const ObjectPtr> scene,
+                                       const std::function<bool()>& stop = {});
 
 }  // namespace sqmap::viewer

@@ -2,7 +2,6 @@
 
 #include "sqmap/device/handover.h"
 #include "sqmap/device/simulated.h"
-#include "sqmap/query/point.h"
 #include "viewer/server/touch/hand.h"
 
 #include <algorithm>
@@ -21,13 +20,11 @@ bool same_tool(const Settings& a, const Settings& b)
            a.tool_turn == b.tool_turn && a.tool_tilt == b.tool_tilt && a.paper_force == b.paper_force && a.proxy == b.proxy;
 }
 
-/// What a tick felt, beside the servo's own record of it.
+/// What a tick found, beside the servo's own record of it.
 struct TickForces {
     std::uint64_t tick = 0;
-    double depth = 0;
-    std::uint32_t contacts = 0, live = 0;
-    Vec3d point{}, normal{};
-    sqmap::Pose body{};  ///< of what is drawn: with a proxy not the device's
+    std::uint32_t number = 0;  ///< of the settings
+    Forces::Found found{};
 };
 
 ForceInput force_input(const device::Sample& sample, double dt, bool degraded)
@@ -51,7 +48,7 @@ struct Touch::Work {
     device::ServoTick tick{};
     TickForces last{};
     double depth = 0, first_time = 0;
-    std::uint32_t lives = 0;  ///< that were told
+    std::uint32_t number = 0;  ///< of the newest settings
     std::shared_ptr<Take> take;
     std::uint64_t heard = 0;  ///< the newest tick of the take
 
@@ -64,14 +61,11 @@ std::uint32_t Touch::Work::tick_forces(void* context, const device::TickInput& i
     Work& w = *static_cast<Work*>(context);
     if (w.live.take()) {
         w.forces->adjust(w.live.value());
-        w.now.live = w.live.value().number;
+        w.now.number = w.live.value().number;
     }
     const haptic::StepResult result = w.forces->step(force_input(input.sample, input.dt, input.degraded), wrenches[0]);
-    const haptic::ZoneReport& report = w.forces->report();
-    if (!input.pushes.empty()) input.pushes[0] = report.push;
-    // Old planes answer for a force, not for what is touched: that stays.
-    if (!input.degraded) w.now = {0, w.forces->depth(), result.contacts, w.now.live, report.point, report.normal, {}};
-    w.now.body = report.body;
+    if (!input.pushes.empty()) input.pushes[0] = w.forces->report().push;
+    w.now.found = w.forces->found();
     w.now.tick = input.tick;
     (void)w.queue.push(w.now);
     return result.status;
@@ -85,7 +79,18 @@ void Touch::Work::keep(bool known)
     if (has_ticks && tick.tick > heard + 1) take->lost += tick.tick - heard - 1;
     heard = tick.tick;
     if (known)
-        take->ticks.push_back({force_input(tick.sample, tick.dt, tick.degraded), tick.commanded[0], last.depth, last.live});
+        take->ticks.push_back({.input = force_input(tick.sample, tick.dt, tick.degraded),
+                               .commanded = tick.commanded[0],
+                               .sent = tick.sent[0],
+                               .depth = last.found.depth,
+                               .time = tick.time - first_time,
+                               .cpu = tick.cpu,
+                               .sequence = tick.sample.sequence,
+                               .number = last.number,
+                               .contacts = last.found.contacts,
+                               .status = tick.status,
+                               .buttons = tick.sample.buttons,
+                               .filter = haptic::bits(tick.safety)});
     else if (has_ticks && tick.connected && tick.sample.sequence != 0)
         ++take->lost;
 }
@@ -96,8 +101,7 @@ Touch::Touch(std::vector<ObjectPtr> objects, const Settings& settings, std::uniq
 {
     Work& w = *work_;
     w.settings = settings;
-    if (take != nullptr)
-        *take = {.objects = objects, .settings = settings, .live = {live_of(settings, 0)}, .ticks = {}, .lost = 0};
+    if (take != nullptr) *take = {.objects = objects, .settings = {settings}, .ticks = {}, .lost = 0};
     w.take = std::move(take);
     w.forces = std::make_unique<Forces>(std::move(objects), settings);
     w.device = device != nullptr ? std::move(device) : std::make_unique<device::SimulatedDevice>(held_by(w.hand));
@@ -123,9 +127,8 @@ bool Touch::adjust(const Settings& settings)
 {
     if (!same_tool(work_->settings, settings)) return false;
     work_->settings = settings;
-    const Live live = live_of(settings, ++work_->lives);
-    work_->live.put(live);
-    if (work_->take != nullptr) work_->take->live.push_back(live);
+    work_->live.put(live_of(settings, ++work_->number));
+    if (work_->take != nullptr) work_->take->settings.push_back(settings);
     return true;
 }
 
@@ -160,12 +163,12 @@ bool Touch::frame(TouchFrame& out)
         while (w.last.tick < w.tick.tick && w.queue.pop(w.last)) {
         }
         const bool known = w.last.tick == w.tick.tick;
+        if (w.first_time == 0) w.first_time = w.tick.time;
         w.keep(known);
         out.late = std::max(out.late, w.tick.late);
         out.degraded = out.degraded || w.tick.degraded;
-        if (known) w.depth = w.last.depth;
+        if (known) w.depth = w.last.found.depth;
         out.cut = out.ticks.size() == 256;
-        if (w.first_time == 0) w.first_time = w.tick.time;
         if (out.ticks.empty()) out.time = w.tick.time - w.first_time;
         if (!out.cut)
             out.ticks.push_back({static_cast<float>(norm(w.tick.sent[0].force)), static_cast<float>(norm(w.tick.sent[0].torque)),
@@ -175,33 +178,13 @@ bool Touch::frame(TouchFrame& out)
     if (!any) return false;
     const device::ServoTick& t = w.tick;
     out.tick = t.tick;
-    const sqmap::Pose& held = t.sample.poses[0];
-    const sqmap::Pose& drawn = w.last.contacts > 0 ? w.last.body : held;
-    out.tool = drawn.translation;
-    out.turn = drawn.rotation;
-    out.hand = held.translation;
     out.force = t.sent[0].force;
     out.torque = t.sent[0].torque;
     out.acted = t.safety.acted;
     out.faults = t.safety.faults;
     out.engaged = t.safety.engaged;
     out.connected = t.connected;
-    if (w.last.contacts == 0) return true;
-    out.contacts = w.last.contacts;
-    out.depth = w.last.depth;
-    out.point = w.last.point;
-    out.normal = w.last.normal;
-    // Whose surface it is: asked below it. In a crease the middle of the contacts may lie off the surface.
-    for (const double below : {2e-4, 1e-3, 2e-3, 4e-3, 8e-3, 16e-3})
-        for (std::size_t i = 0; i < w.forces->objects().size() && out.object < 0; ++i) {
-            if (w.forces->objects()[i] == nullptr) continue;
-            const Object& object = *w.forces->objects()[i];
-            const Vec3d in_metres = out.point - below * out.normal - object.pose().translation;
-            const query::PointResult contact = query::query_point(object.metres, in_metres);
-            if (!contact.contact) continue;
-            out.object = static_cast<int>(i);
-            out.part = contact.part;
-        }
+    set_contact(out, t.sample.poses[0], w.last.found, w.forces->objects());
     return true;
 }
 

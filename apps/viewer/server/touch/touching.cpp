@@ -6,21 +6,24 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <optional>
 
 namespace sqmap::viewer {
 namespace {
 
 using nlohmann::ordered_json;
 
-constexpr std::size_t k_max_takes = 256;
 constexpr std::uint64_t k_feet_every = 3;  // frames: feet are for the eye
 
 }  // namespace
 
-Touching::Touching(Audience& audience, const Scene& scene, Worker& pictures, Worker& bakes)
-    : audience_(audience), scene_(scene), pictures_(pictures), bakes_(bakes)
+Touching::Touching(Audience& audience, Scene& scene, Worker& pictures, Worker& bakes)
+    : audience_(audience), scene_(scene), pictures_(pictures), bakes_(bakes), recorder_(audience, scene, pictures, bakes)
 {
+    recorder_.settings = [this] { return settings_; };
+    recorder_.on_open = [this](const Settings& settings) {
+        set(settings);
+        on_status();
+    };
 }
 
 // ---- What the pages fetch
@@ -39,20 +42,7 @@ void Touching::add_routes(Routes& routes)
             answer(bytes_reply(tool_bytes(make_tool(settings, held.get()))));
         });
     });
-    routes.get("/api/again/then", [this](const Call& call) { answer_again(call, false); });
-    routes.get("/api/again/now", [this](const Call& call) { answer_again(call, true); });
-}
-
-/// What was recorded, computed again: as it was, or with the objects and settings of now.
-void Touching::answer_again(const Call& call, bool now)
-{
-    if (recording_ || recorded() == 0) return call.answer(not_found());
-    if (pictures_.busy()) return call.answer(busy());
-    std::optional<Other> other;
-    if (now) other = Other{scene_.objects(), settings_};
-    pictures_.work([this, answer = call.answer, other, takes = Recording(takes_.begin(), takes_.end())] {
-        answer(bytes_reply(again_bytes(compute_again(takes, other, [this] { return pictures_.quits(); }))));
-    });
+    recorder_.add_routes(routes);
 }
 
 void Touching::list_devices()
@@ -182,20 +172,14 @@ void Touching::remove(std::uint32_t object)
 /// The touch begins anew, so that nothing that was felt before has a part in what is recorded.
 void Touching::record(bool on)
 {
-    recording_ = on;
     if (on) {
-        takes_.clear();
+        recorder_.begin();
         restart();
-    } else if (touch_ != nullptr) {
-        touch_->end_take();
+    } else {
+        recorder_.end();
+        if (touch_ != nullptr) touch_->end_take();
+        on_status();
     }
-}
-
-std::size_t Touching::recorded() const
-{
-    std::size_t ticks = 0;
-    for (const auto& take : takes_) ticks += take->ticks.size();
-    return ticks;
 }
 
 void Touching::restart() { begin_or_restart(false); }
@@ -221,10 +205,7 @@ void Touching::begin_or_restart(bool begin)
     try {
         std::unique_ptr<device::Device> device;
         if (device_ > 0) device = device::open_device(device_specs_[device_ - 1]);
-        std::shared_ptr<Take> take;
-        if (recording_ && recorded() < k_max_recorded && takes_.size() < k_max_takes)
-            takes_.push_back(take = std::make_shared<Take>());
-        touch_ = std::make_unique<Touch>(scene_.objects(), settings_, std::move(device), target_, take);
+        touch_ = std::make_unique<Touch>(scene_.objects(), settings_, std::move(device), target_, recorder_.next_take());
         if (stopped_) touch_->stop();
     } catch (const std::exception& e) {
         device_ = 0;
@@ -237,28 +218,8 @@ void Touching::begin_or_restart(bool begin)
 void Touching::stream(std::uint64_t frame_number)
 {
     if (touch_ == nullptr || !touch_->frame(frame_)) return;
-    const TouchFrame& f = frame_;
-    std::vector<float> out{1, static_cast<float>(frame_number & 0xffff)};
-    const auto vector = [&](Vec3d v) {
-        for (int k = 0; k < 3; ++k) out.push_back(static_cast<float>(v[k]));
-    };
-    vector(f.tool);
-    vector(f.force);
-    vector(f.torque);
-    vector(f.point);
-    vector(f.normal);
-    for (const double x : {f.depth, static_cast<double>(f.contacts), static_cast<double>(f.object), static_cast<double>(f.part),
-                           static_cast<double>(f.acted), static_cast<double>(f.faults), f.late * 1e3, f.degraded ? 1.0 : 0.0,
-                           f.engaged ? 1.0 : 0.0, f.connected ? 1.0 : 0.0, static_cast<double>(f.ticks.size()),
-                           recording_ && !f.cut && recorded() < k_max_recorded ? static_cast<double>(recorded()) : 0.0})
-        out.push_back(static_cast<float>(x));
-    for (int row = 0; row < 3; ++row) vector(f.turn.row[row]);
-    vector(f.hand);
-    // A float alone would lose the milliseconds of an hour.
-    const double whole = std::floor(f.time);
-    out.insert(out.end(), {static_cast<float>(whole), static_cast<float>(f.time - whole)});
-    for (const TickPoint& t : f.ticks) out.insert(out.end(), {t.force, t.torque, t.depth, t.cpu, t.since});
-    stream_floats(out);
+    const bool keeps = recorder_.recording() && !frame_.cut && !recorder_.full();
+    stream_floats(frame_floats(frame_, frame_number, keeps ? recorder_.ticks() : 0));
     if (frame_number % k_feet_every == 0) stream_feet();
 }
 
@@ -288,6 +249,7 @@ void Touching::add_status(ordered_json& out) const
     out["devices"] = devices_;
     out["settings"] = settings_json(settings_);
     out["toolRevision"] = tool_revision_;
+    out["recorded"] = recorder_.recording() ? 0 : recorder_.ticks();
     if (touch_ != nullptr) {
         const device::ServoCounters c = touch_->counters();
         out["counters"] = {

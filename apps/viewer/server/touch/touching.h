@@ -5,6 +5,7 @@
 #include "viewer/server/http/routes.h"
 #include "viewer/server/jobs/worker.h"
 #include "viewer/server/scene/scene.h"
+#include "viewer/server/touch/recorder.h"
 #include "viewer/server/touch/touch.h"
 
 #include <cstdint>
@@ -20,11 +21,11 @@ namespace sqmap::viewer {
 class Touching {
 public:
     /// scene: what is touched. All must outlive this; the workers end before it.
-    Touching(Audience& audience, const Scene& scene, Worker& pictures, Worker& bakes);
+    Touching(Audience& audience, Scene& scene, Worker& pictures, Worker& bakes);
 
     std::function<void()> on_status = [] {};  ///< something that add_status() says has changed
 
-    /// Adds /api/tool and /api/again/then, /api/again/now.
+    /// Adds /api/tool and those of the recorder.
     void add_routes(Routes& routes);
     /// Looks for devices, on the worker that bakes.
     void list_devices();
@@ -59,11 +60,9 @@ private:
     void begin_or_restart(bool begin);
     void move(ConnectionId connection, const Message& message);
     void drop_tool();
-    void answer_again(const Call& call, bool now);
     [[nodiscard]] bool has_wanted_force();
     void stream_floats(const std::vector<float>& values);
     void stream_feet();
-    [[nodiscard]] std::size_t recorded() const;
     [[nodiscard]] ObjectPtr held_object() const;
 
     Audience& audience_;
@@ -75,8 +74,8 @@ private:
     std::unique_ptr<Touch> touch_;
     Vec3d target_{};
     bool stopped_ = false;
-    std::vector<std::shared_ptr<Take>> takes_;  ///< of the recording; the last one may still grow
-    bool recording_ = false, feet_shown_ = false;
+    Recorder recorder_;
+    bool feet_shown_ = false;
     TouchFrame frame_{};
     nlohmann::ordered_json devices_ = nlohmann::ordered_json::array();
     std::vector<std::string> device_specs_;

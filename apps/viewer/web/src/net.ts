@@ -27,6 +27,7 @@ export interface Status {
   program: string;  ///< another one after every start
   touching: boolean; stopped: boolean; device: number; devices: DeviceRow[]; settings: Settings;
   cloth: { here: boolean; worn: Worn | null }; toolRevision: number;
+  recorded?: number;  ///< ticks of a recording that the program keeps
   counters?: Record<string, number>; limit?: number; safeStiffness?: number; deviceName?: string;
 }
 export interface Frame {
@@ -73,6 +74,17 @@ export function readFrame(data: Float32Array): Frame {
     depth: data[17], contacts: data[18], object: data[19], part: data[20], acted: data[21], faults: data[22], late: data[23],
     degraded: data[24] > 0, engaged: data[25] > 0, connected: data[26] > 0, recorded: data[28], ticks: data.subarray(HEAD, HEAD + TICK * data[27]),
   };
+}
+
+/// What /api/recording/frames sends.
+export function readFrames(data: ArrayBuffer): Frame[] {
+  const count = new Uint32Array(data, 0, 2)[1], out: Frame[] = [];
+  for (let at = 8; out.length < count;) {
+    const length = new Uint32Array(data, at, 1)[0];
+    out.push(readFrame(new Float32Array(data, at + 4, length)));
+    at += 4 + 4 * length;
+  }
+  return out;
 }
 
 export function readCloth(data: Float32Array): ClothFrame {
@@ -140,10 +152,10 @@ export interface Verdict {
 /// How a file is read; empty: as it needs.
 export interface Reading { repair: string; thickness: string; unit: string; projection: string; }
 
-/// Sends a file; sent: share of it that is on its way, 0 to 1.
-export async function upload(file: File, reading: Reading, sent: (share: number) => void, signal: AbortSignal): Promise<Verdict> {
+/// Sends a file; sent: share of it that is on its way, 0 to 1. reading: null for a recording.
+export async function upload(file: File, reading: Reading | null, sent: (share: number) => void, signal: AbortSignal): Promise<Verdict> {
   const words = Object.entries({ name: file.name, ...reading }).filter(([, v]) => v !== '').map(([k, v]) => `${k}=${encodeURIComponent(v)}`);
-  const { status, text } = await program.post(`/api/upload?${words.join('&')}`, file, sent, signal);
+  const { status, text } = await program.post(`/api/${reading ? 'upload' : 'recording'}?${words.join('&')}`, file, sent, signal);
   if (status === 413)
     return { accepted: false, verdict: 'REFUSED', code: 'E_LIMIT', element: 'file', message: text.trim(), cure: 'decimate the mesh, or bake it with the command line: sqmap bake' };
   try { return JSON.parse(text); } catch { throw new Error(text || `status ${status}`); }

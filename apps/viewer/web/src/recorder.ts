@@ -122,7 +122,7 @@ export class Recorder {
   /// Takes such a table. Throws, with what is wrong, where it is none.
   open(text: string): void {
     const lines = text.trim().split('\n');
-    if (lines[0]?.trim() !== COLUMNS.join(',')) throw new Error('this is no recording of this page: its columns are others');
+    if (lines[0]?.trim() !== COLUMNS.join(',')) throw new Error('it is no recording of this page: its columns are others');
     const kept: Kept[] = [];
     let ticks: number[] = [], begun = 0;
     lines.slice(1).forEach((line, row) => {
@@ -148,10 +148,32 @@ export class Recorder {
       ticks = [];
     });
     if (!kept.length) throw new Error('the recording is empty');
+    this.replace(kept);
+  }
+
+  /// Takes what the program keeps.
+  take(frames: Frame[]): void {
+    const last = (f: Frame) => f.time + (f.ticks.at(-1) ?? 0);
+    let shift = 0, before = 0;
+    this.replace(frames.map((f) => {
+      // Another touch begins its clock anew.
+      if (f.time + shift < before) shift = before + 0.001 - f.time;
+      before = last(f) + shift;
+      return { at: before - frames[0].time, frame: { ...f, time: f.time + shift } };
+    }));
+  }
+
+  private replace(kept: Kept[]): void {
     this.halt();
     this.recording = false;
     this.kept = kept;
     this.position = 0;
+    this.again = null;
+  }
+
+  /// The program has been started anew: what it kept is gone with it.
+  forget(): void {
+    for (const k of this.kept) k.frame.recorded = 0;
     this.again = null;
   }
 
@@ -160,5 +182,6 @@ export class Recorder {
     const n = frame.ticks.length / TICK, end = frame.recorded;
     return this.again && end >= n && end <= this.again.ticks.length / 3 ? this.again.ticks.subarray(3 * (end - n), 3 * end) : null;
   }
-  get known(): boolean { return this.kept.some((k) => k.frame.recorded > 0); }
+  /// Seconds of it that the program keeps with the poses of every tick.
+  get known(): number { return this.kept.reduce((at, k) => (k.frame.recorded > 0 ? k.at : at), 0); }
 }

@@ -11,12 +11,13 @@ import { choice, folded } from './controls';
 import { costume } from './dress';
 import { lookPanel } from './look';
 import { select } from './parts';
+import { openRecording } from './recording';
 import { pageButton } from './share';
 import { tellSettings } from './touch';
 
 /// What was found in a file.
 export const dialog = h('section', { class: 'card verdict', id: 'verdict', hidden: true, tabIndex: -1, 'aria-label': 'Verdict on the file' });
-const fileInput = h('input', { type: 'file', id: 'file', hidden: true, 'aria-label': 'Mesh, model or names', accept: '.off,.obj,.stl,.ply,.gltf,.glb,.sqmap,.json', multiple: true, onchange: () => { drop([...(fileInput.files ?? [])]); fileInput.value = ''; } });
+const fileInput = h('input', { type: 'file', id: 'file', hidden: true, 'aria-label': 'Mesh, model, names or recording', accept: '.off,.obj,.stl,.ply,.gltf,.glb,.sqmap,.json,.csv', multiple: true, onchange: () => { drop([...(fileInput.files ?? [])]); fileInput.value = ''; } });
 
 let projection = 'central';
 const exportsRow = h('div', { class: 'row wrap', id: 'exports' });
@@ -95,7 +96,9 @@ async function check(one: Waiting): Promise<void> {
   openSheet(true);
   try {
     const options = { repair: valueOf(repairChoice), thickness: thicknessInput.value, unit: valueOf(unitChoice), projection };
-    const v = await upload(file, options, (share) => { state.textContent = share < 1 ? `sending ${Math.round(100 * share)} %` : 'checking …'; }, abort.signal);
+    const sent = (share: number) => { state.textContent = share < 1 ? `sending ${Math.round(100 * share)} %` : 'checking …'; }, records = /\.csv$/i.test(file.name);
+    const v = await (records ? openRecording(file, sent, abort.signal) : upload(file, options, sent, abort.signal));
+    if (records && v.accepted) setMode('touch');
     const good = v.accepted;
     state.textContent = good ? '✓' : '✗';
     one.row.querySelector('button')!.hidden = !good;
@@ -105,7 +108,7 @@ async function check(one: Waiting): Promise<void> {
       v.message && h('p', {}, `${v.element ? `At ${v.element}: ` : ''}${v.message}`), v.cure && h('p', {}, `What helps: ${v.cure}`),
       v.notes?.length ? h('ul', {}, ...v.notes.map((n) => h('li', {}, n))) : null,
       (v.code === 'E_OPEN' || v.code === 'E_FLAT' || v.verdict === 'CLOSED' || v.verdict === 'WRAPPED') && options.repair !== 'surface' && again('surface', 'Take it as a surface without inside', 'as-surface'));
-    if (!good) optionsBox.open = true;
+    if (!good && !records) optionsBox.open = true;
     announce(`${file.name}: ${v.verdict}. ${v.message ?? ''}`, !good);
     if (!good) dialog.focus();
   } catch (e) {
@@ -114,7 +117,7 @@ async function check(one: Waiting): Promise<void> {
   }
 }
 /// Over the page while a file is dragged across it.
-export const zone = h('div', { class: 'dropzone', id: 'dropzone', hidden: true }, h('strong', {}, 'Drop meshes: they are checked, then baked'));
+export const zone = h('div', { class: 'dropzone', id: 'dropzone', hidden: true }, h('strong', {}, 'Drop meshes: they are checked, then baked. Or a model, names, a recording'));
 addEventListener('dragover', (e) => { e.preventDefault(); zone.hidden = false; });
 addEventListener('dragleave', (e) => { if (!e.relatedTarget) zone.hidden = true; });
 addEventListener('drop', (e) => { e.preventDefault(); zone.hidden = true; drop([...(e.dataTransfer?.files ?? [])]); });

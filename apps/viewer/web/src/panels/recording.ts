@@ -1,10 +1,11 @@
-// What was felt, recorded, replayed, and computed again by the program.
+// What was felt, recorded, replayed, computed again by the program, saved and opened.
 import { h, digits, save } from '../dom';
 import { charts, draw, hideTool, show } from '../felt';
-import { fetchBytes, link, type Frame } from '../net';
+import { fetchBytes, link, readFrames, upload, type Frame, type Verdict } from '../net';
 import { trouble, wait } from '../notices';
 import { readAgain, Recorder } from '../recorder';
 import { hand } from '../stage';
+import { on, state } from '../state';
 import { onStop } from '../stop';
 import { card } from './controls';
 import { sound } from './senses';
@@ -33,13 +34,46 @@ recorder.onSeek = (frames, at) => {
   showRecorder(at);
 };
 charts.onPick = (ago) => { if (recorder.replaying) recorder.seek(recorder.position - ago); };
-const saveButton = h('button', { id: 'save-recording', onclick: () => save('touch.csv', recorder.csv(), 'text/csv') }, 'Save');
+/// With the poses of every tick, from the program that keeps them.
+const saveButton = h('button', { id: 'save-recording', title: 'To open again here, also tomorrow', onclick: async () => {
+  try { save('touch.csv', await fetchBytes('/api/recording'), 'text/csv'); } catch (e) { trouble(e); }
+} }, 'Save');
+const tableButton = h('button', { id: 'save-table', title: 'What was drawn, for a spreadsheet', onclick: () => save('touch-table.csv', recorder.csv(), 'text/csv') }, 'Table');
 const recordingInput = h('input', { type: 'file', id: 'recording-file', hidden: true, 'aria-label': 'Recording', accept: '.csv', onchange: async () => {
   const f = recordingInput.files?.[0];
-  if (f) try { recorder.open(await f.text()); wait(`${f.name}: ${recorder.seconds.toFixed(1)} s, ready to replay.`); } catch (e) { trouble(`${f.name}: ${e instanceof Error ? e.message : e}`); }
   recordingInput.value = '';
-  showRecorder();
+  if (!f) return;
+  try {
+    const v = await openRecording(f, () => {}, new AbortController().signal);
+    if (!v.accepted) trouble(`${v.message}. What helps: ${v.cure}.`);
+  } catch (e) { trouble(`${f.name}: ${e instanceof Error ? e.message : e}`); }
 } });
+
+/// By its beginning: a recording with the poses of every tick goes to the program, a table of what was drawn is read here.
+export async function openRecording(file: File, sent: (share: number) => void, signal: AbortSignal): Promise<Verdict> {
+  let verdict: Verdict = { accepted: true, verdict: 'TABLE' };
+  if ((await file.slice(0, 14).text()).startsWith('# sqmap-trace ')) {
+    verdict = await upload(file, null, sent, signal);
+    if (verdict.accepted) await fetchRecording();
+  } else recorder.open(await file.text());
+  if (verdict.accepted) wait(`${file.name}: ${recorder.seconds.toFixed(1)} s, ready to replay.`);
+  showRecorder();
+  return verdict;
+}
+async function fetchRecording(): Promise<void> {
+  recorder.take(readFrames(await fetchBytes('/api/recording/frames')));
+  againWords.textContent = '';
+  showRecorder();
+}
+// The program outlives the page, and a page the program.
+let program = '', asked = false;
+on(['status'], () => {
+  const s = state.status!;
+  if (program && program !== s.program) { recorder.forget(); showRecorder(); }
+  program = s.program;
+  if (!asked && s.recorded && !recorder.count && !recorder.recording) void fetchRecording().catch(trouble);
+  asked = true;
+});
 const recordingWords = h('p', { class: 'note', id: 'recording' }), againWords = h('p', { id: 'again-words', role: 'status' });
 function endRecording(): void { recorder.stop(); link.say({ say: 'record', on: false }); }
 recorder.onFull = () => { endRecording(); showRecorder(); };
@@ -75,10 +109,11 @@ function showRecorder(at = 0): void {
     marks.dataset.key = key;
     marks.replaceChildren(...recorder.marks().slice(0, 400).map((m) => h('i', { class: m.kind, title: `${m.at.toFixed(2)} s: ${MARKS[m.kind]}`, style: `left:${((100 * m.at) / Math.max(recorder.seconds, 0.01)).toFixed(2)}%` })));
   }
-  replayButton.disabled = saveButton.disabled = recorder.count === 0 || recorder.recording;
-  againButton.disabled = !recorder.known || recorder.recording;
+  replayButton.disabled = tableButton.disabled = recorder.count === 0 || recorder.recording;
+  againButton.disabled = saveButton.disabled = !recorder.known || recorder.recording;
   recordingWords.textContent = recorder.recording ? 'Recording every tick …' : recorder.replaying ? `${recorder.paused ? 'Standing at' : 'Replaying:'} ${at.toFixed(recorder.paused ? 2 : 1)} of ${recorder.seconds.toFixed(1)} s` :
-    recorder.count ? `${recorder.seconds.toFixed(1)} s ${recorder.known ? 'recorded' : 'opened: the poses of every tick stay with the program that felt them, so it cannot be computed again'}.` : 'Nothing recorded yet.';
+    !recorder.count ? 'Nothing recorded yet.' : !recorder.known ? `${recorder.seconds.toFixed(1)} s as they were drawn, without the poses of every tick: to replay, not to compute again.` :
+    `${recorder.seconds.toFixed(1)} s recorded.${recorder.known < recorder.seconds - 0.5 ? ` Save and Compute again have the first ${recorder.known.toFixed(0)} s, the table all.` : ''}`;
 }
 recorder.onFrame = (frame, at) => { show(frame, true, recorder.againOf(frame)); draw(frame); showRecorder(at); };
 recorder.onEnd = () => { hideTool(); sound.quiet(); showRecorder(); };
@@ -91,5 +126,5 @@ export function hear(frame: Frame): void {
   if (!recorder.replaying) show(frame);
 }
 
-export const recordingCard = card('Recording', h('div', { class: 'row wrap' }, recordButton, replayButton, toNow, againButton, saveButton, h('button', { onclick: () => recordingInput.click() }, 'Open …'), recordingInput), timeline, recordingWords, againWords);
+export const recordingCard = card('Recording', h('div', { class: 'row wrap' }, recordButton, replayButton, toNow, againButton, saveButton, tableButton, h('button', { onclick: () => recordingInput.click() }, 'Open …'), recordingInput), timeline, recordingWords, againWords);
 showRecorder();

@@ -19,7 +19,7 @@ const inScript = (text: string): string => text.replaceAll('</script', '<\\/scri
 async function page(): Promise<string> {
   const bytes: Saved['bytes'] = {};
   for (let i = 0; i < state.facts.length; ++i) for (const what of ['mesh', 'superquadrics']) bytes[`/api/object/${i}/${what}`] = base64(await fetchBytes(`/api/object/${i}/${what}`));
-  const status = { ...state.status!, touching: false, stopped: false, devices: [], device: 0, counters: undefined, cloth: { here: false, worn: null }, settings: { ...state.settings, tool: 'ball' } };
+  const status = { ...state.status!, touching: false, stopped: false, recorded: 0, devices: [], device: 0, counters: undefined, cloth: { here: false, worn: null }, settings: { ...state.settings, tool: 'ball' } };
   const content: Saved = { scene: state.facts, status, bytes, recording: recorder.count ? recorder.csv() : '', pose: world.pose() };
   const [script, style] = await Promise.all(['app.js', 'app.css'].map(async (name) => (await fetch(name)).text()));
   return `<!doctype html><html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1"><title>sqmap: ${state.facts.map((f) => f.name.replace(/[^\w -]/g, '')).join(', ')}</title><style>${style.replaceAll('</style', '')}</style></head>` +

@@ -1,0 +1,32 @@
+// A recording as a file: a trace (docs/trace-format.md) whose fields name the objects and hold the settings.
+#pragma once
+
+#include "viewer/server/touch/recording.h"
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace sqmap::viewer {
+
+/// What a file holds: takes without their objects, which are only named.
+struct RecordingFile {
+    struct NamedObject {
+        std::string name;
+        std::uint64_t hash = 0;  ///< model::content_hash
+        double metres_per_unit = 1;
+        Vec3d position{};  ///< of the centre of its box in the world, m
+    };
+    std::vector<NamedObject> objects;
+    std::vector<std::shared_ptr<Take>> takes;
+    std::vector<std::vector<std::uint32_t>> objects_of;  ///< #takes: numbers in objects
+};
+
+/// @throw device::TraceError where no temporary file can be written
+[[nodiscard]] std::string recording_text(const Recording& recording);
+/// name: of the file, for what is wrong with it.
+/// @throw device::TraceError where the text is no recording of the page
+[[nodiscard]] RecordingFile read_recording(const std::string& text, const std::string& name);
+
+}  // namespace sqmap::viewer
