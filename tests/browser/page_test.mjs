@@ -609,7 +609,7 @@ test('a hole is filled, and the page says so', async () => {
   await until(page, () => window.sqmap.facts().length === 4 && window.sqmap.world.objects.ready());
   // The model keeps what was made up, through another bake, too.
   const madeUp = () => page.evaluate(() => { let n = 0; for (let t = 0; t < window.sqmap.facts()[3].triangles; ++t) n += window.sqmap.world.objects.fieldAt(3, 'made-up', t); return n; });
-  assert.match(await page.textContent('#facts'), /CLOSED: [\d.]+ % of the surface is made up; the rest moved by at most 0 % of R_max/);
+  assert.match(await page.textContent('#facts'), /CLOSED: [\d.]+ % of the surface is made up; the rest moved by at most 0 % of its size/);
   await page.selectOption('#colour', 'made-up');
   await until(page, () => window.sqmap.world.objects.fieldAt(3, 'made-up', 0) !== undefined);
   const made = await madeUp();

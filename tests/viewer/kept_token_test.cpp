@@ -4,7 +4,12 @@
 
 #include <unistd.h>
 
+#include <chrono>
+#include <cstdlib>
 #include <fstream>
+#include <iterator>
+#include <string>
+#include <thread>
 
 namespace sqmap::viewer {
 namespace {
@@ -51,6 +56,26 @@ TEST(KeptToken, IsItsOwnersAloneAndElseMadeAnew)
     fs::create_symlink(folder.path / "elsewhere", file);
     EXPECT_NE(kept_token(folder.path, 4711), second);
     EXPECT_FALSE(fs::is_symlink(file));
+}
+
+TEST(OpenInBrowser, GetsTheAddressInAFileOfItsOwner)
+{
+    const Folder folder;
+    fs::create_directories(folder.path);
+    const fs::path seen = folder.path / "seen", browser = folder.path / "xdg-open";
+    std::ofstream(browser) << "#!/bin/sh\ncp \"$1\" " << seen.string() << ".part && mv " << seen.string() << ".part "
+                           << seen.string() << "\n";
+    fs::permissions(browser, fs::perms::owner_all);
+    const std::string before = std::getenv("PATH");
+    ::setenv("PATH", (folder.path.string() + ":" + before).c_str(), 1);
+    EXPECT_TRUE(open_in_browser(folder.path, "http://127.0.0.1:4711/?token=0"));
+    for (int i = 0; i < 1000 && !fs::exists(seen); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    ::setenv("PATH", before.c_str(), 1);
+    std::ifstream in(seen);
+    const std::string page{std::istreambuf_iterator<char>(in), {}};
+    EXPECT_NE(page.find("url=http://127.0.0.1:4711/?token=0"), std::string::npos) << page;
+    EXPECT_EQ(fs::status(folder.path / "open.html").permissions(), fs::perms::owner_read | fs::perms::owner_write);
+    EXPECT_FALSE(open_in_browser({}, "http://127.0.0.1:4711/"));
 }
 
 }  // namespace

@@ -60,8 +60,8 @@ const shown = (x: number): string => (x !== 0 && (Math.abs(x) >= 1000 || Math.ab
 const MADE_UP: Rgb = [0.9, 0.42, 0.05], OF_THE_FILE: Rgb = [0.84, 0.86, 0.84];
 const ERRORS: [number, number] = [0.01, 1];  // % of R_max
 const TITLES: Record<string, string> = {
-  error: 'Depth error of layer 3, % of R_max', 'error-2': 'Depth error of layer 2, % of R_max', difference: 'Depths of the two projections differ by, % of R_max',
-  protrusion: 'Protrusion, over its mean (eq. 4)', curvature: 'Gaussian curvature × R_max² (eq. 6)',
+  error: 'Depth error of layer 3, % of its size', 'error-2': 'Depth error of layer 2, % of its size', difference: 'Depths of the two projections differ by, % of its size',
+  protrusion: 'Protrusion, over its mean', curvature: 'Gaussian curvature × size²',
 };
 
 /// How a field with these values is coloured, as the legend says.

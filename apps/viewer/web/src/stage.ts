@@ -24,7 +24,9 @@ onTheme(() => world.theme());
 
 export function showHint(text: string): void { hint.textContent = text; hint.hidden = false; }
 
-const NOTES: Record<string, string> = { error: 'Blue: missed. Grey: too thin to say.', difference: '1 % of R_max below the surface. Blue: only one finds contact. Grey: neither does. Baked one way alone: its parts.' };
+const NOTES: Record<string, string> = { error: 'Blue: missed. Grey: too thin to say.', difference: '1 % of its size below the surface. Blue: only one finds contact. Grey: neither does. Baked one way alone: its parts.' };
+/// For readers of the paper.
+const TIPS: Record<string, string> = { protrusion: 'Eq. 4 of the paper', curvature: 'Eq. 6 of the paper; size: its R_max, the largest distance between two vertices' };
 world.objects.onTrouble = trouble;
 world.objects.onWait = (kind, done, of) => {
   const names: Record<string, string> = { error: 'depth error', 'error-2': 'depth error of layer 2', protrusion: 'protrusion', curvature: 'curvature', 'made-up': 'made-up surface', difference: 'difference' };
@@ -35,10 +37,10 @@ const scaleListeners: ((scale: Scale | null) => void)[] = [];
 export function onScale(listener: (scale: Scale | null) => void): void { scaleListeners.push(listener); }
 world.objects.onScale = (scale) => { for (const listener of scaleListeners) listener(scale); };
 onScale((scale) => {
-  const q2 = world.objects.hiddenShare.length ? h('span', { class: 'note', id: 'q2' }, `Magenta: hidden from its part's projection (Q2), of the surface: ${world.objects.hiddenShare.join(', ')}`) : '';
+  const q2 = world.objects.hiddenShare.length ? h('span', { class: 'note', id: 'q2', title: 'Q2 of section 5 of the paper' }, `Magenta: hidden from its part's projection, of the surface: ${world.objects.hiddenShare.join(', ')}`) : '';
   legend.hidden = !scale && !q2;
   if (!scale) { fill(legend, q2); return; }
   const stops = Array.from({ length: 9 }, (_, i) => css(scale.colour(i / 8))).join(',');
-  legend.replaceChildren(h('span', {}, sides.hidden ? scale.title : scale.title.replace(' of layer 3', '')), h('div', { class: 'bar', style: `background:linear-gradient(90deg,${stops})` }), h('div', { class: 'ticks' }, ...scale.ticks.map(([, t]) => h('span', {}, t))),
+  legend.replaceChildren(h('span', { title: TIPS[world.objects.colourBy] ?? 'Size: the largest distance between two vertices, the paper’s R_max' }, sides.hidden ? scale.title : scale.title.replace(' of layer 3', '')), h('div', { class: 'bar', style: `background:linear-gradient(90deg,${stops})` }), h('div', { class: 'ticks' }, ...scale.ticks.map(([, t]) => h('span', {}, t))),
     NOTES[world.objects.colourBy] ? h('span', { class: 'note' }, NOTES[world.objects.colourBy]) : '', q2);
 });

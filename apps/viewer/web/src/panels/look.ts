@@ -105,7 +105,7 @@ function click(hit: Hit | null): void {
   const error = world.objects.fieldAt(hit.object, 'error', hit.triangle);
   const rows: [string, string][] = [['Object', f.name], ['Part', `${hit.part}: ${f.parts[hit.part].name}`], ['Point', `${mm(hit.point)} mm`]];
   if (hit.triangle >= 0) rows.push(['Triangle', String(hit.triangle)], ['Normal', hit.normal.toArray().map((x) => x.toFixed(2)).join(', ')]);
-  if (error !== undefined) rows.push(['Depth error', error === -1 ? 'missed' : error < 0 ? 'too thin to say' : `${digits(error)} % of R_max`]);
+  if (error !== undefined) rows.push(['Depth error', error === -1 ? 'missed' : error < 0 ? 'too thin to say' : `${digits(error)} % of its size`]);
   for (const kind of ['protrusion', 'curvature']) { const v = world.objects.fieldAt(hit.object, kind, hit.triangle); if (v !== undefined) rows.push([kind[0].toUpperCase() + kind.slice(1), digits(v)]); }
   setNumbers(rows);
   const value = rows.slice(3).find(([k]) => k !== 'Triangle' && k !== 'Normal');

@@ -19,10 +19,10 @@ function share(f: ObjectFacts, length: number): string {
 /// What was done to the file's surface, and how far that moved it: the greater of both ways.
 function cureWords(f: ObjectFacts): string {
   const c = f.cure!, greater = (k: string) => share(f, Math.max(c.result_to_input[k], c.input_to_result[k]));
-  return `${c.rung}: ${digits(100 * c.made_up_share, 2)} % of the surface is made up; the rest moved by at most ${greater('max')} of R_max, 99 % of it by ${greater('p99')}`;
+  return `${c.rung}: ${digits(100 * c.made_up_share, 2)} % of the surface is made up; the rest moved by at most ${greater('max')} of its size, 99 % of it by ${greater('p99')}`;
 }
 function cureDetails(f: ObjectFacts): string {
-  const c = f.cure!, way = (d: Record<string, number>) => `mean ${share(f, d.mean)}, p99 ${share(f, d.p99)}, max ${share(f, d.max)} of R_max`;
+  const c = f.cure!, way = (d: Record<string, number>) => `mean ${share(f, d.mean)}, p99 ${share(f, d.p99)}, max ${share(f, d.max)} of its size`;
   return `From the file to the mesh: ${way(c.input_to_result)}. From the mesh to the file: ${way(c.result_to_input)}.`;
 }
 
@@ -33,7 +33,7 @@ function showFactsLine(): void {
   const all = f ? [f] : state.facts, certified = all.every((g) => g.parts.every((p) => p.certified));
   const total = count(all.reduce((n, g) => n + g.parts.length, 0)), worst = Math.max(...all.map((g) => g.measured.depthP99));
   factsLine.textContent = all.some((g) => g.edited) ? `${f ? `${f.name}: ` : `${all.length} models: `}${total}, edited: bake them to know bytes and errors` :
-    `${f ? `${f.name}: ` : `${all.length} models: `}${total} · ${bytes(all.reduce((n, g) => n + g.bytes.total, 0))} · ${certified ? '✓ certified to hold the surface' : '✗ not all certified'} · 99 % of depths measured within ${digits(worst, 2)} % of R_max`;
+    `${f ? `${f.name}: ` : `${all.length} models: `}${total} · ${bytes(all.reduce((n, g) => n + g.bytes.total, 0))} · ${certified ? '✓ certified to hold the surface' : '✗ not all certified'} · 99 % of depths measured within ${digits(worst, 2)} % of ${all.length > 1 ? 'their' : 'its'} size`;
 }
 
 /// Recognising and dressing are not about models.
@@ -50,7 +50,7 @@ function showFacts(): void {
       h('span', {}, `${count(f.parts.length)}, ${f.edited ? '' : `${bytes(f.bytes.total)}, `}${f.triangles.toLocaleString('en')} faces`),
       h('span', {}, `${f.central ? 'central maps' : 'the paper’s maps (normal)'}${f.exact ? ' and triangles' : ''}`),
       f.cure && h('span', { class: 'cure', title: cureDetails(f) }, cureWords(f)),
-      h('span', { class: warn || certified < f.parts.length ? 'warn' : '', title: `Layer 3 on ${f.measured.points} points: ${f.measured.missed} missed, ${f.measured.false} false; depth error median ${digits(f.measured.depthMedian, 2)} %, 99th percentile ${digits(f.measured.depthP99, 2)} % of R_max, the object's largest extent` },
+      h('span', { class: warn || certified < f.parts.length ? 'warn' : '', title: `Layer 3 on ${f.measured.points} points: ${f.measured.missed} missed, ${f.measured.false} false; depth error median ${digits(f.measured.depthMedian, 2)} %, 99th percentile ${digits(f.measured.depthP99, 2)} % of its size: R_max, the largest distance between two vertices` },
         f.edited ? 'Bytes, certificates and errors are told once the parts are baked.' : `${certified === f.parts.length ? '✓ all certified' : `✗ ${certified} certified`}; 99 % of depths within ${digits(f.measured.depthP99, 2)} %${warn ? `, ✗ ${f.measured.missed + f.measured.false} wrong` : ''}`));
   });
   factsBox.replaceChildren(h('section', { class: 'card' }, h('h2', {}, state.facts.length === 1 ? 'Model' : `Models (${state.facts.length})`),

@@ -51,6 +51,7 @@ const recordingInput = h('input', { type: 'file', id: 'recording-file', hidden: 
 
 /// By its beginning: a recording with the poses of every tick goes to the program, a table of what was drawn is read here.
 export async function openRecording(file: File, sent: (share: number) => void, signal: AbortSignal): Promise<Verdict> {
+  if (recorder.recording) throw new Error('stop recording first');
   let verdict: Verdict = { accepted: true, verdict: 'TABLE' };
   if ((await file.slice(0, 14).text()).startsWith('# sqmap-trace ')) {
     verdict = await upload(file, null, sent, signal);

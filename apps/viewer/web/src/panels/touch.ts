@@ -21,14 +21,14 @@ function slider(label: string, unit: string, range: [number, number, number], ge
 }
 const layerChoice = choice('Layer', [['tool', 'As the tool needs'], ['auto', 'Auto (tolerance)'], ['2', '2: base map'], ['3', '3: refined map'], ['gate', 'Gate k_L: 2 or 3'], ['exact', 'Exact triangles']], 'tool', (v) => { state.settings.layer = v; tellSettings(); showRows(); }, 'layer');
 const toleranceRow = slider('Tolerance', 'mm', [0, 2, 0.05], () => 1000 * state.settings.tolerance, (x) => { state.settings.tolerance = x / 1000; });
-const forceChoice = choice('Force', [['full', 'Full'], ['paper', 'The paper’s (eq. 26)']], 'full', (v) => {
+const forceChoice = choice('Force', [['full', 'Full'], ['paper', 'The paper’s']], 'full', (v) => {
   state.settings.paperForce = v === 'paper';
   state.settings.law = v === 'paper' ? 'paper' : 'coulomb';
   tellSettings();
   showRows();
-}, 'force-law');
+}, 'force-law', 'The paper’s: eqs. 21, 26 and 32');
 const followChoice = choice('The tool', [['proxy', 'Stays on the surface'], ['direct', 'Goes where the hand is']], 'proxy', (v) => { state.settings.proxy = v === 'proxy'; tellSettings(); }, 'follow');
-const lawChoice = choice('Friction', [['coulomb', 'Coulomb'], ['paper', 'The paper’s (eq. 33)'], ['none', 'None']], 'coulomb', (v) => { state.settings.law = v; tellSettings(); showRows(); }, 'law');
+const lawChoice = choice('Friction', [['coulomb', 'Coulomb'], ['paper', 'The paper’s'], ['none', 'None']], 'coulomb', (v) => { state.settings.law = v; tellSettings(); showRows(); }, 'law', 'The paper’s: eq. 33');
 const muRow = slider('Coefficient', '', [0, 1, 0.05], () => state.settings.friction, (x) => { state.settings.friction = x; });
 const printedRows = [slider('f_c', 'N', [0, 1, 0.02], () => state.settings.fC, (x) => { state.settings.fC = x; }), slider('k_f', '1/m', [0, 500, 10], () => state.settings.kF, (x) => { state.settings.kF = x; }),
   h('p', { class: 'note' }, 'f_c (1 + k_f depth) against the motion, whatever the load; none at rest.')];
