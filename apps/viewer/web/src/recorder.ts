@@ -39,6 +39,8 @@ export class Recorder {
 
   get seconds(): number { return this.kept.length ? this.kept[this.kept.length - 1].at : 0; }
   get count(): number { return this.kept.length; }
+  /// The first object that is touched; -1: none.
+  get touched(): number { return this.kept.find((k) => k.frame.object >= 0)?.frame.object ?? -1; }
 
   start(): void { this.kept = []; this.position = 0; this.again = null; this.recording = true; this.shift = 0; this.began = performance.now(); }
   stop(): void { this.recording = false; }

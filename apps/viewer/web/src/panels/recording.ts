@@ -4,7 +4,8 @@ import { charts, draw, hideTool, show } from '../felt';
 import { fetchBytes, link, readFrames, upload, type Frame, type Verdict } from '../net';
 import { trouble, wait } from '../notices';
 import { readAgain, Recorder } from '../recorder';
-import { hand } from '../stage';
+import { lookAt } from '../first';
+import { hand, world } from '../stage';
 import { on, state } from '../state';
 import { onStop } from '../stop';
 import { card } from './controls';
@@ -55,7 +56,10 @@ export async function openRecording(file: File, sent: (share: number) => void, s
   let verdict: Verdict = { accepted: true, verdict: 'TABLE' };
   if ((await file.slice(0, 14).text()).startsWith('# sqmap-trace ')) {
     verdict = await upload(file, null, sent, signal);
-    if (verdict.accepted) await fetchRecording();
+    if (verdict.accepted) {
+      await fetchRecording();
+      if (recorder.touched >= 0) { world.frame(recorder.touched); lookAt(recorder.touched); }
+    }
   } else recorder.open(await file.text());
   if (verdict.accepted) wait(`${file.name}: ${recorder.seconds.toFixed(1)} s, ready to replay.`);
   showRecorder();
