@@ -101,7 +101,7 @@ async function check(one: Waiting): Promise<void> {
     if (records && v.accepted) setMode('touch');
     const good = v.accepted;
     state.textContent = good ? '✓' : '✗';
-    one.row.querySelector('button')!.hidden = !good;
+    one.row.querySelector('button')!.hidden = !good || records;
     dialog.className = `card verdict ${good ? 'good' : 'bad'}`;
     const again = (repair: string, text: string, id: string) => h('button', { id, onclick: () => { repairChoice.querySelector('select')!.value = repair; drop([file]); repairChoice.querySelector('select')!.value = repair; } }, text);
     fill(verdictBox, h('h2', {}, file.name), h('p', { class: 'word' }, `${good ? '✓' : '✗'} ${v.verdict}${v.code ? ` ${v.code}` : ''}`),

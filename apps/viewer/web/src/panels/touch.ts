@@ -3,7 +3,7 @@ import { announce, digits, fill, h } from '../dom';
 import { fetchBytes, link, program } from '../net';
 import { trouble } from '../notices';
 import { hand, hint, world } from '../stage';
-import { on, state } from '../state';
+import { changed, on, state } from '../state';
 import { MATERIALS, PLAIN } from '../materials';
 import { card, choice, folded } from './controls';
 import { recordingCard } from './recording';
@@ -126,7 +126,7 @@ hand.onAim = (target, held) => {
 };
 hand.onKeyTouch = (text) => { announce(text); if (state.mode === 'touch') sliders.forEach((s) => s.set()); };
 
-let settingsDue = 0, settingsChanged = -1e9;
+let settingsDue = 0, heardDue = 0, settingsChanged = -1e9;
 export function tellSettings(): void {
   settingsChanged = performance.now();
   world.tool.setRadius(state.settings.smoothing > 0 ? state.settings.smoothing : state.settings.toolRadius);
@@ -141,7 +141,9 @@ on(['status'], () => {
   const s = state.status;
   if (!s) return;
   // What is just being set here is newer than what the program says.
+  clearTimeout(heardDue);
   if (!settingsDue && performance.now() - settingsChanged > 400) state.settings = { ...s.settings };
+  else heardDue = window.setTimeout(() => changed('status'), 500);
   world.tool.setRadius(state.settings.smoothing > 0 ? state.settings.smoothing : state.settings.toolRadius);
   if (document.activeElement !== toolSelect) toolSelect.value = String(state.settings.tool);
   showToolRows();
