@@ -60,7 +60,8 @@ test('the force is the stiffness times the depth up to the limit shown, and a ha
 
 test('a plate of a millimetre holds a press of 12 mm, and the touch does not overshoot', async () => {
   // Its size, the diagonal, becomes 200 mm.
-  await page.evaluate(() => { document.querySelector('#file-options').open = true; });
+  await drop(page, ['flat.off', 'OFF\n4 2 0\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2\n3 1 3 2\n']);
+  await page.waitForSelector('#verdict.bad');  // which opens the choices
   await page.fill('#thickness', String(0.001 * (Math.SQRT2 / 0.2)));
   await drop(page, ['plate.obj', 'v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n']);
   await until(page, () => window.sqmap.facts().some((f) => f.name === 'plate') && window.sqmap.world.objects.ready());
