@@ -59,6 +59,7 @@ on(['mode'], () => { if (state.mode !== checkedIn) dialog.hidden = true; checked
 interface Waiting { file: File; row: HTMLLIElement; state: HTMLElement; abort: AbortController; }
 const waiting: Waiting[] = [];
 let busy = false;
+let newest: File | null = null;  ///< that was sent: the bake at hand is its
 
 const repairChoice = choice('Repair', [['', 'whatever it needs'], ['close', 'close holes, no wrapping'], ['safe', 'only what moves nothing'], ['none', 'nothing'], ['surface', 'take it as a surface']], '', () => {}, 'repair');
 const unitChoice = choice('Unit of the file', [['', 'as it says, or its own'], ['1', 'metre'], ['0.01', 'centimetre'], ['0.001', 'millimetre'], ['0.0254', 'inch']], '', () => {}, 'unit');
@@ -73,7 +74,7 @@ fill(dialog, queueList, verdictBox, optionsBox, h('div', { class: 'row wrap' }, 
 function drop(files: Iterable<File>): void {
   for (const file of files) {
     const state = h('span', { class: 'note' }, 'waiting'), abort = new AbortController();
-    const row = h('li', {}, h('span', { class: 'queue-name' }, file.name), state, h('button', { class: 'small', 'aria-label': `Cancel ${file.name}`, onclick: () => { abort.abort(); link.say({ say: 'cancel' }); state.textContent = 'cancelled'; } }, '✕'));
+    const row = h('li', {}, h('span', { class: 'queue-name' }, file.name), state, h('button', { class: 'small', 'aria-label': `Cancel ${file.name}`, onclick: () => { abort.abort(); if (newest === file) link.say({ say: 'cancel' }); state.textContent = 'cancelled'; } }, '✕'));
     waiting.push({ file, row, state, abort });
     queueList.append(row);
   }
@@ -90,6 +91,7 @@ async function work(): Promise<void> {
 
 async function check(one: Waiting): Promise<void> {
   const { file, state, abort } = one;
+  newest = file;
   dialog.hidden = false;
   dialog.className = 'card verdict';
   verdictBox.replaceChildren();
