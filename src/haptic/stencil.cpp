@@ -1,5 +1,7 @@
 #include "sqmap/haptic/stencil.h"
 
+#include "math/cube_root.h"
+
 #include <cmath>
 
 namespace sqmap::haptic {
@@ -20,7 +22,7 @@ StencilDepth depth_of_stencil(double r, double mean_square) noexcept
         const double t = std::sqrt(mean_square - spread);
         return {t, 0.5 / t};
     }
-    const double s = std::cbrt(6 * r * mean_square);  // t + r
+    const double s = cube_root(6 * r * mean_square);  // t + r
     return {s - r, s / (3 * mean_square)};
 }
 
