@@ -285,6 +285,7 @@ test('a recording outlives the page and the program: opened later it is replayed
   };
   const proof = await again('Replay draws it');
   assert.ok(/the same to the bit|ticks were lost/.test(proof), proof);
+  assert.match(await later.textContent('#recording'), /^Standing at [1-9]/, 'it stands where it stood');
   await later.selectOption('#material', 'stone');
   await until(later, () => window.sqmap.status().settings.stiffness === 1500);
   assert.match(await again('differs by at most'), /of now the force differs by at most [\d.]+ N/);

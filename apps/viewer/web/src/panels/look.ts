@@ -83,7 +83,7 @@ function showTag(): void {
   if (tag.hidden) return;
   const { x, y } = world.pixel(state.pick!.point), { x: wide, y: high } = world.size;
   tag.hidden = x < 0 || y < 0 || x > wide || y > high;
-  tag.style.transform = `translate(${(x > 0.6 * wide ? x - 14 - tag.offsetWidth : x + 14).toFixed(0)}px, ${Math.min(Math.max(y - 34, 6), high - 40).toFixed(0)}px)`;
+  tag.style.transform = `translate(${Math.max(Math.min(x > 0.6 * wide ? x - 14 - tag.offsetWidth : x + 14, wide - tag.offsetWidth - 6), 6).toFixed(0)}px, ${Math.min(Math.max(y - 34, 6), high - 40).toFixed(0)}px)`;
 }
 world.controls.addEventListener('change', showTag);
 new ResizeObserver(() => requestAnimationFrame(showTag)).observe(stage);

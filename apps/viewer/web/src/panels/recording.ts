@@ -100,7 +100,7 @@ async function computeAgain(): Promise<void> {
   } catch (e) { againWords.textContent = ''; trouble(e); }
   showRecorder();
 }
-function showRecorder(at = 0): void {
+function showRecorder(at = recorder.replaying ? recorder.position : 0): void {
   recordButton.textContent = recorder.recording ? 'Stop recording' : 'Record';
   recordButton.setAttribute('aria-pressed', String(recorder.recording));
   replayButton.textContent = !recorder.replaying ? 'Replay' : recorder.paused ? 'Go on' : 'Pause';
