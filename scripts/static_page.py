@@ -15,7 +15,7 @@ SHAPES = ("hand", "dumbbell")  # the page begins with the first
 
 def can_build():
     """Whether npm's packages are here."""
-    return shutil.which("npm") is not None and (WEB / "node_modules/vite").is_dir()
+    return shutil.which("npm") is not None and all((WEB / "node_modules" / name).is_dir() for name in ("vite", "iwer"))
 
 
 def bake_shapes(folder):

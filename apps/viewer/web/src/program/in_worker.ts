@@ -28,7 +28,7 @@ class Thread {
 
   ask(target: string, body?: ArrayBuffer): Promise<Answer> {
     return new Promise((resolve, reject) => {
-      const id = ++this.last, gone = () => reject(new Error('cancelled'));
+      const id = ++this.last, gone = () => reject(new Error('the program in this page has ended, or was cancelled'));
       if (!this.runs) { gone(); return; }
       this.waiting.set(id, (answer) => { this.waiting.delete(id); if (answer) resolve(answer); else gone(); });
       this.worker.postMessage({ id, target, body }, body ? [body] : []);
@@ -54,9 +54,7 @@ const textOf = ({ status, body }: Answer): Posted => ({ status, text: new TextDe
 export class InWorker implements Program {
   readonly kind = 'worker';
   private scene: Thread | null = null;
-  private baker: Thread | null = null;
   private baking: Promise<unknown> = Promise.resolve();
-  private endBake: () => void = () => {};
   private hears!: Hears;
 
   constructor(private script: string) {}
@@ -100,7 +98,6 @@ export class InWorker implements Program {
   }
 
   say(text: string): boolean {
-    if (JSON.parse(text).say === 'cancel') { this.baker?.end(); this.endBake(); }
     if (this.scene?.runs) this.scene.tell({ text });
     return this.scene?.runs ?? false;
   }
@@ -114,25 +111,26 @@ export class InWorker implements Program {
     if (file.size > LARGEST) return { status: 413, text: `larger than ${LARGEST / 1024 / 1024} MB` };
     const body = await file.arrayBuffer(), name = new URLSearchParams(path.slice(path.indexOf('?'))).get('name') ?? '';
     sent(1);
-    if (/\.sqmap$|\.names\.json$/.test(name)) return textOf(await this.scene!.ask(path, body));
+    if (/\.sqmap$|\.names\.json$|\.csv$/.test(name)) return textOf(await this.scene!.ask(path, body));
     await this.baking;
     if (signal.aborted) throw new Error('cancelled');
-    return new Promise((resolve, reject) => { this.baking = this.bake(path, body, resolve).catch((e) => { reject(e); if (!signal.aborted) this.note({ say: 'trouble', text: `${name}: ${e instanceof Error ? e.message : e}` }); }); });
+    return new Promise((resolve, reject) => { this.baking = this.bake({ path, mesh: body, signal }, resolve).catch((e) => { reject(e); if (!signal.aborted) this.note({ say: 'trouble', text: `${name}: ${e instanceof Error ? e.message : e}` }); }); });
   }
 
   /// found: told of the verdict, before the bake. Settles once the object stands in the scene, or will not.
-  private async bake(path: string, mesh: ArrayBuffer, found: (verdict: Posted) => void): Promise<void> {
-    let name = '';
-    const baked = new Promise<void>((resolve) => { this.endBake = resolve; });
-    const fail = (why: string) => { this.note({ say: 'trouble', text: why }); this.endBake(); };
-    const baker = this.baker = new Thread(this.script, (message) => {
-      if ('ready' in message) baker.tell({ open: true });
+  private async bake({ path, mesh, signal }: { path: string; mesh: ArrayBuffer; signal: AbortSignal }, found: (verdict: Posted) => void): Promise<void> {
+    let name = '', done: () => void = () => {};
+    const baked = new Promise<void>((resolve) => { done = resolve; });
+    const fail = (why: string) => { this.note({ say: 'trouble', text: why }); done(); };
+    const baker = new Thread(this.script, (message) => {
       if (!('text' in message)) return;
       const said = JSON.parse(message.text);
       if (said.say === 'progress') this.hears.text(message.text);
       else if (said.say === 'trouble') fail(said.text);
-      else if (said.say === 'scene' && said.objects.length) { name = said.objects[0].name; this.endBake(); }
+      else if (said.say === 'scene' && said.objects.length) { name = said.objects[0].name; done(); }
     }, fail);
+    baker.tell({ open: true });  // before the mesh: it is heard from the first stage on
+    signal.addEventListener('abort', () => { baker.end(); done(); });
     try {
       const verdict = textOf(await baker.ask(path, mesh));
       found(verdict);
@@ -142,7 +140,6 @@ export class InWorker implements Program {
       else this.note({ say: 'progress', name, stage: 'cancelled', done: 1 });
     } finally {
       baker.end();
-      this.baker = null;
     }
   }
 
