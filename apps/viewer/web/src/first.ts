@@ -33,9 +33,10 @@ function follow(): void {
   invite.style.transform = `translate(${(0.5 * (p.x + 1) * world.size.x).toFixed(0)}px, ${Math.max(0.5 * (1 - y) * world.size.y - 16, 58).toFixed(0)}px) translate(-50%, -100%)`;
 }
 
-const done = (): void => { invites = false; invite.hidden = true; };
-document.addEventListener('pointerdown', () => setTimeout(() => { if (hand.holding) done(); }), true);
-canvas.addEventListener('keydown', () => { if (hand.holding) done(); });
+/// Nobody needs it who has touched, or has opened what was felt.
+export const endInvitation = (): void => { invites = false; invite.hidden = true; };
+document.addEventListener('pointerdown', () => setTimeout(() => { if (hand.holding) endInvitation(); }), true);
+canvas.addEventListener('keydown', () => { if (hand.holding) endInvitation(); });
 world.controls.addEventListener('change', follow);
 new ResizeObserver(() => requestAnimationFrame(follow)).observe(stage);
 on(['mode', 'playing'], follow);

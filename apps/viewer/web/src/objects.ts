@@ -290,12 +290,13 @@ export class Objects {
   /// One part alone; -1: all parts again.
   isolate(object: number, part: number): void { this.facts[object]?.parts.forEach((_, p) => this.showPart(object, p, part < 0 || p === part)); }
   isLeft(object: number, part: number): boolean { return this.left.has(`${this.shown[object]?.id}/${part}`); }
-  /// What lies before the plane is not drawn; null: all is.
-  cut(plane: THREE.Plane | null): void {
+  /// What of the object lies before the plane is not drawn; null: all is.
+  cut(plane: THREE.Plane | null, object = -1): void {
     this.shown.forEach((s, i) => {
       if (!s?.surface) return;
-      s.surface.mesh.material.clippingPlanes = plane ? [plane] : null;
-      s.surface.mesh.material.side = plane || !this.facts[i].solid ? THREE.DoubleSide : THREE.FrontSide;
+      const open = plane !== null && i === object;
+      s.surface.mesh.material.clippingPlanes = open ? [plane] : null;
+      s.surface.mesh.material.side = open || !this.facts[i].solid ? THREE.DoubleSide : THREE.FrontSide;
     });
     this.redraw();
   }

@@ -109,7 +109,8 @@ async function check(one: Waiting): Promise<void> {
     fill(verdictBox, h('h2', {}, file.name), h('p', { class: 'word' }, `${good ? '✓' : '✗'} ${v.verdict}${v.code ? ` ${v.code}` : ''}`),
       v.message && h('p', {}, `${v.element ? `At ${v.element}: ` : ''}${v.message}`), v.cure && h('p', {}, `What helps: ${v.cure}`),
       v.notes?.length ? h('ul', {}, ...v.notes.map((n) => h('li', {}, n))) : null,
-      (v.code === 'E_OPEN' || v.code === 'E_FLAT' || v.verdict === 'CLOSED' || v.verdict === 'WRAPPED') && options.repair !== 'surface' && again('surface', 'Take it as a surface without inside', 'as-surface'));
+      (v.code === 'E_OPEN' || v.code === 'E_FLAT' || v.verdict === 'CLOSED' || v.verdict === 'WRAPPED') && options.repair !== 'surface' && again('surface', 'Take it as a surface without inside', 'as-surface'),
+      /--thickness/.test(v.cure ?? '') && h('p', { class: 'note' }, 'Here the thickness is \u201cSheets are\u201d, below: fill it in and drop the file again.'));
     if (!good && !records) optionsBox.open = true;
     announce(`${file.name}: ${v.verdict}. ${v.message ?? ''}`, !good);
     if (!good) dialog.focus();

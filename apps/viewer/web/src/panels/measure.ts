@@ -91,7 +91,7 @@ async function draw(): Promise<void> {
   sheet.geometry.setIndex([0, 1, 2, 0, 2, 3]);
   sheet.visible = true;
   const normal = new THREE.Vector3().setComponent(axis, -1);
-  world.objects.cut(new THREE.Plane(normal, corner.getComponent(axis)));
+  world.objects.cut(new THREE.Plane(normal, corner.getComponent(axis)), object);
   const least = values.reduce((a, b) => Math.min(a, b), Infinity);
   fill(words, `${f.name}: the deepest point of the slice is ${digits(Math.max(-1000 * least, 0))} mm inside. Lines every 5 mm; black: the surface. Blue inside, red outside, full at ${1000 * SHOWN} mm.`);
   world.redraw();

@@ -4,7 +4,7 @@ import { charts, draw, hideTool, show } from '../felt';
 import { fetchBytes, link, readFrames, upload, type Frame, type Verdict } from '../net';
 import { trouble, wait } from '../notices';
 import { readAgain, Recorder } from '../recorder';
-import { lookAt } from '../first';
+import { endInvitation, lookAt } from '../first';
 import { hand, world } from '../stage';
 import { on, state } from '../state';
 import { onStop } from '../stop';
@@ -61,7 +61,10 @@ export async function openRecording(file: File, sent: (share: number) => void, s
       if (recorder.touched >= 0) { world.frame(recorder.touched); lookAt(recorder.touched); }
     }
   } else recorder.open(await file.text());
-  if (verdict.accepted) wait(`${file.name}: ${recorder.seconds.toFixed(1)} s, ready to replay.`);
+  if (verdict.accepted) {
+    endInvitation();
+    wait(`${file.name}: ${recorder.seconds.toFixed(1)} s, ready to replay.`);
+  }
   showRecorder();
   return verdict;
 }
