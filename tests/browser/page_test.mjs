@@ -492,6 +492,7 @@ test('a lost connection ends the force and is found again', async () => {
 
 test('parts are split, taken back, joined and baked', async () => {
   await page.click('#tab-look');
+  await page.evaluate(() => window.sqmap.world.frame(1));
   await settled(page);
   const [x, y] = await onSurface(page, 1);
   await page.mouse.click(x, y);
