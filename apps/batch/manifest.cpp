@@ -137,9 +137,10 @@ private:
     bool is_open_ = false;
 };
 
-std::vector<Entry> read_table(const std::string& text)
+std::vector<Entry> read_table(const fs::path& manifest)
 {
     std::vector<Entry> out;
+    const std::string text = read_all(manifest);
     Table table(text);
     Fields fields;
     std::size_t path = 0, member = std::string::npos;
@@ -153,11 +154,12 @@ std::vector<Entry> read_table(const std::string& text)
             continue;
         }
         if (fields == Fields{""}) continue;
+        // All that follows would be one path.
         if (table.is_open())
-            out.push_back(wrong(table.line(), "a quote has no end", "close it, or double it where it is meant"));
-        else
-            out.push_back(
-                entry_of(path < fields.size() ? fields[path] : "", member < fields.size() ? fields[member] : "", table.line()));
+            throw ManifestError(manifest.string() + ", line " + std::to_string(table.line()) +
+                                ": a quote has no end\n  cure: close it, or double it where it is meant");
+        out.push_back(
+            entry_of(path < fields.size() ? fields[path] : "", member < fields.size() ? fields[member] : "", table.line()));
     }
     return out;
 }
@@ -199,10 +201,16 @@ bool has_archive_name(std::string_view name)
 std::vector<Entry> read_manifest(const fs::path& manifest, const ManifestOptions& options)
 {
     std::error_code ignored;
-    if (fs::is_directory(manifest, ignored)) return read_folder(manifest, options.skip);
+    if (fs::is_directory(manifest, ignored)) {
+        if (fs::equivalent(manifest, options.skip, ignored))
+            throw ManifestError(manifest.string() +
+                                ": it is the library's folder too, whose archives would be items\n"
+                                "  cure: name another folder for the library, one within it for instance");
+        return read_folder(manifest, options.skip);
+    }
     if (!fs::is_regular_file(manifest, ignored)) throw ManifestError(manifest.string() + ": there is no such manifest");
     const std::string name = manifest.filename().string();
-    if (ends_with_one_of(name, std::array<std::string_view, 1>{".csv"})) return read_table(read_all(manifest));
+    if (ends_with_one_of(name, std::array<std::string_view, 1>{".csv"})) return read_table(manifest);
     if (ends_with_one_of(name, std::array<std::string_view, 1>{".txt"})) return read_lines(read_all(manifest));
     if (ends_with_one_of(name, std::array<std::string_view, 2>{".jsonl", ".ndjson"})) return read_json_lines(read_all(manifest));
     throw ManifestError(manifest.string() + ": a manifest is a folder or ends in .csv, .jsonl, .ndjson or .txt");

@@ -34,7 +34,7 @@ class Manifests(BatchTest):
         self.assertEqual(len(keys), 1)
 
     def test_a_wrong_line_is_a_row_that_names_it(self):
-        text = b'path,member\nmeshes/0000.off\nmeshes/absent.off\nmeshes/0000.off\n,\nmeshes\nbad\xff.off\n/dev/zero\n"meshes/open'
+        text = b'path,member\nmeshes/0000.off\nmeshes/absent.off\nmeshes/0000.off\n,\nmeshes\nbad\xff.off\n/dev/zero'
         pathlib.Path("m.csv").write_bytes(text)
         shutil.copy("meshes/0001.off", b"bad\xff.off")
         self.bake("m.csv", "-o", "out")
@@ -47,12 +47,17 @@ class Manifests(BatchTest):
         self.assertEqual(by_line[6]["reason"], "it is not a file")
         self.assertEqual((by_line[7]["verdict"], by_line[7]["path_hex"]), ("accept", b"bad\xff.off".hex()))
         self.assertEqual(by_line[8]["reason"], "it is not a file")
-        self.assertEqual(by_line[9]["reason"], "a quote has no end")
         pathlib.Path("m.jsonl").write_bytes(b'{"path": "meshes/0000.off"}\n{"path": "\xff"}\n{"path": 3}\n[]\n')
         self.bake("m.jsonl", "-o", "out2")
         listed = [json.loads(line) for line in run("batch", "list", "out2", "--json").stdout.splitlines()]
         self.assertEqual(sorted((row["line"], row["verdict"]) for row in listed),
                          [(1, "accept"), (2, "unreadable"), (3, "unreadable"), (4, "unreadable")])
+
+    def test_what_would_swallow_or_shift_items_ends_the_run(self):
+        pathlib.Path("q.csv").write_text('path\nmeshes/0000.off\n"meshes/open\nmeshes/0001.off\n')
+        self.assertIn("q.csv, line 3: a quote has no end", self.bake("q.csv", "-o", "out", code=2).stderr)
+        self.assertIn("name another folder", self.bake("meshes", "-o", "meshes", code=2).stderr)
+        self.assertEqual(sorted(os.listdir("meshes")), ["0000.off", "0001.off"])
 
     def test_wrong_usage_is_64_and_a_missing_manifest_is_2(self):
         for arguments in ([], ["meshes"], ["meshes", "-o", "o", "--shard", "2/2"], ["meshes", "-o", "o", "--shard", "x"],
