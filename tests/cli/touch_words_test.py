@@ -4,6 +4,7 @@
 usage: touch_words_test.py PROGRAM NETWORK_CLIENT
 """
 import math
+import os
 import re
 import unittest
 import xml.dom.minidom
@@ -21,6 +22,18 @@ class TouchWords(TouchTest):
         self.assertIn("all bit-identical", run("replay", "touch.csv").stdout)
         self.assertGreater(max(math.hypot(*(float(row["z0_f" + axis]) for axis in "xyz")) for row in rows_of("touch.csv")), 0.1)
         xml.dom.minidom.parse("touch.svg")
+
+    def test_a_layer_that_the_model_lacks_is_told(self):
+        run("shapes", "sphere", "-o", "bare.obj")
+        for options in (["--no-exact"], ["--projection", "normal", "--grid", "17x32"]):
+            self.assertEqual(run("bake", "bare.obj", "-o", "bare.sqmap", *options).returncode, 0)
+            done = run("touch", "--object", "bare.sqmap", "--layer", "exact", "--record", "bare.csv")
+            self.assertEqual(done.returncode, 2, done.stdout)
+            self.assertIn("bake it with --exact", done.stderr)
+            self.assertFalse(os.path.exists("bare.csv"))
+            self.assertEqual(run("touch", "--object", "bare.sqmap", "--device", "press:depth=0.01", "--seconds", "0.2",
+                                 "--record", "auto.csv").returncode, 0)
+            self.assertIn('"layer":"3"', read("auto.csv"))
 
     def test_units_and_scale(self):
         # The ball's radius is 1 mesh unit: a millimetre.

@@ -94,8 +94,12 @@ void TouchSetup::load_tool(const std::filesystem::path& beside)
     const bool patch = options_.zone.averaging == haptic::Averaging::Patch;
     const bool doubtful =
         std::any_of(views_.begin(), views_.end(), [](const model::ModelView& v) { return model::is_doubtful(v.measured); });
+    const auto bare = std::find_if_not(views_.begin(), views_.end(), model::has_exact);
+    if (options_.zone.layer == query::Layer::Exact && bare != views_.end())
+        throw BadTouch(options_.objects[static_cast<std::size_t>(bare - views_.begin())].file +
+                       " was baked without the exact layer: bake it with --exact, or touch it with --layer 3");
     if (options_.zone.layer == query::Layer::Auto)
-        options_.zone.layer = patch && !doubtful ? query::Layer::Three : query::Layer::Exact;
+        options_.zone.layer = (patch && !doubtful) || bare != views_.end() ? query::Layer::Three : query::Layer::Exact;
     const std::uint64_t hash = hash_of(tool.vertices);
     if (options_.tool_hash != 0 && options_.tool_hash != hash)
         throw BadTouch(options_.tool + " is not the tool that was recorded: its hash is " + hash_text(hash) + ", the trace has " +
