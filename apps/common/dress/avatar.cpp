@@ -121,7 +121,8 @@ Avatar still_avatar(const std::filesystem::path& path)
         part.mesh.triangles.push_back(
             {model::triangle_vertex(view, t, 0), model::triangle_vertex(view, t, 1), model::triangle_vertex(view, t, 2)});
     if (part.mesh.triangles.empty())
-        throw io::ModelFileError(path.string() + " was baked without the exact layer, whose triangles are what is dressed: bake it with --exact");
+        throw io::ModelFileError(path.string() +
+                                 " was baked without the exact layer, whose triangles are what is dressed: bake it with --exact");
     avatar.pose = [](double, std::span<sqmap::Pose> poses) { std::fill(poses.begin(), poses.end(), sqmap::Pose{}); };
     avatar.height = height_of(avatar);
     return avatar;
