@@ -180,7 +180,7 @@ typedef enum sqmap_layer {
 } sqmap_layer;
 
 /// Bits of the status of answers.
-enum {
+enum sqmap_status {
     SQMAP_NOT_FINITE = 1,  ///< a point or pose is NaN or infinite: free, no contact; a distance is NaN
     SQMAP_NO_EXACT = 2,    ///< baked without the exact layer: layer 3 answered
     SQMAP_NO_SURFACE = 4,  ///< inside, but no surface is known above: depth 0, normal zero
@@ -228,7 +228,7 @@ SQMAP_API sqmap_code sqmap_query_points(sqmap_model model, const sqmap_points* p
                                         sqmap_contacts* contacts);
 
 /// How a distance is known.
-enum {
+enum sqmap_known {
     SQMAP_KNOWN_EXACT = 0,
     SQMAP_KNOWN_APPROXIMATE = 1,  ///< by layer 3, of a model without triangles
     SQMAP_KNOWN_BOUND = 2         ///< the truth has this sign, is no nearer, and at most twice as far
@@ -358,6 +358,14 @@ typedef struct sqmap_session {
     uint64_t id;
 } sqmap_session;
 
+/// How the tool follows the device.
+typedef enum sqmap_mode {
+    SQMAP_MODE_DEFAULT = 0,  ///< as SQMAP_MODE_DIRECT
+    SQMAP_MODE_DIRECT = 1,   ///< the tool is where the device is
+    SQMAP_MODE_PROXY = 2,    ///< a proxy stays on the surface, and the device pulls it: for thin parts and deep presses
+    SQMAP_MODE_COUPLED = 3   ///< a simulated body, joined to the device by springs and dampers that a light stylus carries
+} sqmap_mode;
+
 /// What is touched, with what, and what the device holds. Zero: the default.
 typedef struct sqmap_session_options {
     size_t size;
@@ -373,11 +381,14 @@ typedef struct sqmap_session_options {
     double continuous_force;  ///< of the device, N, root mean square over 10 s; 0: unknown
     double force_limit;       ///< of the user, N; 0: 2 N or the device's, whichever is less
     double torque_limit;      ///< of the user, N m; 0: 0.1 N m or the device's, whichever is less
-    int32_t has_dead_man;     ///< not zero: force only while sqmap_tick.is_held
+    int32_t has_dead_man;     ///< not zero: force only while sqmap_tick.acts has SQMAP_TICK_HELD
+    double side_path;         ///< m, of the proxy. 0: it goes round what is thinner than the press is deep. Above 0 it stays on
+                              ///< its side of that, and takes another as the device moves so far across the surface
+    int32_t mode;             ///< sqmap_mode
 } sqmap_session_options;
 
 /// Bits of sqmap_tick.acts.
-enum {
+enum sqmap_act {
     SQMAP_TICK_STOP = 1,          ///< zero from now on, until SQMAP_TICK_RESUME
     SQMAP_TICK_RESUME = 2,        ///< the user's act: clears STOP and faults
     SQMAP_TICK_RESTART = 4,       ///< the scene changed: forces begin anew
@@ -400,12 +411,13 @@ typedef struct sqmap_force {
     size_t size;
     double force[3], torque[3];  ///< for the device: N, N m about the tool, world axes; finite, within the limits
     double commanded[3];         ///< N, before the safety filter
-    double depth;                ///< m
+    double depth;                ///< m; of a proxy the stretch of its spring
     double normal[3];            ///< unit, outward; zero where free
     uint32_t status;             ///< bits of haptic::StepStatus: 1 contact, 4 not finite, 256 teleport
     uint32_t acted;              ///< bits of haptic::SafetyStep
     uint32_t faults;             ///< bits of haptic::SafetyFault; any of them means zero until the user resumes
     int32_t is_engaged;          ///< all that is commanded is sent, within limits
+    sqmap_pose tool;             ///< where the tool is, world, m: the device's pose, the proxy's or the coupled body's
 } sqmap_force;
 
 /// A session on a model. Errors: E_ARGUMENT with the number and its range; limits that a filter refuses.
@@ -414,15 +426,16 @@ SQMAP_API sqmap_code sqmap_make_session(sqmap_model model, const sqmap_session_o
 /// faulty, force and torque are zero. No allocation, no lock. One thread at a time a session. Cost: some ten microseconds.
 SQMAP_API sqmap_code sqmap_tick_session(sqmap_session session, const sqmap_tick* tick, sqmap_force* force);
 
-/// A simulated stylus of 70 g in a hand that holds it as a pen; ticks of 1 ms, no clock. Rows of three doubles; positions, forces
-/// and depths may be null.
+/// A simulated stylus of 70 g in a hand that holds it as a pen; ticks of 1 ms, no clock. Rows of three doubles; results may be
+/// null.
 typedef struct sqmap_simulation {
     size_t size;
     const double* targets;  ///< count x 3: where the hand wants to be at each tick, m
     size_t count;
-    double* positions;  ///< count x 3: where the tool is, m
+    double* positions;  ///< count x 3: where the stylus is, m
     double* forces;     ///< count x 3: sent, N
     double* depths;     ///< count: m
+    double* tools;      ///< count x 3: where the tool is, m: sqmap_force.tool
 } sqmap_simulation;
 
 /// Drives the session with a simulated device, in a time of its own that goes on from call to call.

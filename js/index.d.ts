@@ -15,6 +15,7 @@ export class SqmapError extends Error {
   readonly cure: string;     // what helps
 }
 
+/** How points are queried. */
 export interface QueryOptions {
   layer?: Layer;        // default 3
   tolerance?: number;   // of "auto"
@@ -34,6 +35,7 @@ export interface Contacts {
   contacts: number;       // how many are inside
 }
 
+/** How distances are queried. */
 export interface DistanceOptions {
   band?: number;  // exact within it, on either side; default Infinity, 0 as baked, which is quickest
   pose?: Pose;
@@ -54,11 +56,13 @@ export interface ClosestPoints {
   triangle: Uint32Array;   // n
 }
 
+/** How a probe is queried; pose is the model's. */
 export interface ProbeOptions extends QueryOptions {
   probePose?: Pose;     // of the probe
   firstOnly?: boolean;  // stop at the first contact
   capacity?: number;    // contacts that are written; default as many as the probe has points
 }
+/** A point of a probe inside a model, in the frame of the poses. */
 export interface ProbeContact {
   point: number[];   // the nearest surface point
   normal: number[];  // unit, outward
@@ -69,6 +73,7 @@ export interface ProbeContact {
   status: number;
 }
 
+/** How to bake; the defaults are those of `sqmap bake`. */
 export interface BakeOptions {
   targetError?: number;  // percent of R_max, 99th percentile of layer 3's depth; default 0.5
   band?: number;         // percent of R_max within which distances are exact; default 5
@@ -82,6 +87,8 @@ export interface BakeOptions {
   progress?: (stage: string, done: number) => boolean | void;  // false: stop
 }
 
+/** Facts of a model; lengths in the mesh's units. rMax: the largest distance between two vertices; band: within it distances are
+ *  exact; centre, radius: of a sphere that holds the object; isDoubtful: layer 3 has wrong verdicts, take "exact" or "auto". */
 export interface Facts {
   rMax: number; band: number; centre: number[]; radius: number; bytes: number;
   parts: number; vertices: number; triangles: number;
@@ -118,6 +125,7 @@ export class Model {
   close(): void;
 }
 
+/** What is touched, with what, and what the device holds. Metres, newtons, seconds. */
 export interface SessionOptions {
   metresPerUnit?: number;  // of the model's mesh; default 1
   pose?: Pose;             // of the model in the world, its translation in metres
@@ -129,14 +137,19 @@ export interface SessionOptions {
   maxForce?: number; maxTorque?: number; continuousForce?: number;  // what the device holds, N and N m; default: unknown, so careful
   forceLimit?: number; torqueLimit?: number;                        // the user's; default 2 N and 0.1 N m, or the device's
   deadMan?: boolean;       // force only in ticks that are held
+  /** The tool is where the device is, stays on the surface while the device pulls it, or is a light body on springs; default
+   *  "direct". */
+  mode?: "direct" | "proxy" | "coupled";
+  sidePath?: number;       // m, of the proxy; above 0 it stays on its side of thin parts; default 0
 }
 /** What a tick gives: N, N m, m; world axes. */
 export interface Force {
   force: number[];      // for the device: finite, within the limits, zero when anything is wrong
   torque: number[];     // about the tool
   commanded: number[];  // before the safety filter
-  depth: number;
+  depth: number;        // of a proxy the stretch of its spring
   normal: number[];     // unit, outward; zero where free
+  tool: number[];       // 4 x 4, row by row: the device's pose, the proxy's or the coupled body's
   status: number; acted: number; faults: number;  // bits of haptic::StepStatus, SafetyStep and SafetyFault
   isEngaged: boolean;   // all that is commanded is sent, within limits
 }
@@ -151,11 +164,12 @@ export class Session {
   /** pose: of the tool in the world, m; time: s, monotonic. What is not finite gives zero force and says so. */
   tick(pose: Pose, time: number, options?: TickOptions): Force;
   /** A simulated stylus in a hand that wants to be at targets, one a millisecond; goes on from call to call. */
-  simulate(targets: Rows): {positions: Float64Array; forces: Float64Array; depths: Float64Array};
+  simulate(targets: Rows): {positions: Float64Array; forces: Float64Array; depths: Float64Array; tools: Float64Array};
   /** Frees the memory; whatever is called afterwards throws. */
   close(): void;
 }
 
+/** The library, once it is loaded. */
 export interface Sqmap {
   readonly version: string;
   readonly formatVersion: number;

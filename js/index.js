@@ -12,6 +12,7 @@ export class SqmapError extends Error {
 
 const refuse = (element, what, cure) => new SqmapError("E_ARGUMENT", element, what, cure);
 const layers = new Map([[1, 1], [2, 2], [3, 3], ["exact", 4], ["auto", 5]]);
+const modes = new Map([["direct", 1], ["proxy", 2], ["coupled", 3]]);
 const repairs = new Map([["wrap", 4], ["close", 3], ["safe", 2], ["none", 1]]);
 
 function member(map, value, element) {
@@ -40,6 +41,9 @@ function poseNumbers(pose) {
   if (m.length !== 16) throw refuse("pose", `has ${m.length} numbers`, "give a matrix of 4 x 4, row by row");
   return [m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10], m[3], m[7], m[11]];
 }
+
+/** The other way. */
+const matrixOf = ([a, b, c, d, e, f, g, h, i, x, y, z]) => [a, b, c, x, d, e, f, y, g, h, i, z, 0, 0, 0, 1];
 
 /** What one call passes to the library: memory that is freed when it returns. */
 class Call {
@@ -275,16 +279,18 @@ export class Session extends Owned {
       const out = {};
       for (const name of Object.keys(structs.force.members)) if (name !== "size") out[name] = c.read("force", force, name);
       out.isEngaged = out.isEngaged !== 0;
+      out.tool = matrixOf(out.tool);
       return out;
     });
   }
   simulate(targets) {
     const xyz = rows(targets, "targets"), count = xyz.length / 3;
     return this.within((c) => {
-      const positions = c.space(24 * count), forces = c.space(24 * count), depths = c.space(8 * count);
-      c.run("sqmap_simulate", this.handle, c.struct("simulation", {targets: c.numbers(xyz), count, positions, forces, depths}));
+      const positions = c.space(24 * count), forces = c.space(24 * count), depths = c.space(8 * count), tools = c.space(24 * count);
+      c.run("sqmap_simulate", this.handle,
+            c.struct("simulation", {targets: c.numbers(xyz), count, positions, forces, depths, tools}));
       return {positions: c.copy(Float64Array, positions, 3 * count), forces: c.copy(Float64Array, forces, 3 * count),
-              depths: c.copy(Float64Array, depths, count)};
+              depths: c.copy(Float64Array, depths, count), tools: c.copy(Float64Array, tools, 3 * count)};
     });
   }
 }
@@ -339,10 +345,11 @@ class Sqmap {
       return new Probe(this.#library, c.view.getBigUint64(handle, true), count);
     });
   }
-  session(model, {pose, layer = 3, friction = 0.4, deadMan = false, ...sizes} = {}) {
+  session(model, {pose, layer = 3, friction = 0.4, deadMan = false, mode = "direct", ...sizes} = {}) {
     if (!(model instanceof Model)) throw refuse("model", "is none", "open or bake one");
     return model.within((c) => {
       const values = {pose: c.pose(pose), layer: member(layers, layer, "options.layer"), hasDeadMan: deadMan ? 1 : 0,
+                      mode: member(modes, mode, "options.mode"),
                       friction: number(friction, "options.friction") === 0 ? -1 : friction};  // zero stands for the default in C
       for (const [name, value] of Object.entries(sizes)) {
         if (!(name in structs.sessionOptions.members)) throw refuse(`options.${name}`, "is unknown", "see index.d.ts");

@@ -34,11 +34,11 @@ export const structs = {
   contact: layout("point:f32[3] normal:f32[3] depth:f32 index:u32 part:i16 certain:u8 status:u8", false),
   contactList: layout("contacts:pointer capacity:size found:size anchor:f64[3] status:u32"),
   sessionOptions: layout(`metresPerUnit:f64 pose:pointer radius:f64 stiffness:f64 damping:f64 friction:f64 layer:i32 maxForce:f64
-    maxTorque:f64 continuousForce:f64 forceLimit:f64 torqueLimit:f64 hasDeadMan:i32`),
+    maxTorque:f64 continuousForce:f64 forceLimit:f64 torqueLimit:f64 hasDeadMan:i32 sidePath:f64 mode:i32`),
   tick: layout("time:f64 sampleTime:f64 sequence:u64 pose:f64[12] acts:u32"),
   force: layout(`force:f64[3] torque:f64[3] commanded:f64[3] depth:f64 normal:f64[3] status:u32 acted:u32 faults:u32
-    isEngaged:i32`),
-  simulation: layout("targets:pointer count:size positions:pointer forces:pointer depths:pointer"),
+    isEngaged:i32 tool:f64[12]`),
+  simulation: layout("targets:pointer count:size positions:pointer forces:pointer depths:pointer tools:pointer"),
 };
 
 const getters = {

@@ -19,6 +19,10 @@ namespace Sqmap
         }
     }
 
+    /// <summary>How the tool follows the device: it is there, it stays on the surface and is pulled, or it is a body on
+    /// springs.</summary>
+    public enum Mode { Default = 0, Direct = 1, Proxy = 2, Coupled = 3 }
+
     public enum Layer { Default = 0, Superquadrics = 1, Planes = 2, Maps = 3, Exact = 4, Auto = 5 }
 
     /// <summary>x in the caller's frame = Rotation x + Translation; the rotation row by row.</summary>
@@ -62,6 +66,8 @@ namespace Sqmap
         [MarshalAs(UnmanagedType.ByValArray, SizeConst = 3)] public double[] Normal;
         public uint Status, Acted, Faults;
         public int IsEngaged;
+        /// <summary>Where the tool is: the device's pose, the proxy's or the coupled body's.</summary>
+        public Pose Tool;
     }
 
     static class Native
@@ -147,6 +153,8 @@ namespace Sqmap
             internal int Layer;
             internal double MaxForce, MaxTorque, ContinuousForce, ForceLimit, TorqueLimit;
             internal int HasDeadMan;
+            internal double SidePath;
+            internal int Mode;
         }
         [StructLayout(LayoutKind.Sequential)]
         internal struct Tick
@@ -348,11 +356,12 @@ namespace Sqmap
         }
 
         /// <summary>Forces of a ball of this radius (metres; 0: a point) that touches the model.</summary>
-        public ForceSession Touch(double radius, double metresPerUnit = 1, double stiffness = 500, double maxForce = 0)
+        public ForceSession Touch(double radius, double metresPerUnit = 1, double stiffness = 500, double maxForce = 0,
+                                  Mode mode = Mode.Default)
         {
             var options = new Native.SessionOptions {
                 Size = Native.SizeOf<Native.SessionOptions>(), MetresPerUnit = metresPerUnit, Radius = radius, Stiffness = stiffness,
-                MaxForce = maxForce
+                MaxForce = maxForce, Mode = (int)mode
             };
             Native.Handle session;
             Native.Check(Native.sqmap_make_session(handle, ref options, out session));
@@ -386,7 +395,7 @@ namespace Sqmap
             var tick = new Native.Tick { Size = Native.SizeOf<Native.Tick>(), Time = time, SampleTime = time, Sequence = ++ticks, Pose = pose };
             var force = new Force {
                 Size = Native.SizeOf<Force>(), Newtons = new double[3], Torque = new double[3], Commanded = new double[3],
-                Normal = new double[3]
+                Normal = new double[3], Tool = Pose.Identity
             };
             Native.Check(Native.sqmap_tick_session(handle, ref tick, ref force));
             return force;

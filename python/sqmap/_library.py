@@ -113,7 +113,7 @@ class SessionOptions(Sized):
     _fields_ = [("size", c_size_t), ("metres_per_unit", c_double), ("pose", POINTER(Pose)), ("radius", c_double),
                 ("stiffness", c_double), ("damping", c_double), ("friction", c_double), ("layer", c_int32),
                 ("max_force", c_double), ("max_torque", c_double), ("continuous_force", c_double), ("force_limit", c_double),
-                ("torque_limit", c_double), ("has_dead_man", c_int32)]
+                ("torque_limit", c_double), ("has_dead_man", c_int32), ("side_path", c_double), ("mode", c_int32)]
 
 
 class Tick(Sized):
@@ -124,12 +124,12 @@ class Tick(Sized):
 class Force(Sized):
     _fields_ = [("size", c_size_t), ("force", c_double * 3), ("torque", c_double * 3), ("commanded", c_double * 3),
                 ("depth", c_double), ("normal", c_double * 3), ("status", c_uint32), ("acted", c_uint32), ("faults", c_uint32),
-                ("is_engaged", c_int32)]
+                ("is_engaged", c_int32), ("tool", Pose)]
 
 
 class Simulation(Sized):
     _fields_ = [("size", c_size_t), ("targets", c_void_p), ("count", c_size_t), ("positions", c_void_p), ("forces", c_void_p),
-                ("depths", c_void_p)]
+                ("depths", c_void_p), ("tools", c_void_p)]
 
 
 class PadOptions(Sized):

@@ -9,7 +9,15 @@ from . import _library as c
 from ._arrays import LAYERS, Layer, count, flag, number, pointer, pose_of, refuse, rows
 from ._model import Model, Owned, address
 
+MODES = {"direct": 1, "proxy": 2, "coupled": 3}
 STOP, RESUME, RESTART, HELD, DISCONNECTED = 1, 2, 4, 8, 16
+
+
+def matrix_of(pose: c.Pose) -> np.ndarray:
+    """(4, 4) [rotation | translation]."""
+    out = np.eye(4)
+    out[:3, :3], out[:3, 3] = np.reshape(pose.rotation, (3, 3)), pose.translation
+    return out
 
 
 class Force(NamedTuple):
@@ -18,20 +26,22 @@ class Force(NamedTuple):
     force: np.ndarray      #: (3,) for the device: finite, within the limits, zero when anything is wrong
     torque: np.ndarray     #: (3,) about the tool
     commanded: np.ndarray  #: (3,) before the safety filter
-    depth: float           #: m
+    depth: float           #: m; of a proxy the stretch of its spring
     normal: np.ndarray     #: (3,) unit, outward; zero where free
     status: int            #: bits of haptic::StepStatus
     acted: int             #: bits of haptic::SafetyStep
     faults: int            #: bits of haptic::SafetyFault; any of them means zero until RESUME
     engaged: bool          #: all that is commanded is sent, within limits
+    tool: np.ndarray       #: (4, 4) where the tool is: the device's pose, the proxy's or the coupled body's
 
 
 class Simulation(NamedTuple):
     """A simulated device's ticks of one millisecond, row by row."""
 
-    positions: np.ndarray  #: (n, 3) m, of the tool
+    positions: np.ndarray  #: (n, 3) m, of the stylus
     forces: np.ndarray     #: (n, 3) N, sent to it
     depths: np.ndarray     #: (n,) m
+    tools: np.ndarray      #: (n, 3) m, of the tool: the stylus, the proxy or the coupled body
 
 
 class Session(Owned):
@@ -40,22 +50,26 @@ class Session(Owned):
     metres_per_unit: of the model's mesh. pose: (4, 4) of the model in the world. radius: of the ball, m; 0: a point.
     stiffness: N/m. damping: N s/m. friction: Coulomb's; 0: none. max_force, max_torque, continuous_force: what the device holds;
     0: unknown, so careful. force_limit, torque_limit: the user's, 0: 2 N and 0.1 N m or the device's, whichever is less.
-    dead_man: force only in ticks with HELD. Research software, not a safety device."""
+    dead_man: force only in ticks with HELD. mode: "direct", the tool is where the device is; "proxy", it stays on the surface and
+    the device pulls it; "coupled", it is a light body on springs. side_path: m, of the proxy; above 0 it stays on its side of what
+    is thinner than the press is deep, and takes another as the device moves so far. Research software, not a safety device."""
 
     _closes = "sqmap_close_session"
 
     def __init__(self, model: Model, *, metres_per_unit: float = 1.0, pose: Any = None, radius: float = 0.0,
                  stiffness: float = 500.0, damping: float = 0.0, friction: float = 0.4, layer: Layer = 3, max_force: float = 0.0,
                  max_torque: float = 0.0, continuous_force: float = 0.0, force_limit: float = 0.0, torque_limit: float = 0.0,
-                 dead_man: bool = False) -> None:
+                 dead_man: bool = False, mode: str = "direct", side_path: float = 0.0) -> None:
         if not isinstance(model, Model):
             raise refuse("model", f"is a {type(model).__name__}", "give a Model")
         if isinstance(layer, bool) or not isinstance(layer, (int, str)) or layer not in LAYERS:
             raise refuse("layer", f"is {layer!r}", 'take 1, 2, 3, "exact" or "auto"')
+        if not isinstance(mode, str) or mode not in MODES:
+            raise refuse("mode", f"is {mode!r}", 'take "direct", "proxy" or "coupled"')
         sizes = {name: number(value, name) for name, value in
                  {"metres_per_unit": metres_per_unit, "radius": radius, "stiffness": stiffness, "damping": damping,
                   "friction": friction, "max_force": max_force, "max_torque": max_torque, "continuous_force": continuous_force,
-                  "force_limit": force_limit, "torque_limit": torque_limit}.items()}
+                  "force_limit": force_limit, "torque_limit": torque_limit, "side_path": side_path}.items()}
         for name in ("metres_per_unit", "stiffness"):
             if sizes[name] == 0:  # zero stands for the default in C
                 raise refuse(name, "is 0", "give a number above zero")
@@ -63,7 +77,8 @@ class Session(Owned):
             sizes["friction"] = -1.0
         elif sizes["friction"] < 0:
             raise refuse("friction", f"is {friction}", "give a number from 0 on")
-        options = c.SessionOptions(pose=pointer(pose_of(pose)), layer=LAYERS[layer], has_dead_man=flag(dead_man, "dead_man"), **sizes)
+        options = c.SessionOptions(pose=pointer(pose_of(pose)), layer=LAYERS[layer], has_dead_man=flag(dead_man, "dead_man"),
+                                   mode=MODES[mode], **sizes)
         handle = c.Handle()
         with model.use() as touched:
             c.call("sqmap_make_session", touched, options, handle)
@@ -89,16 +104,16 @@ class Session(Owned):
         with self.turn, self.use() as handle:
             c.call("sqmap_tick_session", handle, tick, out)
         return Force(np.array(out.force), np.array(out.torque), np.array(out.commanded), out.depth, np.array(out.normal), out.status,
-                     out.acted, out.faults, bool(out.is_engaged))
+                     out.acted, out.faults, bool(out.is_engaged), matrix_of(out.tool))
 
     def simulate(self, targets: Any) -> Simulation:
         """Drives the session with a simulated stylus of 70 g in a hand that holds it as a pen and wants to be at targets (n, 3),
         m, one a millisecond. No clock: the same targets give the same bits. Goes on from call to call."""
         wanted = rows(targets, "targets")
         n = len(wanted)
-        positions, forces, depths = np.empty((n, 3)), np.empty((n, 3)), np.empty(n)
+        positions, forces, depths, tools = np.empty((n, 3)), np.empty((n, 3)), np.empty(n), np.empty((n, 3))
         simulation = c.Simulation(targets=address(wanted), count=n, positions=address(positions), forces=address(forces),
-                                  depths=address(depths))
+                                  depths=address(depths), tools=address(tools))
         with self.turn, self.use() as handle:
             c.call("sqmap_simulate", handle, simulation)
-        return Simulation(positions, forces, depths)
+        return Simulation(positions, forces, depths, tools)

@@ -1,6 +1,7 @@
 // Forces behind the C interface: one zone, one touched model, and the safety filter, which no caller goes around.
 #include "objects.h"
 #include "sqmap/device/simulated.h"
+#include "sqmap/haptic/coupling.h"
 #include "sqmap/haptic/safety.h"
 #include "sqmap/haptic/step.h"
 #include "structs.h"
@@ -21,16 +22,43 @@ double or_default(double value, double standard, double max, const char* element
     return value == 0 ? standard : checked(value, 0, max, element);
 }
 
+haptic::Mode mode_of(int mode)
+{
+    switch (mode) {
+        case SQMAP_MODE_DEFAULT:
+        case SQMAP_MODE_DIRECT:
+            return haptic::Mode::Direct;
+        case SQMAP_MODE_PROXY:
+            return haptic::Mode::Proxy;
+        case SQMAP_MODE_COUPLED:
+            return haptic::Mode::Coupled;
+        default:
+            throw Failure{SQMAP_E_ARGUMENT, "options.mode", "is " + std::to_string(mode), "take one of sqmap_mode"};
+    }
+}
+
+haptic::DeviceLimits device_of(const sqmap_session_options& o)
+{
+    haptic::DeviceLimits device;
+    device.max_force = o.max_force;
+    device.max_torque = o.max_torque;
+    device.continuous_force = o.continuous_force;
+    return device;
+}
+
 haptic::Zone zone_of(const sqmap_session_options& o)
 {
     haptic::Zone zone;
     haptic::ZoneOptions& z = zone.options;
+    z.mode = mode_of(o.mode);
+    z.side_path = checked(o.side_path, 0, 1, "options.side_path");
     const double radius = checked(o.radius, 0, 1, "options.radius");
     z.averaging = radius > 0 ? haptic::Averaging::Ball : haptic::Averaging::Stencil;
     if (radius > 0) z.smoothing = haptic::ball_of(radius);
     z.stiffness = or_default(o.stiffness, z.stiffness, 1e5, "options.stiffness");
     z.damping = checked(o.damping, 0, 1e4, "options.damping");
     z.layer = layer_of(o.layer);
+    if (z.mode == haptic::Mode::Coupled) haptic::choose_coupling(z, device_of(o));
     return zone;
 }
 
@@ -45,15 +73,11 @@ haptic::Material material_of(double friction)
 
 haptic::SafetyFilter filter_of(const sqmap_session_options& o)
 {
-    haptic::DeviceLimits device;
-    device.max_force = o.max_force;
-    device.max_torque = o.max_torque;
-    device.continuous_force = o.continuous_force;
     haptic::SafetyOptions options;
     if (o.force_limit != 0) options.force_limit = o.force_limit;
     if (o.torque_limit != 0) options.torque_limit = o.torque_limit;
     options.dead_man = o.has_dead_man != 0;
-    haptic::SafetyFilter filter(device, options);
+    haptic::SafetyFilter filter(device_of(o), options);
     if (filter.verdict() != haptic::SetupVerdict::Ok)
         throw Failure{SQMAP_E_ARGUMENT, "options", haptic::describe(filter.verdict()), "give limits that the device holds"};
     return filter;
@@ -62,6 +86,12 @@ haptic::SafetyFilter filter_of(const sqmap_session_options& o)
 void put(double* target, Vec3d v)
 {
     for (int i = 0; i < 3; ++i) target[i] = v[i];
+}
+
+void put(sqmap_pose& target, const Pose& pose)
+{
+    for (int i = 0; i < 3; ++i) put(target.rotation + 3 * i, pose.rotation.row[i]);
+    put(target.translation, pose.translation);
 }
 
 }  // namespace
@@ -116,6 +146,7 @@ public:
         out.acted = report.acted;
         out.faults = report.faults;
         out.is_engaged = report.engaged ? 1 : 0;
+        put(out.tool, zone.body);
         return out;
     }
 
@@ -131,10 +162,7 @@ public:
         in.time = in.sample_time = k_period * static_cast<double>(++ticks_);
         in.sequence = ticks_;
         in.acts = SQMAP_TICK_HELD;
-        for (int i = 0; i < 3; ++i) {
-            put(in.pose.rotation + 3 * i, measured.rotation.row[i]);
-            in.pose.translation[i] = measured.translation[i];
-        }
+        put(in.pose, measured);
         const sqmap_force out = tick(in);
         written_ = {{out.force[0], out.force[1], out.force[2]}, {out.torque[0], out.torque[1], out.torque[2]}};
         return out;
@@ -221,6 +249,7 @@ sqmap_code sqmap_simulate(sqmap_session session, const sqmap_simulation* simulat
             if (in.positions != nullptr) capi::put(in.positions + 3 * i, position);
             if (in.forces != nullptr) std::copy(out.force, out.force + 3, in.forces + 3 * i);
             if (in.depths != nullptr) in.depths[i] = out.depth;
+            if (in.tools != nullptr) std::copy(out.tool.translation, out.tool.translation + 3, in.tools + 3 * i);
         }
     });
 }

@@ -118,6 +118,17 @@ check("a session pushes out with its stiffness, once it was free", () => {
   assert.throws(() => again.tick(pose(1), 3), SqmapError);
 });
 
+check("a proxy stays on the surface while the device is pressed in", () => {
+  const session = sqmap.session(model, {mode: "proxy", sidePath: 0.005, layer: "exact", friction: 0});
+  const targets = Array.from({length: 1500}, (_, i) => [0, 0, i < 100 ? 1.01 : 0.997]);
+  const {positions, tools} = session.simulate(targets), z = 3 * (targets.length - 1) + 2;
+  assert.ok(Math.abs(tools[z] - 1) < 3e-4 && tools[z] - positions[z] > 5e-4);
+  const {tool} = session.tick([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, positions[z], 0, 0, 0, 1], 1.501);
+  assert.ok(tool.length === 16 && tool[15] === 1 && Math.abs(tool[11] - 1) < 3e-4);
+  session.close();
+});
+
+refuses("a mode that there is not", "E_ARGUMENT", /mode/, () => sqmap.session(model, {mode: "glued"}));
 refuses("a session of nothing", "E_ARGUMENT", /model/, () => sqmap.session({}));
 refuses("a stiffness below zero", "E_ARGUMENT", /stiffness/, () => sqmap.session(model, {stiffness: -1}));
 refuses("an option that there is not", "E_ARGUMENT", /softness/, () => sqmap.session(model, {softness: 1}));

@@ -60,6 +60,12 @@ static class CsharpTest
             }
             Expect(pushed > 0.2, "pushed out with " + pushed + " N");
         }
+        using (ForceSession session = model.Touch(0, 0.1 / r, 200, 3, Mode.Proxy))
+        {
+            Force f = session.Tick(1e-3, 0, 0, 0.11);
+            for (int tick = 1; tick < 1000; ++tick) f = session.Tick(1e-3 * (tick + 1), 0, 0, 0.11 - 2e-5 * tick);
+            Expect(Math.Abs(f.Tool.Translation[2] - 0.1) < 0.002 && f.Tool.Translation[2] - 0.09 > 0.005, "a proxy on the surface");
+        }
 
         Refuses("E_FILE", () => Model.Open("/no/such/file"));
         Refuses("E_MODEL", () => Model.Open(new byte[100]));

@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstddef>
 #include <cstring>
 #include <limits>
 #include <random>
@@ -380,6 +381,93 @@ TEST_F(Capi, ATickThatFailsLeavesNoForce)
     force.force[1] = 7;
     expect_refused(sqmap_tick_session(session, &tick, &force), SQMAP_E_HANDLE, "handle");
     expect_none();
+}
+
+/// Sessions on the torus, whose tube is 2.5 cm thick here, touched from above.
+class CapiModes : public Capi {
+protected:
+    static sqmap_session_options options_of(std::int32_t mode)
+    {
+        sqmap_session_options options{};
+        options.size = sizeof options;
+        options.metres_per_unit = 0.05;
+        options.stiffness = 300;
+        options.friction = -1;
+        options.layer = SQMAP_LAYER_EXACT;
+        options.side_path = 0.005;
+        options.mode = mode;
+        return options;
+    }
+    void make(const sqmap_session_options& options)
+    {
+        ASSERT_EQ(sqmap_make_session(model_, &options, &session_), SQMAP_OK) << sqmap_last_error()->message;
+        tick_ = {};
+        tick_.size = sizeof tick_;
+        tick_.pose = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0.05, 0, k_above}};
+    }
+    /// What the last tick gives when the device has gone down to a height, m.
+    sqmap_force pressed_to(double height)
+    {
+        sqmap_force force{};
+        force.size = sizeof force;
+        for (int i = 0; i < k_ticks; ++i) {
+            ++tick_.sequence;
+            tick_.time = tick_.sample_time += 0.001;
+            tick_.pose.translation[2] += (height - tick_.pose.translation[2]) / (k_ticks - i);
+            EXPECT_EQ(sqmap_tick_session(session_, &tick_, &force), SQMAP_OK);
+        }
+        return force;
+    }
+
+    static constexpr double k_above = 0.015, k_surface = 0.0125, k_in = 0.0095, k_through = -0.008;
+    static constexpr int k_ticks = 400;
+    sqmap_session session_{};
+    sqmap_tick tick_{};
+};
+
+TEST_F(CapiModes, TheToolIsWhereTheModePutsIt)
+{
+    make(options_of(SQMAP_MODE_DIRECT));
+    sqmap_force force = pressed_to(k_in);
+    EXPECT_NEAR(force.tool.translation[2], k_in, 1e-12);
+    EXPECT_GT(force.commanded[2], 0.5);
+    EXPECT_LT(pressed_to(k_through).commanded[2], 0);  // out of the other side
+    sqmap_close_session(session_);
+
+    make(options_of(SQMAP_MODE_PROXY));
+    for (const double height : {k_in, k_through}) {
+        force = pressed_to(height);
+        EXPECT_NEAR(force.tool.translation[2], k_surface, 2e-4);
+        EXPECT_NEAR(force.commanded[2], 300 * (k_surface - height), 0.1);
+        EXPECT_NEAR(force.depth, k_surface - height, 3e-4);
+        EXPECT_GT(force.normal[2], 0.99);
+    }
+    sqmap_close_session(session_);
+
+    make(options_of(SQMAP_MODE_COUPLED));
+    force = pressed_to(k_in);
+    EXPECT_GT(force.tool.translation[2], k_in + 1e-4);
+    EXPECT_LT(force.tool.translation[2], k_surface);
+    EXPECT_GT(force.commanded[2], 0.1);
+    sqmap_close_session(session_);
+}
+
+TEST_F(CapiModes, AnOlderHeaderHasTheDirectOne)
+{
+    sqmap_session_options options = options_of(SQMAP_MODE_PROXY);
+    options.size = offsetof(sqmap_session_options, side_path);
+    make(options);
+    EXPECT_NEAR(pressed_to(k_in).tool.translation[2], k_in, 1e-12);
+    sqmap_close_session(session_);
+}
+
+TEST_F(CapiModes, OthersAreRefused)
+{
+    sqmap_session_options options = options_of(7);
+    expect_refused(sqmap_make_session(model_, &options, &session_), SQMAP_E_ARGUMENT, "options.mode");
+    options = options_of(SQMAP_MODE_PROXY);
+    options.side_path = -1;
+    expect_refused(sqmap_make_session(model_, &options, &session_), SQMAP_E_ARGUMENT, "options.side_path");
 }
 
 }  // namespace

@@ -65,7 +65,7 @@ struct Calls {
     std::vector<sqmap_workspace> workspaces{{0}};
     std::vector<sqmap_session> sessions{{0}};
     static constexpr std::size_t k_rows = 300;
-    double numbers[3 * k_rows]{}, out_a[3 * k_rows]{}, out_b[3 * k_rows]{}, out_c[3 * k_rows]{};
+    double numbers[3 * k_rows]{}, out_a[3 * k_rows]{}, out_b[3 * k_rows]{}, out_c[3 * k_rows]{}, out_d[3 * k_rows]{};
     std::uint8_t flags[k_rows]{};
     std::int32_t parts[k_rows]{};
     sqmap_contact contacts[k_rows]{};
@@ -211,10 +211,11 @@ struct Calls {
         }
         sqmap_session_options how = struct_of<sqmap_session_options>(random);
         how.pose = maybe(pose);
-        double* const members[] = {&how.metres_per_unit, &how.radius,    &how.stiffness,   &how.damping,
-                                   &how.friction,        &how.max_force, &how.force_limit, &how.continuous_force};
+        double* const members[] = {&how.metres_per_unit, &how.radius,    &how.stiffness,   &how.damping,         &how.friction,
+                                   &how.side_path,       &how.max_force, &how.force_limit, &how.continuous_force};
         for (double* member : members)
             if (below(random, 4) == 0) *member = any_number(random);
+        how.mode = static_cast<std::int32_t>(below(random, SQMAP_MODE_COUPLED + 2));
         sqmap_session session{};
         const sqmap_code code = sqmap_make_session(handle(models), maybe(how), maybe(session));
         if (session.id != 0) sessions.push_back(session);
@@ -248,6 +249,7 @@ struct Calls {
         run.positions = maybe(out_a[0]);
         run.forces = maybe(out_b[0]);
         run.depths = maybe(out_c[0]);
+        run.tools = maybe(out_d[0]);
         return sqmap_simulate(handle(sessions), maybe(run));
     }
     sqmap_code describe()

@@ -233,6 +233,18 @@ class Forces(unittest.TestCase):
         self.assertGreater(run.depths[-1], 0)
         self.assertGreater(run.positions[-1, 2], 0.047)  # the force holds the hand above where it wants to be
 
+    def test_a_proxy_stays_on_the_surface_and_pulls_the_device(self):
+        run, direct = self.press(mode="proxy", friction=0.0), self.press(friction=0.0)
+        np.testing.assert_array_equal(direct.tools, direct.positions)
+        np.testing.assert_allclose(run.tools[-1], (0, 0, 0.05), atol=3e-4)
+        self.assertGreater(run.tools[-1, 2] - run.positions[-1, 2], 5e-4)
+        np.testing.assert_allclose(run.forces[-1, 2], 500 * (run.tools[-1, 2] - run.positions[-1, 2]), rtol=0.1)
+        session = sqmap.Session(ball_model(), metres_per_unit=0.05, mode="proxy", side_path=0.005)
+        for i in range(600):
+            force = session.tick((0, 0, 0.06 - 2e-5 * i), 0.001 * i)
+        self.assertGreater(force.tool[2, 3], 0.0495)
+        self.assertAlmostEqual(force.depth, force.tool[2, 3] - 0.06 + 2e-5 * 599, delta=3e-4)
+
     def test_the_same_targets_give_the_same_bits(self):
         a, b = self.press(), self.press()
         for one, other in zip(a, b):

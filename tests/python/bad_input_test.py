@@ -42,7 +42,8 @@ class BadInput(unittest.TestCase):
         for options in ({"metres_per_unit": 0}, {"metres_per_unit": -1}, {"metres_per_unit": np.nan}, {"radius": -1}, {"radius": 5},
                         {"stiffness": 0}, {"stiffness": 1e9}, {"stiffness": np.nan}, {"damping": -1}, {"friction": -0.1},
                         {"friction": np.nan}, {"max_force": -1}, {"max_force": np.nan}, {"force_limit": -1},
-                        {"max_force": 1, "force_limit": 2}, {"layer": 9}):
+                        {"max_force": 1, "force_limit": 2}, {"layer": 9}, {"mode": "glued"}, {"mode": []},
+                        {"side_path": -1}, {"side_path": np.nan}):
             self.refused(sqmap.ArgumentError, sqmap.Session, model, **options)
 
     def test_poses_that_are_no_rigid_motion(self):
