@@ -12,7 +12,10 @@ try {
     // Set up once: the model, and the mesh's own vertices as probe.
     const io::MappedModel file(argv[1]);
     const io::ReadResult mesh = io::read_mesh_file(argv[2]);
-    if (mesh.error) return 65;
+    if (mesh.error) {
+        std::fprintf(stderr, "%s: %s; %s\n", argv[2], mesh.error->message.c_str(), mesh.error->cure.c_str());
+        return 65;
+    }
     const query::Probe probe(mesh.soup.positions);
     query::PairWorkspace workspace(probe.size());
 

@@ -40,15 +40,13 @@ ordered_json evaluation_json(const bake::Evaluation& e)
         {"frame", {{"missed", e.missed}, {"false_contacts", e.false_contacts}, {"depth_percent", distribution_json(e.depth)}}}};
 }
 
-void print_doubt(const model::Measured& m)
+void print_doubt(const model::Measured& m, bool has_exact)
 {
+    const char* const cure = has_exact ? "use the exact layer, as auto and the page do" : "bake it with --exact";
     if (model::has_wrong_verdicts(m))
-        std::printf("W_LAYER3: %u of %u points on the wrong side on layer 3: use the exact layer, as auto and the page do\n",
-                    m.missed + m.false_contacts, m.points);
+        std::printf("W_LAYER3: %u of %u points on the wrong side on layer 3: %s\n", m.missed + m.false_contacts, m.points, cure);
     else if (model::is_doubtful(m))
-        std::printf(
-            "W_LAYER3: depths of layer 3 have a 99th percentile of %.3f %%: use the exact layer, as auto and the page do\n",
-            m.depth_p99);
+        std::printf("W_LAYER3: depths of layer 3 have a 99th percentile of %.3f %%: %s\n", m.depth_p99, cure);
 }
 
 const char* rung_suffix(const model::Cure& c)

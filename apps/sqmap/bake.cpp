@@ -56,6 +56,7 @@ struct Options {
     std::string mesh, model, report;
     LoadOptions load;
     BakeSettings bake;
+    std::string given;  ///< the options that change the model, as they were given
 };
 
 /// @throw io::ModelFileError
@@ -63,6 +64,7 @@ void write(bake::BakeResult& baked, const LoadedMesh& loaded, const Options& o)
 {
     baked.model.made_by = "sqmap " SQMAP_VERSION;
     baked.model.source = std::filesystem::path(o.mesh).filename().string();
+    baked.model.options = o.given;
     // The report first: where it cannot be written, no model is left behind either.
     if (!o.report.empty()) {
         const std::string text = report_json(baked, loaded).dump(2) + '\n';
@@ -76,7 +78,7 @@ void print(const bake::BakeResult& baked, const Options& o)
     const std::size_t bytes = std::filesystem::file_size(o.model);
     double seconds = 0;
     for (const auto& [stage, s] : baked.report.seconds) seconds += s;
-    print_doubt(baked.model.measured);
+    print_doubt(baked.model.measured, model::has_exact(baked.model.view()));
     if (baked.model.measured.depth_p99 > o.bake.bake.target_error)
         std::printf("W_TARGET: target error of %g %% not reached: the best model found has %.3f %%\n", o.bake.bake.target_error,
                     baked.model.measured.depth_p99);
@@ -130,7 +132,11 @@ void add_bake(CommandLine& line)
         "Exit code: 0 written (it says so first where the target error was not reached or layer 3 errs), 2 mesh refused or model "
         "not written, 64 wrong "
         "usage, 70 internal error.");
-    command.run([options] { return run(*options); });
+    command.run([options, command] {
+        for (const std::string& option : command.given_but({"--output", "--threads", "--report"}))
+            options->given += (options->given.empty() ? "" : " ") + option;
+        return run(*options);
+    });
 }
 
 }  // namespace sqmap::app

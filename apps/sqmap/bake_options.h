@@ -4,6 +4,7 @@
 #include "command_line.h"
 #include "sqmap/bake/bake.h"
 
+#include <functional>
 #include <string>
 
 namespace sqmap::app {
@@ -14,13 +15,15 @@ struct BakeSettings {
     std::string projection = "central";
     bool exact = false, no_exact = false;
     bool no_taper = false, no_bend = false;
-    bool exact_geodesics = false;
+    bool exact_geodesics = false, no_locator = false;
+    std::function<bool(const std::string&)> given{};  ///< whether the user gave this option
 };
 
 /// Adds the options that change a model to a subcommand; settings must outlive the parser.
 void add_bake_options(Command& command, BakeSettings& settings);
 
 /// What the flags say, put in where bake reads it.
+/// @throw WrongUsage for options that do not go together
 [[nodiscard]] bake::BakeOptions bake_options(const BakeSettings& settings);
 
 }  // namespace sqmap::app

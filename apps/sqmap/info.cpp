@@ -20,22 +20,46 @@ bool is_central(const model::ModelView& m)
     return m.header.projection == static_cast<std::uint32_t>(model::Projection::Central);
 }
 
+/// Grids of the normal maps, a line for each run of parts that have the same.
+void print_maps(const model::ModelView& m)
+{
+    std::string before;
+    for (std::uint32_t i = 0, first = 0; i <= m.parts.size(); ++i) {
+        char text[120] = "";
+        if (i < m.parts.size()) {
+            const model::NormalMapView map = model::normal_map_of(m, i);
+            std::snprintf(text, sizeof text, "layer 2 %u x %u samples, layer 3 %u x %u (A_S %u), %s smoothed map",
+                          ((map.eta_count - 1) >> map.subdivisions) + 1, map.omega_count >> map.subdivisions, map.eta_count,
+                          map.omega_count, map.subdivisions, map.smoothed.empty() ? "no" : "a");
+        }
+        if (before == text) continue;
+        if (i > first) std::printf("  maps of parts %u to %u: %s\n", first, i - 1, before.c_str());
+        before = text;
+        first = i;
+    }
+}
+
 void print(const std::string& name, const model::ModelView& m, const io::SectionBytes& bytes)
 {
     const bool central = is_central(m);
-    print_doubt(m.measured);
+    print_doubt(m.measured, model::has_exact(m));
     std::printf("%s: %zu parts, %s projection, %u triangles, made by %s from %s%s\n", name.c_str(), m.parts.size(),
                 central ? "central" : "normal", m.header.triangle_count, std::string(m.made_by).c_str(),
                 std::string(m.source).c_str(), rung_suffix(m.cure));
     print_cure(m.cure);
+    std::printf("  baked with %s\n", m.options.empty() ? "the default options" : std::string(m.options).c_str());
     std::printf("  %zu bytes: superquadrics %zu, %smap %zu, locator %zu, exact layer %zu + %zu, distances %zu\n", bytes.total,
                 bytes.superquadrics, central ? "" : "normal ", central ? bytes.map : bytes.normal_map, bytes.locator,
                 bytes.exact + (central ? 0 : bytes.map), bytes.mesh, bytes.distance);
     std::printf("  R_max %.6g; 16-bit storage moves a radius by at most %.5f %% of it\n", m.header.r_max * m.header.unit,
                 100 * m.header.quantisation / m.header.r_max);
     print_measured(m.measured);
-    std::printf("  signed distances exact within %.6g of the surface\n",
-                static_cast<double>(m.distance.header.band) * m.header.unit);
+    if (model::has_distance(m))
+        std::printf("  signed distances %s within %.6g of the surface\n", model::has_exact(m) ? "exact" : "approximate",
+                    static_cast<double>(m.distance.header.band) * m.header.unit);
+    else
+        std::printf("  no signed distances: bake it with --exact\n");
+    if (!central) print_maps(m);
     std::printf("  part      a1       a2       a3    eps1  eps2  triangles  largest F\n");
     for (std::size_t i = 0; i < m.parts.size(); ++i) {
         const model::Part& p = m.parts[i];

@@ -128,6 +128,10 @@ std::string answers(const model::ModelView& m, const std::vector<Vec3d>& points,
                      o.model.c_str(), o.tolerance);
     if (options.offset && options.layer == query::Layer::Exact && model::is_normal(m))
         throw BadPoints(o.model + " has the normal projection, whose offset is the maps': ask layer 2 or 3 for it");
+    if (options.projector != query::Projector::Newton && options.layer == query::Layer::Exact)
+        throw BadPoints("--projector is of layers 2 and 3: the exact layer searches no foot");
+    if (options.smoothing && !model::has_smoothed_map(m))
+        throw BadPoints(o.model + " has no smoothed map: bake it with --smoothing-radius 1 or more");
     const double size = m.header.r_max * m.header.unit;
     std::string text;
     char row[256];
@@ -219,8 +223,9 @@ void add_query(CommandLine& line)
     Option layer =
         command
             .option("--layer", options->layer,
-                    "1 superquadrics, 2 planes, 3 planes and refined map, exact; gate: 2 or 3 by k_L; auto: the cheapest within "
-                    "--tolerance, or without one as gate; exact where layer 3 is in doubt")
+                    "1 superquadrics; 2 and 3 the locator's planes, coarse and fine, or of a normal model the map's base and finest "
+                    "samples; exact: triangles; gate: 2 or 3 by k_L; auto: the cheapest within --tolerance, or without one as "
+                    "gate; exact where layer 3 is in doubt")
             .one_of({"1", "2", "3", "exact", "auto", "gate"})
             .shows_default();
     Option gate = command
@@ -232,7 +237,9 @@ void add_query(CommandLine& line)
     Option certain = command.flag("--certain", options->certain, "Add a column: 1 where the verdict is proven");
     Option status =
         command.flag("--status", options->status,
-                     "Add a column: bits of Status (sqmap/query/contact.h), such as 16: the surface there was made up by a cure");
+                     "Add a column, a sum of: 1 the point is not finite, 2 no exact layer (layer 3 answered), 4 inside but no map "
+                     "shows the surface (no depth, no normal), 16 the surface there was made up by a cure, 128 an option that "
+                     "the model's projection does not give");
     Option offset = command.flag("--offset", options->offset,
                                  "Move the surface out by the stored offset, for probes made of triangles (eq. 12)");
     Option smoothing = command.flag("--smooth", options->smoothing, "Depth and normal of the smoothed map, for force");

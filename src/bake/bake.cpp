@@ -134,10 +134,21 @@ void check(const NormalMapOptions& map)
     check_range("the offset radius", map.offset_radius, 0, 8);
     check_range("the smoothing radius", map.smoothing_radius, 0, 8);
     if (map.grid.rows == 0 && map.grid.columns == 0) return;
-    check_range("rows of the grid", map.grid.rows, 5, 4096);
-    check_range("columns of the grid", map.grid.columns, 8, 8192);
-    if ((std::max(map.grid.rows, map.grid.columns) << map.subdivisions) > 0xffff)
-        throw mesh::InvalidInput("the grid must have fewer than 65536 rows and columns after its subdivisions");
+    check_range("rows of the grid", map.grid.rows, 5, model::k_max_map_rows);
+    check_range("columns of the grid", map.grid.columns, 8, model::k_max_map_columns);
+    if (!is_storable(map))
+        throw mesh::InvalidInput("the grid, subdivided, must have at most " + std::to_string(model::k_max_map_rows) + " rows and " +
+                                 std::to_string(model::k_max_map_columns) + " columns");
+}
+
+void check(const decompose::DecomposeOptions& d)
+{
+    for (const double threshold :
+         {d.salient_window, d.salient_prominence, d.locale_width, d.boundary_strength, d.protrusion_ratio, d.boundary_concavity,
+          d.curvature_window, d.hyperbolic_share, d.hyperbolic_curvature, d.minimum_part_area, d.fragment_roundness,
+          d.printed_strength, d.printed_curvature})
+        if (!(threshold >= 0 && std::isfinite(threshold)))
+            throw mesh::InvalidInput("a threshold of the decomposition is negative or not finite");
 }
 
 void check(const mesh::Mesh& mesh, const BakeOptions& options)
@@ -145,6 +156,8 @@ void check(const mesh::Mesh& mesh, const BakeOptions& options)
     if (!(options.target_error > 0)) throw mesh::InvalidInput("target error must be above zero");
     if (options.max_parts < 1 || options.max_parts > 1000) throw mesh::InvalidInput("max parts must be from 1 to 1000");
     check(options.normal);
+    check(options.decompose);
+    if (!options.locator && options.exact) throw mesh::InvalidInput("the exact layer needs the locator");
     if (!(options.max_looseness >= 1))
         throw mesh::InvalidInput("max looseness must be at least 1: no superquadric is smaller than what it holds");
     if (!(options.max_q2_share >= 0)) throw mesh::InvalidInput("max Q2 share must not be negative");
@@ -307,11 +320,11 @@ void bake_cells(const Subject& subject, Draft& draft)
     const LocatorOptions locator{options.target_error, options.threads};
     const PartedSolid surface{subject.solid, subject.fitted.partition.part_of_triangle};
     if (options.projection != model::Projection::Normal) {
-        if (data.header.solid != 0)
+        if (data.header.solid != 0 && options.locator)
             bake_measured_locator(surface, locator, draft);
         else
             measure_layers(data, subject.solid, draft.measured);
-        bake_candidate_lists(subject.solid, locator, data);
+        if (options.locator) bake_candidate_lists(subject.solid, locator, data);
         return;
     }
     if (options.exact && data.header.solid != 0) {

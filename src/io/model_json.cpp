@@ -60,6 +60,15 @@ ordered_json part_json(const model::Part& p, std::size_t index, const model::Hea
     return out;
 }
 
+/// Of the normal projection.
+ordered_json map_json(const model::NormalMapView& map)
+{
+    return {{"rows", ((map.eta_count - 1) >> map.subdivisions) + 1},
+            {"columns", map.omega_count >> map.subdivisions},
+            {"subdivisions", map.subdivisions},
+            {"smoothed", !map.smoothed.empty()}};
+}
+
 ordered_json json_of(const model::Measured& m)
 {
     return {{"points", m.points},
@@ -96,6 +105,7 @@ std::string model_json(const model::ModelView& m, std::size_t total)
     out["mesh_hash"] = m.mesh_hash == 0 ? ordered_json(nullptr) : ordered_json(hash);
     out["made_by"] = m.made_by;
     out["source"] = m.source;
+    out["options"] = m.options;
     out["projection"] = central ? "central" : "normal";
     out["solid"] = m.header.solid != 0;
     // Every part's certificate covers the caps that close it, and closed parts tile the solid.
@@ -121,7 +131,11 @@ std::string model_json(const model::ModelView& m, std::size_t total)
     out["cure"] = json_of(m.cure);
     out["measured"] = json_of(m.measured);
     out["parts"] = ordered_json::array();
-    for (std::size_t i = 0; i < m.parts.size(); ++i) out["parts"].push_back(part_json(m.parts[i], i, m.header));
+    for (std::uint32_t i = 0; i < m.parts.size(); ++i) {
+        ordered_json part = part_json(m.parts[i], i, m.header);
+        if (!central) part["map"] = map_json(model::normal_map_of(m, i));
+        out["parts"].push_back(std::move(part));
+    }
     return out.dump(2);
 }
 

@@ -122,6 +122,7 @@ std::string setup_text(const TouchOptions& o)
     for (const TouchObject& object : o.objects)
         out["objects"].push_back({{"file", object.file},
                                   {"hash", hash_text(object.hash)},
+                                  {"projection", object.projection},
                                   {"metres_per_unit", object.metres_per_unit},
                                   {"place", {object.position.x, object.position.y, object.position.z}}});
     out["tool"] = o.tool;

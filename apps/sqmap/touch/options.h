@@ -24,6 +24,7 @@ struct TouchObject {
     Vec3d position{};            ///< of the model's origin in the world, m
     double metres_per_unit = 0;  ///< of the mesh
     std::uint64_t hash = 0;      ///< of the model's content; 0: any
+    std::string projection{};    ///< of the model, for the trace's reader
 };
 
 /// How the objects move: all alike.
@@ -45,6 +46,7 @@ struct TouchOptions {
     double tool_size = 0.1;       ///< m, R_max of a tool that is a mesh
     double tool_spacing = 0;      ///< m, of the points of a tool that is a mesh; 0: its vertices
     double tool_touching = 0;     ///< most points of haptic::DenserSets that touch, without tool_spacing; 0: no such sets
+    bool touching_wished = true;  ///< tool_touching is the user's; else fewer suffice where the models answer slowly
     std::uint64_t tool_hash = 0;  ///< of its points; 0: any
     haptic::ZoneOptions zone{.layer = query::Layer::Auto};  ///< Auto: Exact for a sphere or a point, Three for a mesh
     bool paper_force = false;                               ///< haptic::with_paper_force, on normal models

@@ -25,7 +25,12 @@ TouchSetup::TouchSetup(const TouchOptions& options, std::size_t zones, const std
             throw BadTouch(object.file +
                            " has the central projection: the paper's force is that of its own maps\n  cure: bake it with "
                            "--projection normal, or --force full");
+        if (options_.paper_force && !model::has_smoothed_map(view))
+            throw BadTouch(object.file +
+                           " has no smoothed map, which the paper's force is of\n  cure: bake it with --smoothing-radius 1 or more, "
+                           "or --force full");
         object.hash = hash;
+        object.projection = model::is_normal(view) ? "normal" : "central";
         if (!(object.metres_per_unit > 0) || !std::isfinite(object.metres_per_unit))
             throw BadTouch(object.file + ": metres a unit must be above zero");
         views_.push_back(haptic::in_metres(view, object.metres_per_unit));

@@ -17,6 +17,8 @@
 namespace sqmap::app {
 namespace {
 
+// A contact on the paper's maps takes about 2 microseconds: what a tick of 1 ms has time for.
+constexpr double k_touching_on_normal_maps = 300;
 constexpr double k_default_radius = 0.005, k_least_radius = 1e-6;
 
 /// FNV-1a over the bits of points: tells one tool from another.
@@ -61,6 +63,8 @@ void TouchSetup::load_hand(device::HandMesh mesh)
 void TouchSetup::load_tool(const std::filesystem::path& beside)
 {
     mesh::Mesh tool;
+    if (!options_.touching_wished && std::any_of(views_.begin(), views_.end(), model::is_normal))
+        options_.tool_touching = std::min(options_.tool_touching, k_touching_on_normal_maps);
     options_.zone.averaging = haptic::Averaging::Patch;
     haptic::Smoothing ball = haptic::ball_of(k_default_radius), point;
     if (options_.tolerance >= 0) ball.tolerance = point.tolerance = options_.tolerance;

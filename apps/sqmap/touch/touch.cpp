@@ -235,7 +235,7 @@ void add_touch(CommandLine& line)
                 "A mesh as tool without --tool-spacing is felt with ever more points, to 1.5 mm, while no more than so many "
                 "touch; 0: with its vertices")
         .in_range(0., 1e5)
-        .shows_default();
+        .shows_default("1200, or 300 on a model of the normal projection");
     command.option("--tool-size", arguments->touch.tool_size, "R_max, m, that a mesh as tool is scaled to")
         .above_zero()
         .shows_default();
@@ -261,6 +261,7 @@ void add_touch(CommandLine& line)
     command.footer("Exit code: 0 done, 2 bad model, tool, device or file, 64 wrong usage, 70 internal error.");
     command.run([arguments, command] {
         arguments->all_of_it = !command.given("--seconds");
+        arguments->touch.touching_wished = command.given("--tool-touching");
         arguments->touch.stiffness_wished = command.given("--stiffness");
         finish_force_options(command, arguments->touch);
         warn_of_idle(command, arguments->touch);

@@ -37,6 +37,7 @@ struct BakeOptions {
     double split_gain = 0.05;    ///< a split stays if it saves this share of the part's cost
     NormalMapOptions normal{};   ///< of the normal projection; its target_error is taken from the one above
     bool exact = true;           ///< store the exact layer
+    bool locator = true;         ///< central: store the locator, which the exact layer needs; without it charts alone answer
     double band = 5;             ///< percent of R_max, 0 to 100: how far on either side signed distances are exact
     unsigned threads = 0;        ///< 0: one a core; the result does not depend on it
     decompose::DecomposeOptions decompose{};

@@ -112,6 +112,8 @@ struct ModelView : CentralArrays<ArrayView>, MeshArrays<ArrayView>, LocatorArray
 {
     return view.header.projection == static_cast<std::uint32_t>(Projection::Normal);
 }
+/// False of a normal model that was baked without its smoothed map.
+[[nodiscard]] constexpr bool has_smoothed_map(const ModelView& view) { return !is_normal(view) || !view.normal.smoothed.empty(); }
 /// False of a view that was not baked as a whole: what signed distances need is not there.
 [[nodiscard]] constexpr bool has_distance(const ModelView& view) { return !view.distance.bounds.empty(); }
 /// False of a surface and of normal models without triangles. The cells of a normal model with triangles have no planes.

@@ -54,6 +54,9 @@ struct FootSeed {
 /// Of NormalMapView::surface_seeds along each axis.
 inline constexpr std::uint32_t k_surface_seeds = 12;
 
+/// Of the finest level.
+inline constexpr std::uint32_t k_max_map_rows = 4097, k_max_map_columns = 8192;
+
 /// One part's normal map. Grids are row-major, #eta_count by #omega_count, omega fastest; eta_i = pi (i / (eta_count - 1)
 /// - 1/2), omega_j = 2 pi j / omega_count - pi are equal-spaced angles (eqs. 9 and 10). The grid is the finest level;
 /// the base grid of Layer 2 is every 2^subdivisions-th row and column. Lengths in model units, frame of the model.

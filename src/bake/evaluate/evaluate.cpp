@@ -92,14 +92,21 @@ AlongProjection compare_along_ray(const model::ModelView& model, std::uint32_t i
     return result;
 }
 
-/// The paper's projection: |D^ - D| at the foot of p, D the first surface below it along the normal.
+/// The paper's projection: |D^ - D| at the foot of p, D the first surface below it along the normal. Layer 2 too is compared at the
+/// foot itself, not at the sample that it reads.
 AlongProjection compare_along_normal(const model::ModelView& model, std::uint32_t part, const mesh::Solid& solid, Vec3f p,
                                      query::Layer layer)
 {
     AlongProjection result;
+    const model::NormalMapView map = model::normal_map_of(model, part);
     query::ProjectionOptions options;
-    options.layer = layer;
-    const query::PartAnswer answer = query::project(model::normal_map_of(model, part), p, options);
+    query::PartAnswer answer = query::project(map, p, options);
+    if (layer == query::Layer::Two) {
+        options.layer = layer;
+        const query::MapSample sample = query::sample_map(map, answer.angles, options);
+        answer.map_distance = sample.distance;
+        answer.flags = static_cast<std::uint8_t>((answer.flags & query::k_projection_unproven) | sample.flags);
+    }
     constexpr unsigned k_no_distance =
         query::k_projection_cap | query::k_projection_miss | query::k_projection_behind | query::k_projection_unproven;
     if (answer.verdict == query::Verdict::Outside) return result;

@@ -19,7 +19,7 @@ using model::NormalMapView;
 /// nothing.
 class GridArcs {
 public:
-    static constexpr std::size_t k_max_rows = 4097, k_max_columns = 8192;
+    static constexpr std::size_t k_max_rows = model::k_max_map_rows, k_max_columns = model::k_max_map_columns;
 
     static HWY_INLINE ArcLanes row(const SuperquadricLanes& sq, const NormalMapView& map, I index)
     {
