@@ -21,9 +21,7 @@ void add_paper_options(Command& command, BakeSettings& options)
     const auto limited = [&](const char* name, double& value, const char* words, double least, double max) {
         command.option(name, value, words).in_range(least, max).group(k_decomposition).shows_default();
     };
-    const auto threshold = [&](const char* name, double& value, const char* words) {
-        limited(name, value, words, 1e-3, 1e6);
-    };
+    const auto threshold = [&](const char* name, double& value, const char* words) { limited(name, value, words, 1e-3, 1e6); };
     const auto share = [&](const char* name, double& value, const char* words) { limited(name, value, words, 0, 1); };
     threshold("--salient-window", d.salient_window, "Geodesic window of a salient feature (eq. 5)");
     threshold("--boundary-strength", d.boundary_strength,
@@ -52,15 +50,13 @@ void add_paper_options(Command& command, BakeSettings& options)
             "passes: parts, then bends, along creases; printed: both tests locale by locale", "passes|printed")
         .group(k_decomposition);
     command
-        .choice<decompose::CurvatureMean>(
-            k_of_printed_cuts[0], d.curvature_mean,
-            {{"area", decompose::CurvatureMean::Area}, {"count", decompose::CurvatureMean::Count}},
-            "Of --cuts printed: weighted by area, or over the points as printed", "area|count")
+        .choice<decompose::CurvatureMean>(k_of_printed_cuts[0], d.curvature_mean,
+                                          {{"area", decompose::CurvatureMean::Area}, {"count", decompose::CurvatureMean::Count}},
+                                          "Of --cuts printed: weighted by area, or over the points as printed", "area|count")
         .group(k_decomposition);
     threshold(k_of_printed_cuts[1], d.printed_strength,
               "Of --cuts printed: Boundary Strength that makes a cut; on a plane it is 1");
-    threshold(k_of_printed_cuts[2], d.printed_curvature,
-              "Of --cuts printed: t_h, |mean curvature| times the surface area");
+    threshold(k_of_printed_cuts[2], d.printed_curvature, "Of --cuts printed: t_h, |mean curvature| times the surface area");
     command.flag("--no-taper", options.no_taper, "Do not try tapering").group("Superquadrics (section 2 of the paper)");
     command.flag("--no-bend", options.no_bend, "Do not try bending").group("Superquadrics (section 2 of the paper)");
 }
@@ -119,7 +115,8 @@ void check_together(const BakeSettings& settings)
     const bool is_normal = settings.projection == "normal";
     if (is_normal && settings.given(k_no_locator)) throw WrongUsage(k_no_locator, "a model of --projection normal has none");
     for (const char* const option : k_of_normal_maps)
-        if (!is_normal && settings.given(option)) throw WrongUsage(option, "is of the maps of --projection normal: give that too");
+        if (!is_normal && settings.given(option))
+            throw WrongUsage(option, "is of the maps of --projection normal: give that too");
     for (const char* const option : k_of_printed_cuts)
         if (settings.bake.decompose.cutting != decompose::Cutting::Printed && settings.given(option))
             throw WrongUsage(option, "is of --cuts printed: give that too");
@@ -149,9 +146,8 @@ void add_bake_options(Command& command, BakeSettings& settings)
         .shows_default();
     Option no_exact =
         command.flag("--no-exact", settings.no_exact, "Leave the exact layer out: a smaller model, approximate answers");
-    Option exact =
-        command.flag("--exact", settings.exact, "Store the exact layer: the default but for the normal projection")
-            .excludes(no_exact);
+    Option exact = command.flag("--exact", settings.exact, "Store the exact layer: the default but for the normal projection")
+                       .excludes(no_exact);
     command
         .flag(k_no_locator, settings.no_locator,
               "Leave the locator and the exact layer out: superquadrics and central maps alone answer")

@@ -222,10 +222,11 @@ void add_query(CommandLine& line)
     command.option("-o,--output", options->output, "CSV to write, a row for each row of points").required();
     Option layer =
         command
-            .option("--layer", options->layer,
-                    "1 superquadrics; 2 and 3 the locator's planes, coarse and fine, or of a normal model the map's base and finest "
-                    "samples; exact: triangles; gate: 2 or 3 by k_L; auto: the cheapest within --tolerance, or without one as "
-                    "gate; exact where layer 3 is in doubt")
+            .option(
+                "--layer", options->layer,
+                "1 superquadrics; 2 and 3 the locator's planes, coarse and fine, or of a normal model the map's base and finest "
+                "samples; exact: triangles; gate: 2 or 3 by k_L; auto: the cheapest within --tolerance, or without one as "
+                "gate; exact where layer 3 is in doubt")
             .one_of({"1", "2", "3", "exact", "auto", "gate"})
             .shows_default();
     Option gate = command
@@ -235,11 +236,11 @@ void add_query(CommandLine& line)
     Option tolerance =
         command.option("--tolerance", options->tolerance, "Depth error that auto may make, mesh units").not_below_zero();
     Option certain = command.flag("--certain", options->certain, "Add a column: 1 where the verdict is proven");
-    Option status =
-        command.flag("--status", options->status,
-                     "Add a column, a sum of: 1 the point is not finite, 2 no exact layer (layer 3 answered), 4 inside but no map "
-                     "shows the surface (no depth, no normal), 16 the surface there was made up by a cure, 128 an option that "
-                     "the model's projection does not give");
+    Option status = command.flag(
+        "--status", options->status,
+        "Add a column, a sum of: 1 the point is not finite, 2 no exact layer (layer 3 answered), 4 inside but no map "
+        "shows the surface (no depth, no normal), 16 the surface there was made up by a cure, 128 an option that "
+        "the model's projection does not give");
     Option offset = command.flag("--offset", options->offset,
                                  "Move the surface out by the stored offset, for probes made of triangles (eq. 12)");
     Option smoothing = command.flag("--smooth", options->smoothing, "Depth and normal of the smoothed map, for force");

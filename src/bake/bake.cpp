@@ -137,8 +137,8 @@ void check(const NormalMapOptions& map)
     check_range("rows of the grid", map.grid.rows, 5, model::k_max_map_rows);
     check_range("columns of the grid", map.grid.columns, 8, model::k_max_map_columns);
     if (!is_storable(map))
-        throw mesh::InvalidInput("the grid, subdivided, must have at most " + std::to_string(model::k_max_map_rows) + " rows and " +
-                                 std::to_string(model::k_max_map_columns) + " columns");
+        throw mesh::InvalidInput("the grid, subdivided, must have at most " + std::to_string(model::k_max_map_rows) +
+                                 " rows and " + std::to_string(model::k_max_map_columns) + " columns");
 }
 
 void check(const decompose::DecomposeOptions& d)

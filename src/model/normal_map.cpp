@@ -53,7 +53,8 @@ bool is_smoothed(const SmoothedSample& sample) noexcept { return sample.change !
 bool is_consistent(const NormalMapView& map) noexcept
 {
     const std::size_t count = std::size_t{map.eta_count} * map.omega_count;
-    if (map.eta_count < 3 || map.eta_count > k_max_map_rows || map.omega_count < 4 || map.omega_count > k_max_map_columns || map.subdivisions > 8)
+    if (map.eta_count < 3 || map.eta_count > k_max_map_rows || map.omega_count < 4 || map.omega_count > k_max_map_columns ||
+        map.subdivisions > 8)
         return false;
     const std::uint32_t stride = std::uint32_t{1} << map.subdivisions;
     if ((map.eta_count - 1) % stride != 0 || map.omega_count % stride != 0) return false;

@@ -127,6 +127,42 @@ class Paper(unittest.TestCase):
         self.bake("level.sqmap", "--offset-constant", "0")
         self.assertTrue(query("level.sqmap", self.points, "--offset") == query("level.sqmap", self.points))
 
+    def test_what_changes_nothing_or_is_out_of_range_is_told_by_its_option(self):
+        for wrong in (("--salient-window", "nan"), ("--hyperbolic-share", "2"), ("--minimum-part", "-1"), ("--max-looseness", "0.5"),
+                      ("--max-q2", "2"), ("--smoothing-kernel", "box"), ("--printed-strength", "2"),
+                      ("--grid", "4097x8192", "--projection", "normal", "--subdivisions", "1"), ("--no-locator", "--exact")):
+            refused = run("bake", "hand.obj", "-o", "no.sqmap", *wrong)
+            self.assertEqual(refused.returncode, 64, wrong)
+            self.assertIn(wrong[0], refused.stderr)
+        self.assertFalse(os.path.exists("no.sqmap"))
+
+    def test_a_model_says_what_it_was_baked_with(self):
+        self.bake("said.sqmap", "--smoothing-radius", "0", "--grid", "17x32", "--subdivisions", "2")
+        info = json.loads(done("info", "said.sqmap", "--json").stdout)
+        self.assertEqual(set(info["options"].split()),
+                         {"--projection=normal", "--smoothing-radius=0", "--grid=17x32", "--subdivisions=2"})
+        self.assertEqual({json.dumps(part["map"]) for part in info["parts"]},
+                         {json.dumps({"rows": 17, "columns": 32, "subdivisions": 2, "smoothed": False})})
+        self.assertIn("layer 2 17 x 32 samples, layer 3 65 x 128 (A_S 2), no smoothed map", done("info", "said.sqmap").stdout)
+        query("said.sqmap", self.points)
+        refused = run("query", "said.sqmap", "points.csv", "-o", "no.csv", "--smooth")
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn("--smoothing-radius", refused.stderr)
+        told = done("touch", "--object", "said.sqmap", "--device", "press", "--seconds", "0.1", "--force", "paper")
+        self.assertIn("unsmoothed", told.stdout + told.stderr)
+
+    def test_central_maps_answer_alone(self):
+        done("bake", "bent.obj", "-o", "charts.sqmap", "--no-locator")
+        info = json.loads(done("info", "charts.sqmap", "--json").stdout)
+        self.assertEqual((info["bytes"]["locator"], info["bytes"]["exact_mesh"]), (0, 0))
+        measured = json.loads(done("eval", "charts.sqmap", "bent.obj", "--layer", "3", "--points", "4000", "--json").stdout)["layer"]["3"]
+        self.assertEqual(measured["missed"] + measured["false_contacts"], 0)
+        self.assertLess(measured["depth_percent"]["p99"], 0.5)
+
+    def test_eq_35_of_layer_2_is_that_of_the_sample_it_reads(self):
+        layers = json.loads(done("eval", "hand.sqmap", "hand.obj", "--points", "4000", "--json").stdout)["layer"]
+        self.assertGreater(layers["2"]["eq35_percent"]["mean"], 2 * layers["3"]["eq35_percent"]["mean"])
+
     # --- Section 4.2: layers
 
     def test_the_gate_opens_layer_3_where_k_l_says_so(self):
@@ -177,6 +213,13 @@ class Paper(unittest.TestCase):
             refused = run("query", "central.sqmap", "points.csv", "-o", "no.csv", *option)
             self.assertEqual(refused.returncode, 2)
             self.assertIn(option[0], refused.stderr)
+
+    def test_the_exact_layer_searches_no_foot(self):
+        self.bake("both.sqmap", "--exact")
+        query("both.sqmap", self.points, "--layer", "exact")
+        refused = run("query", "both.sqmap", "points.csv", "-o", "no.csv", "--layer", "exact", "--projector", "printed")
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn("--projector", refused.stderr)
 
     # --- Section 6: forces
 

@@ -26,9 +26,8 @@ TouchSetup::TouchSetup(const TouchOptions& options, std::size_t zones, const std
                            " has the central projection: the paper's force is that of its own maps\n  cure: bake it with "
                            "--projection normal, or --force full");
         if (options_.paper_force && !model::has_smoothed_map(view))
-            throw BadTouch(object.file +
-                           " has no smoothed map, which the paper's force is of\n  cure: bake it with --smoothing-radius 1 or more, "
-                           "or --force full");
+            notes_.push_back("warning: " + object.file +
+                             " was baked with --smoothing-radius 0: the force is that of the unsmoothed map");
         object.hash = hash;
         object.projection = model::is_normal(view) ? "normal" : "central";
         if (!(object.metres_per_unit > 0) || !std::isfinite(object.metres_per_unit))

@@ -92,8 +92,8 @@ AlongProjection compare_along_ray(const model::ModelView& model, std::uint32_t i
     return result;
 }
 
-/// The paper's projection: |D^ - D| at the foot of p, D the first surface below it along the normal. Layer 2 too is compared at the
-/// foot itself, not at the sample that it reads.
+/// The paper's projection: |D^ - D| at the foot of p, D the first surface below it along the normal. Layer 2 too is compared at
+/// the foot itself, not at the sample that it reads.
 AlongProjection compare_along_normal(const model::ModelView& model, std::uint32_t part, const mesh::Solid& solid, Vec3f p,
                                      query::Layer layer)
 {

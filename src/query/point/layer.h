@@ -21,9 +21,8 @@ namespace sqmap::query {
 /// What options name and the model's projection does not give: a moved surface of a normal model's triangles, a margin.
 [[nodiscard]] inline bool lacks_projection(const model::ModelView& model, const QueryOptions& options)
 {
-    return model::is_normal(model) &&
-           (options.margin > 0 || (options.offset && chosen_layer(model, options) == Layer::Exact) ||
-            (options.smoothing && !model::has_smoothed_map(model)));
+    return model::is_normal(model) && (options.margin > 0 || (options.offset && chosen_layer(model, options) == Layer::Exact) ||
+                                       (options.smoothing && !model::has_smoothed_map(model)));
 }
 
 /// The exact layer is what options stand for, and the model has none.
