@@ -6,6 +6,7 @@
 #include "sqmap/model/doubt.h"
 #include "structs.h"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -32,6 +33,15 @@ model::ModelView parsed(std::span<const std::byte> bytes, const std::string& ele
     return view;
 }
 
+/// What an error says, without the path: that is the failure's element.
+std::string words_of(const io::ModelFileError& error, const std::string& path)
+{
+    std::string out = error.what();
+    if (const std::size_t at = out.find(path); at != std::string::npos && !path.empty()) out.erase(at, path.size());
+    if (const std::size_t gap = out.find(" :"); gap != std::string::npos) out.erase(gap, 1);
+    return out.substr(std::min(out.find_first_not_of(": "), out.size()));
+}
+
 /// Says why a file is not a model, which its bytes know best.
 [[noreturn]] void refuse_file(const char* path, const io::ModelFileError& error)
 {
@@ -41,7 +51,7 @@ model::ModelView parsed(std::span<const std::byte> bytes, const std::string& ele
         const std::vector<char> text{std::istreambuf_iterator<char>(in), {}};
         if (!text.empty()) (void)parsed(std::as_bytes(std::span(text)), path);
     }
-    throw Failure{SQMAP_E_FILE, path, error.what(), "give the path of a model that can be read"};
+    throw Failure{SQMAP_E_FILE, path, words_of(error, path), "give the path of a model that can be read"};
 }
 
 io::MappedModel mapped(const char* path)
@@ -61,10 +71,12 @@ io::MappedModel mapped(const char* path, std::string_view key)
         if (!archive->find(key))
             throw Failure{SQMAP_E_ARGUMENT, "key", "the archive holds no such model", "take one of 'sqmap batch list'"};
         return archive->open(key);
+    } catch (const io::ModelArchiveError& e) {
+        throw Failure{archive ? SQMAP_E_MODEL : SQMAP_E_FILE, path, e.why(), e.cure()};
     } catch (const io::ModelFileError& e) {
         if (const auto found = archive ? archive->find(key) : std::nullopt)
             (void)parsed(std::as_bytes(std::span(archive->bytes(found->offset, found->size))), path);
-        throw Failure{SQMAP_E_FILE, path, e.what(), "give the path of an archive that can be read"};
+        throw Failure{SQMAP_E_FILE, path, words_of(e, path), "give the path of an archive that can be read"};
     }
 }
 

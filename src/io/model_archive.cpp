@@ -17,20 +17,27 @@ std::size_t padded(std::size_t size) { return (size + k_block - 1) / k_block * k
 
 }  // namespace
 
+ModelArchiveError::ModelArchiveError(const std::filesystem::path& path, std::string why, std::string cure)
+    : ModelFileError(path.string() + ": " + why + ": " + cure), why_(std::move(why)), cure_(std::move(cure))
+{
+}
+
 ModelArchive::ModelArchive(const std::filesystem::path& path) : path_(path)
 {
     const platform::Mapping file = platform::map_file(path);
-    if (!file.was_opened) throw ModelFileError("cannot open " + path.string() + ": " + file.error.message());
+    if (!file.was_opened)
+        throw ModelArchiveError(path, "cannot be opened: " + file.error.message(),
+                                "give the path of an archive that can be read");
     if (file.error == std::errc::invalid_argument || file.size < 2 * k_block) {
         platform::unmap(file);
-        fail("it is not an archive of models");
+        refuse();
     }
-    if (file.error) fail("it cannot be mapped");
+    if (file.error) throw ModelArchiveError(path, "cannot be mapped: " + file.error.message(), "copy it to another disk");
     size_ = file.size;
     data_ = reinterpret_cast<const char*>(file.bytes());
     try {
         index_ = member(0, "index");
-        if (index_.size() % k_line != 0) fail("its index is damaged");
+        if (index_.size() % k_line != 0) fail("has a damaged index");
         rows_ = member(k_block + padded(index_.size()), "rows.jsonl");
     } catch (...) {
         platform::unmap({data_, 0, size_, {}, true});
@@ -49,9 +56,14 @@ ModelArchive::ModelArchive(ModelArchive&& other) noexcept
 {
 }
 
+void ModelArchive::refuse() const
+{
+    throw ModelArchiveError(path_, "is not an archive of models", "make archives with 'sqmap batch MANIFEST -o FOLDER'");
+}
+
 void ModelArchive::fail(const char* why) const
 {
-    throw ModelFileError(path_.string() + ": " + why + ": make archives with 'sqmap batch MANIFEST -o FOLDER'");
+    throw ModelArchiveError(path_, why, "copy the whole file again; 'sqmap batch verify FOLDER' checks a library");
 }
 
 std::string_view ModelArchive::member(std::size_t at, std::string_view name) const
@@ -61,13 +73,13 @@ std::string_view ModelArchive::member(std::size_t at, std::string_view name) con
     const char* const digits = header.data() + k_size_field;
     if (header.substr(0, header.find('\0')) != name || header.substr(k_magic_field, 5) != "ustar" ||
         std::from_chars(digits, digits + 11, size, 8).ptr != digits + 11)
-        fail("it is not an archive of models");
+        refuse();
     return bytes(at + k_block, size);
 }
 
 std::string_view ModelArchive::bytes(std::uint64_t offset, std::uint64_t size) const
 {
-    if (offset > size_ || size > size_ - offset) fail("it was cut");
+    if (offset > size_ || size > size_ - offset) fail("was cut: it ends before what its index names");
     return {data_ + offset, static_cast<std::size_t>(size)};
 }
 
@@ -78,14 +90,14 @@ ArchivedModel ModelArchive::entry(std::size_t i) const
     const auto text = [&](std::size_t length, char end) {
         const std::string_view out = line.substr(at, length);
         at += length;
-        if (line[at++] != end) fail("its index is damaged");
+        if (line[at++] != end) fail("has a damaged index");
         return out;
     };
     const auto number = [&](char end) {
         const std::string_view digits = text(k_digits, end);
         std::uint64_t value = 0;
         if (std::from_chars(digits.data(), digits.data() + k_digits, value).ptr != digits.data() + k_digits)
-            fail("its index is damaged");
+            fail("has a damaged index");
         return value;
     };
     ArchivedModel out;
@@ -117,6 +129,7 @@ MappedModel ModelArchive::open(std::string_view key) const
 {
     const std::optional<ArchivedModel> found = find(key);
     if (!found || found->size == 0) throw ModelFileError(path_.string() + ": holds no model of key " + std::string(key));
+    (void)bytes(found->offset, found->size);
     return {path_, found->offset, found->size};
 }
 

@@ -165,6 +165,14 @@ class Files(unittest.TestCase):
             for path in (meshes / "torus.obj", pathlib.Path(folder, "absent.tar")):
                 with self.assertRaises(sqmap.FileError):
                     sqmap.Model.load(path, key)
+            whole = archive.read_bytes()
+            archive.write_bytes(whole[:whole.index(model.to_bytes()) + 5000])
+            with self.assertRaises(sqmap.ModelError) as cut:
+                sqmap.Model.load(archive, key)
+            self.assertEqual(str(cut.exception).count(str(archive)), 1)
+            self.assertIn("was cut", cut.exception.message)
+            self.assertIn("copy the whole file again", cut.exception.cure)
+            archive.write_bytes(whole)
             damaged = bytearray(archive.read_bytes())
             damaged[archive.read_bytes().index(model.to_bytes()) + 5000] ^= 255
             archive.write_bytes(damaged)

@@ -12,9 +12,22 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <string_view>
 
 namespace sqmap::io {
+
+/// An archive that cannot be read, is none, or is damaged.
+class ModelArchiveError : public ModelFileError {
+public:
+    /// what() is "PATH: WHY: CURE".
+    ModelArchiveError(const std::filesystem::path& path, std::string why, std::string cure);
+    [[nodiscard]] const std::string& why() const { return why_; }    ///< without the path
+    [[nodiscard]] const std::string& cure() const { return cure_; }  ///< what helps
+
+private:
+    std::string why_, cure_;
+};
 
 /// Where a model stands in its archive. The texts are valid as long as the archive.
 struct ArchivedModel {
@@ -31,7 +44,7 @@ public:
     static constexpr std::size_t k_digits = 15, k_key = 64;
     static constexpr std::size_t k_line = 2 * (k_key + 1) + 4 * (k_digits + 1);  ///< of the index, bytes
 
-    /// @throw ModelFileError where the file is no such archive
+    /// @throw ModelArchiveError
     explicit ModelArchive(const std::filesystem::path& path);
     ~ModelArchive();
     ModelArchive(ModelArchive&& other) noexcept;
@@ -40,10 +53,10 @@ public:
     [[nodiscard]] const std::filesystem::path& path() const { return path_; }  ///< as it was given
     [[nodiscard]] std::size_t size() const { return index_.size() / k_line; }  ///< models in it
 
-    /// The model at that index in the order of keys. @pre i < size() @throw ModelFileError for a line that is damaged
+    /// The model at that index in the order of keys. @pre i < size() @throw ModelArchiveError for a line that is damaged
     [[nodiscard]] ArchivedModel entry(std::size_t i) const;
 
-    /// Binary search. @throw ModelFileError for a line that is damaged
+    /// Binary search. @throw ModelArchiveError for a line that is damaged
     [[nodiscard]] std::optional<ArchivedModel> find(std::string_view key) const;
 
     /// Maps the model of that key and verifies it. @throw ModelFileError where there is none, or it is damaged
@@ -51,11 +64,13 @@ public:
 
     /// The lines about items, JSON, as they stand in the file.
     [[nodiscard]] std::string_view rows() const { return rows_; }
-    /// Bytes of the file itself, the index among them; for pictures and checks.
+    /// Bytes of the file itself, the index among them; for pictures and checks. @throw ModelArchiveError where the file is
+    /// shorter
     [[nodiscard]] std::string_view bytes(std::uint64_t offset, std::uint64_t size) const;
 
 private:
     [[nodiscard]] std::string_view member(std::size_t at, std::string_view name) const;
+    [[noreturn]] void refuse() const;
     [[noreturn]] void fail(const char* why) const;
 
     std::filesystem::path path_;
