@@ -3,7 +3,9 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <regex>
 #include <sstream>
 
@@ -98,7 +100,23 @@ Option Option::not_below_zero(double max)
     return Option(option_->check(bounded({"not below", "NONNEGATIVE", [](double v) { return v >= 0; }, max})));
 }
 
-Option Option::size_in_bytes() { return Option(option_->transform(CLI::AsSizeValue(false))); }
+/// CLI11's own check prints every unit that it knows.
+Option Option::size_in_bytes()
+{
+    const auto transform = [](std::string& text) {
+        static const std::regex k_size("([0-9]+(?:\\.[0-9]+)?) *([kmgt]?)i?b?", std::regex::icase);
+        constexpr double k_max = 0x1p50;
+        std::smatch match;
+        if (std::regex_match(text, match, k_size)) {
+            const std::size_t power = match.length(2) == 0 ? 0 : std::string("kmgt").find(CLI::detail::to_lower(match[2])) + 1;
+            const double bytes = std::strtod(match.str(1).c_str(), nullptr) * std::pow(1024.0, power);
+            if (bytes >= 1 && bytes <= k_max) return text = std::to_string(static_cast<std::uint64_t>(bytes)), std::string();
+        }
+        return "'" + text + "' is not a size: give 1 byte to 1024TB, as in 500MB or 4GB";
+    };
+    return Option(option_->transform(CLI::Validator(transform, "SIZE")));
+}
+
 Option Option::delimiter(char separator) { return Option(option_->delimiter(separator)); }
 Option Option::excludes(Option other) { return option_->excludes(other.option_), *this; }
 Option Option::needs(Option other) { return option_->needs(other.option_), *this; }

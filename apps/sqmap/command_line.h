@@ -46,7 +46,7 @@ public:
     Option in_range(double least, double max);
     Option above_zero(double max = INFINITY);
     Option not_below_zero(double max = INFINITY);
-    /// Bytes; also with kB, MB, GB, of 1024 each.
+    /// Bytes, 1 to 1024TB; also with kB, MB, GB, TB, of 1024 each.
     Option size_in_bytes();
     /// Between the values of one argument.
     Option delimiter(char separator);

@@ -35,7 +35,6 @@ void add_load_options(Command& command, LoadOptions& options)
     const char* const k_limits = "Limits (beyond them: E_LIMIT)";
     command.option("--max-bytes", options.limits.max_bytes, "Largest file; also as 500MB or 4GB, of 1024 each")
         .size_in_bytes()
-        .above_zero()
         .type_name("SIZE")
         .shows_default("2GB")
         .group(k_limits);
