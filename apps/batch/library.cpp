@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-constexpr int k_format = 1;
+constexpr int k_format = 2;
 
 std::string name_of(Shard shard)
 {
@@ -51,6 +51,8 @@ fs::path Library::journal(Shard shard) const { return folder_ / "running" / (nam
 fs::path Library::archive(Shard shard) const { return folder_ / "shards" / (name_of(shard) + ".tar"); }
 
 fs::path Library::measured_of(const fs::path& archive) { return fs::path(archive).replace_extension(".measured.jsonl"); }
+fs::path Library::manifest_of(const fs::path& archive) { return fs::path(archive).replace_extension(".manifest.txt"); }
+fs::path Library::rows_of(const fs::path& journal) { return fs::path(journal).replace_extension(".rows.jsonl"); }
 
 std::vector<fs::path> Library::merged() const { return files_in(merged_folder(), ".tar"); }
 std::vector<fs::path> Library::shards() const { return files_in(folder_ / "shards", ".tar"); }
@@ -64,27 +66,46 @@ std::vector<fs::path> Library::archives() const
     return out;
 }
 
-std::vector<Shard> Library::unfinished() const
+bool Library::is_of(const fs::path& archive, const std::string& fingerprint)
 {
-    const ordered_json merged = ordered_json::parse(read_all(merged_folder() / "shards.json"), nullptr, false);
-    Shard shard{.count = recipe().shards};
-    std::set<std::uint32_t> finished;
-    if (merged.is_object() && merged.value("count", 0u) == shard.count)
-        finished = merged.value("finished", std::set<std::uint32_t>());
-    std::vector<Shard> out;
+    return read_all(manifest_of(archive)) == fingerprint + "\n";
+}
+
+Merged Library::merged_shards() const
+{
+    const ordered_json json = ordered_json::parse(read_all(merged_folder() / "shards.json"), nullptr, false);
+    if (!json.is_object()) return {};
+    return {json.value("count", 0u), json.value("finished", std::set<std::uint32_t>()), json.value("manifest", "")};
+}
+
+Unfinished Library::unfinished() const
+{
+    const Recipe recipe = this->recipe();
+    const Merged merged = merged_shards();
+    Unfinished out;
     std::error_code ignored;
-    for (; shard.index < shard.count; ++shard.index)
-        if (!finished.contains(shard.index) && !fs::exists(archive(shard), ignored)) out.push_back(shard);
+    for (Shard shard{.count = recipe.shards}; shard.index < shard.count; ++shard.index) {
+        const fs::path archive = this->archive(shard);
+        const bool exists = fs::exists(archive, ignored) && fs::exists(manifest_of(archive), ignored);
+        if (exists && is_of(archive, recipe.fingerprint)) continue;
+        const bool is_same = merged.fingerprint == recipe.fingerprint;
+        if (is_same && merged.has(shard)) continue;
+        // Of another number of shards, which are not all there, any may hold items of this one.
+        const bool was_merged = merged.has(shard) || (merged.count > 0 && merged.count != shard.count);
+        (exists || (was_merged && !is_same) ? out.stale : out.absent).push_back(shard);
+    }
     return out;
 }
 
-std::string Library::merged_shards() const
+std::string Library::shards_to_merge() const
 {
+    const Recipe recipe = this->recipe();
+    const Unfinished unfinished = this->unfinished();
     std::set<std::uint32_t> finished;
-    const std::uint32_t count = recipe().shards;
-    for (std::uint32_t i = 0; i < count; ++i) finished.insert(i);
-    for (const Shard& shard : unfinished()) finished.erase(shard.index);
-    return ordered_json{{"count", count}, {"finished", finished}}.dump() + "\n";
+    for (std::uint32_t i = 0; i < recipe.shards; ++i) finished.insert(i);
+    for (const auto* shards : {&unfinished.absent, &unfinished.stale})
+        for (const Shard& shard : *shards) finished.erase(shard.index);
+    return ordered_json{{"count", recipe.shards}, {"finished", finished}, {"manifest", recipe.fingerprint}}.dump() + "\n";
 }
 
 Recipe Library::recipe() const
@@ -92,9 +113,9 @@ Recipe Library::recipe() const
     const ordered_json json = ordered_json::parse(read_all(folder_ / "batch.json"), nullptr, false);
     try {
         if (json.at("format") != k_format)
-            throw io::ModelFileError(folder_.string() + ": made by another version of sqmap batch");
-        return {json.at("made_by"), json.at("options"),  json.at("arguments"),
-                json.at("shards"),  json.at("manifest"), json.at("root")};
+            throw io::ModelFileError(folder_.string() + ": made by another version of sqmap batch: bake into another folder");
+        return {json.at("made_by"),  json.at("options"), json.at("arguments"),  json.at("shards"),
+                json.at("manifest"), json.at("root"),    json.at("fingerprint")};
     } catch (const ordered_json::exception&) {
         throw io::ModelFileError(folder_.string() + ": not a library: make one with 'sqmap batch MANIFEST -o " +
                                  folder_.string() + "'");
@@ -124,35 +145,48 @@ void Library::begin(const Recipe& recipe) const
     const std::string text = ordered_json{{"format", k_format},        {"made_by", recipe.made_by},
                                           {"options", recipe.options}, {"arguments", recipe.arguments},
                                           {"shards", recipe.shards},   {"manifest", recipe.manifest},
-                                          {"root", recipe.root}}
+                                          {"root", recipe.root},       {"fingerprint", recipe.fingerprint}}
                                  .dump(2, ' ', false, ordered_json::error_handler_t::replace) +
                              "\n";
     if (read_all(file) != text) io::replace_file(file, std::as_bytes(std::span(text)));
 }
 
-std::string unfinished_words(const Library& library)
+namespace {
+
+/// "2 of 10 shards are", and which, behind what they are.
+std::string words_of(const std::vector<Shard>& shards, const std::string& what)
 {
     constexpr std::size_t k_named = 20;
-    const std::vector<Shard> absent = library.unfinished();
-    if (absent.empty()) return {};
-    std::string out = std::to_string(absent.size()) + " of " + std::to_string(absent.front().count) +
-                      (absent.size() == 1 ? " shards is not finished: " : " shards are not finished: ");
-    for (std::size_t i = 0; i < std::min(absent.size(), k_named); ++i)
-        out += (i == 0 ? "" : ", ") + std::to_string(absent[i].index);
-    return absent.size() > k_named ? out + ", ..." : out;
+    std::string out = std::to_string(shards.size()) + " of " + std::to_string(shards.front().count) +
+                      (shards.size() == 1 ? " shards is " : " shards are ") + what + ": ";
+    for (std::size_t i = 0; i < std::min(shards.size(), k_named); ++i)
+        out += (i == 0 ? "" : ", ") + std::to_string(shards[i].index);
+    return shards.size() > k_named ? out + ", ..." : out;
 }
 
-Contents::Contents(const std::vector<fs::path>& archives)
+}  // namespace
+
+std::string words_of(const Unfinished& unfinished)
 {
-    for (const fs::path& path : archives) {
-        files_.push_back(open_file(path));
-        read_archive(path, files_.back().get(), results_);
-        const fs::path measured = Library::measured_of(path);
-        each_line(read_all(measured), [&](std::string_view line) {
-            const auto known = results_.find(key_of_measured(line));
-            if (known != results_.end() && known->second.measured.empty()) known->second.measured = line;
-        });
-        read_rows(path);
+    std::string out;
+    if (!unfinished.absent.empty()) out = words_of(unfinished.absent, "not finished");
+    if (!unfinished.stale.empty())
+        out += (out.empty() ? "" : "\n") + words_of(unfinished.stale, "of another state of the manifest") +
+               "\n  cure: run these shards again; what is baked is not baked again";
+    return out;
+}
+
+Contents::Contents(const Library& library)
+{
+    const std::string fingerprint = library.recipe().fingerprint;
+    for (const fs::path& path : library.shards()) {
+        read(path);
+        if (Library::is_of(path, fingerprint)) read_rows(path);
+    }
+    const bool is_merged = library.merged_shards().fingerprint == fingerprint;
+    for (const fs::path& path : library.merged()) {
+        read(path);
+        if (is_merged) read_rows(path);
     }
     for (Row& row : rows_)
         if (results_.contains(row.key)) row.outcome = {};
@@ -160,6 +194,16 @@ Contents::Contents(const std::vector<fs::path>& archives)
     std::stable_sort(rows_.begin(), rows_.end(), less);
     const auto same = [](const Row& a, const Row& b) { return a.item == b.item; };
     rows_.erase(std::unique(rows_.begin(), rows_.end(), same), rows_.end());
+}
+
+void Contents::read(const fs::path& path)
+{
+    files_.push_back(open_file(path));
+    read_archive(path, files_.back().get(), results_);
+    each_line(read_all(Library::measured_of(path)), [&](std::string_view line) {
+        const auto known = results_.find(key_of_measured(line));
+        if (known != results_.end() && known->second.measured.empty()) known->second.measured = line;
+    });
 }
 
 void Contents::read_rows(const fs::path& path)

@@ -1,10 +1,13 @@
 // The folder of a library: what is in it and under which name.
 //
 //     batch.json                      what it is baked with; every run has to agree
-//     running/00003-of-00010.part     the journal of a shard that is not finished
-//     shards/00003-of-00010.tar       a finished shard; .measured.jsonl beside it
+//     running/00003-of-00010.part     the journal of a shard that is not finished; .rows.jsonl beside it
+//     shards/00003-of-00010.tar       a finished shard; .measured.jsonl and .manifest.txt beside it
 //     library/00000.tar               all shards merged; .measured.jsonl beside each
 //     library/shards.json             which shards those are
+//
+// Items are those of the manifest as the last run read it. Of shards that were made from another state of it results count, rows
+// do not.
 //     report/index.html
 #pragma once
 
@@ -12,6 +15,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -28,6 +32,26 @@ struct Recipe {
     std::vector<std::string> arguments;  ///< the options as they were given, for retry
     std::uint32_t shards = 1;
     std::string manifest, root;  ///< absolute
+    std::string fingerprint;     ///< of the manifest's entries, as the last run read them
+};
+
+/// What library/shards.json holds.
+struct Merged {
+    std::uint32_t count = 0;
+    std::set<std::uint32_t> shards;
+    std::string fingerprint;
+
+    /// All shards of a number are those of any other.
+    [[nodiscard]] bool has(Shard shard) const
+    {
+        return count == shard.count ? shards.contains(shard.index) : count > 0 && shards.size() == count;
+    }
+};
+
+/// Shards that wait for a run.
+struct Unfinished {
+    std::vector<Shard> absent;  ///< not begun, running, or killed
+    std::vector<Shard> stale;   ///< made from another state of the manifest
 };
 
 class Library {
@@ -39,19 +63,26 @@ public:
     [[nodiscard]] std::filesystem::path archive(Shard shard) const;
     /// What was measured of an archive's items.
     [[nodiscard]] static std::filesystem::path measured_of(const std::filesystem::path& archive);
+    /// The fingerprint of the manifest that a shard's archive was made from, as a line.
+    [[nodiscard]] static std::filesystem::path manifest_of(const std::filesystem::path& archive);
+    /// The rows of a shard that is not finished.
+    [[nodiscard]] static std::filesystem::path rows_of(const std::filesystem::path& journal);
     [[nodiscard]] std::filesystem::path merged_folder() const { return folder_ / "library"; }
     [[nodiscard]] std::filesystem::path report_folder() const { return folder_ / "report"; }
 
-    /// Archives in order of their names; of the merged library, of finished shards, or of both.
+    /// Archives in order of their names: of the merged library, of finished shards, or of both, shards first.
     [[nodiscard]] std::vector<std::filesystem::path> merged() const;
     [[nodiscard]] std::vector<std::filesystem::path> shards() const;
     [[nodiscard]] std::vector<std::filesystem::path> archives() const;
     [[nodiscard]] std::vector<std::filesystem::path> journals() const;
 
-    /// Those of the recipe that have no archive and were not merged: not begun, running, or killed.
-    [[nodiscard]] std::vector<Shard> unfinished() const;
+    /// Those of the recipe that have neither an archive nor a part in the merged library that are of the recipe's manifest.
+    [[nodiscard]] Unfinished unfinished() const;
+    [[nodiscard]] Merged merged_shards() const;
     /// What shards.json is to hold when all that is finished is merged.
-    [[nodiscard]] std::string merged_shards() const;
+    [[nodiscard]] std::string shards_to_merge() const;
+    /// A shard's archive is of that state of the manifest.
+    [[nodiscard]] static bool is_of(const std::filesystem::path& archive, const std::string& fingerprint);
 
     /// Makes the folders. @throw io::ModelFileError where the folder holds what was baked otherwise, or cannot be written
     void begin(const Recipe& recipe) const;
@@ -62,14 +93,14 @@ private:
     std::filesystem::path folder_;
 };
 
-/// "2 of 10 shards are not finished: 3, 7", or nothing.
-[[nodiscard]] std::string unfinished_words(const Library& library);
+/// "2 of 10 shards are not finished: 3, 7", and which are of another state of the manifest, with the cure; or nothing.
+[[nodiscard]] std::string words_of(const Unfinished& unfinished);
 
 /// All that a library holds, shards before what was merged earlier: results by key, and rows sorted, one an item.
 class Contents {
 public:
     /// @throw io::ModelFileError for archives that are damaged
-    explicit Contents(const std::vector<std::filesystem::path>& archives);
+    explicit Contents(const Library& library);
 
     [[nodiscard]] const Results& results() const { return results_; }
     /// One an item, sorted. A row's own outcome is empty where its key has one.
@@ -79,6 +110,7 @@ public:
     [[nodiscard]] std::string line(const Row& row) const;
 
 private:
+    void read(const std::filesystem::path& archive);
     void read_rows(const std::filesystem::path& archive);
 
     std::vector<Descriptor> files_;

@@ -1,10 +1,15 @@
 #include "batch/manifest.h"
 
+#include "batch/sha256.h"
+
+#include <unistd.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cerrno>
+#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <map>
@@ -164,19 +169,35 @@ std::vector<Entry> read_table(const fs::path& manifest)
     return out;
 }
 
+bool can_enter(const fs::path& folder) { return ::access(folder.c_str(), R_OK | X_OK) == 0; }
+
+/// Why the meshes in a folder are not items, if that is so.
+std::optional<Outcome> fault_of_folder(const fs::directory_entry& folder)
+{
+    std::error_code ignored;
+    const char* const why = folder.is_symlink(ignored)  ? "it is a link to a folder, which is not followed"
+                            : !can_enter(folder.path()) ? std::strerror(errno)
+                                                        : nullptr;
+    if (why == nullptr) return std::nullopt;
+    return outcome_of("unreadable", {"E_FOLDER", "folder", why, "list its meshes in a manifest, or move it elsewhere"});
+}
+
 std::vector<Entry> read_folder(const fs::path& folder, const fs::path& skip)
 {
+    if (!can_enter(folder)) throw ManifestError(folder.string() + ": the folder cannot be read: " + std::strerror(errno));
     std::vector<Entry> out;
     std::error_code ignored;
     for (fs::recursive_directory_iterator it(folder, fs::directory_options::skip_permission_denied, ignored), end; it != end;
          it.increment(ignored)) {
-        if (it->is_directory(ignored)) {
-            if (fs::equivalent(it->path(), skip, ignored)) it.disable_recursion_pending();
-            continue;
-        }
         const std::string name = it->path().filename().string();
-        if (it->is_regular_file(ignored) && (has_mesh_name(name) || has_archive_name(name)))
-            out.push_back({{it->path().lexically_relative(folder).string(), "", 0}, {}});
+        const Item item{it->path().lexically_relative(folder).string(), "", 0};
+        if (!it->is_directory(ignored)) {
+            if (has_mesh_name(name) || has_archive_name(name)) out.push_back({item, {}});
+        } else if (fs::equivalent(it->path(), skip, ignored)) {
+            it.disable_recursion_pending();
+        } else if (auto fault = fault_of_folder(*it)) {
+            out.push_back({item, std::move(fault)});
+        }
     }
     std::sort(out.begin(), out.end(), [](const Entry& a, const Entry& b) { return a.item.path < b.item.path; });
     return out;
@@ -198,7 +219,9 @@ bool has_archive_name(std::string_view name)
     return ends_with_one_of(name, k_endings);
 }
 
-std::vector<Entry> read_manifest(const fs::path& manifest, const ManifestOptions& options)
+namespace {
+
+std::vector<Entry> read_any(const fs::path& manifest, const ManifestOptions& options)
 {
     std::error_code ignored;
     if (fs::is_directory(manifest, ignored)) {
@@ -213,7 +236,23 @@ std::vector<Entry> read_manifest(const fs::path& manifest, const ManifestOptions
     if (ends_with_one_of(name, std::array<std::string_view, 1>{".csv"})) return read_table(manifest);
     if (ends_with_one_of(name, std::array<std::string_view, 1>{".txt"})) return read_lines(read_all(manifest));
     if (ends_with_one_of(name, std::array<std::string_view, 2>{".jsonl", ".ndjson"})) return read_json_lines(read_all(manifest));
-    throw ManifestError(manifest.string() + ": a manifest is a folder or ends in .csv, .jsonl, .ndjson or .txt");
+    if (has_mesh_name(name) || has_archive_name(name)) return {{{name, "", 0}, {}}};
+    throw ManifestError(manifest.string() +
+                        ": a manifest is a folder, a mesh, an archive, or ends in .csv, .jsonl, .ndjson or .txt");
+}
+
+}  // namespace
+
+std::vector<Entry> read_manifest(const fs::path& manifest, const ManifestOptions& options)
+{
+    std::vector<Entry> out = read_any(manifest, options);
+    if (out.empty())
+        throw ManifestError(
+            manifest.string() +
+            ": it names no mesh\n"
+            "  cure: give a folder with meshes (.off, .obj, .stl, .ply, .gltf, .glb, ...) or archives of them, or a "
+            "list with a path a line");
+    return out;
 }
 
 void mark_duplicates(std::vector<Entry>& entries)
@@ -226,6 +265,14 @@ void mark_duplicates(std::vector<Entry>& entries)
             entry.outcome = outcome_of("duplicate", {"E_DUPLICATE", "line " + std::to_string(entry.item.line),
                                                      "it repeats line " + std::to_string(first->second), "leave it out"});
     }
+}
+
+std::string fingerprint_of(const std::vector<Entry>& entries)
+{
+    Sha256 hash;
+    for (const Entry& entry : entries)
+        hash.add(row_of(entry.item, "", {}).item + (entry.outcome ? entry.outcome->text : "") + "\n");
+    return std::to_string(entries.size()) + (entries.size() == 1 ? " item" : " items") + ", SHA-256 " + hash.digest();
 }
 
 fs::path root_of(const fs::path& manifest, const fs::path& root)

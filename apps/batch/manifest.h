@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <optional>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 namespace sqmap::batch {
@@ -27,14 +28,18 @@ struct ManifestOptions {
     std::filesystem::path skip;  ///< a folder that is passed over where the manifest is a folder: the library itself
 };
 
-/// Reads a manifest, in its order. A folder: every mesh and archive below it, sorted. ".csv": the column "path" and, if there is
+/// Reads a manifest, in its order. A folder: every mesh and archive below it, sorted; what cannot be entered is an entry with its
+/// outcome. A mesh or an archive: itself. ".csv": the column "path" and, if there is
 /// one, "member" of a table with a heading; without one, the first column. ".jsonl", ".ndjson": objects with "path" and "member".
 /// ".txt": a path a line. Paths may hold any bytes. A line that names no path is an entry with its outcome.
-/// @throw ManifestError where the manifest cannot be read
+/// @throw ManifestError where the manifest cannot be read, or names nothing
 [[nodiscard]] std::vector<Entry> read_manifest(const std::filesystem::path& manifest, const ManifestOptions& options);
 
 /// Gives the second and later entries of one path the outcome "duplicate".
 void mark_duplicates(std::vector<Entry>& entries);
+
+/// Of all entries in their order: "13 items, SHA-256 ...". Shards that were made from the same entries belong together.
+[[nodiscard]] std::string fingerprint_of(const std::vector<Entry>& entries);
 
 /// By its name: a mesh that bake can read.
 [[nodiscard]] bool has_mesh_name(std::string_view name);

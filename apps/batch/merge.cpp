@@ -73,20 +73,38 @@ std::vector<std::string> rows_of(const Contents& contents, const std::vector<Poi
     return out;
 }
 
+/// Models of items that only other states of the manifest name would be lost.
+void refuse_unfinished(const Library& library, Missing missing)
+{
+    const Unfinished unfinished = library.unfinished();
+    if (unfinished.stale.empty() && (unfinished.absent.empty() || missing == Missing::Allowed)) return;
+    throw io::ModelFileError(library.folder().string() + ": " + words_of(unfinished) +
+                             (unfinished.stale.empty() ? "\n  cure: run them, or merge what there is with --partial" : ""));
+}
+
+/// A shard's rows are in the merged library.
+bool is_merged(const fs::path& shard, const std::set<std::string>& merged_rows)
+{
+    bool out = true;
+    each_line(io::ModelArchive(shard).rows(), [&](std::string_view line) {
+        out = out && (line.starts_with(R"({"path":null)") || merged_rows.contains(std::string(line)));
+    });
+    return out;
+}
+
 }  // namespace
 
 void merge(const Library& library, std::uint64_t size, Missing missing)
 {
-    if (const std::string words = unfinished_words(library); missing == Missing::Refused && !words.empty())
-        throw io::ModelFileError(library.folder().string() + ": " + words + ": run them, or merge what there is with --partial");
     const fs::path folder = library.merged_folder(), made = beside(folder, ".new");
     put_back(folder);
-    const std::vector<fs::path> archives = library.archives();
-    if (archives.empty()) throw io::ModelFileError(library.folder().string() + ": no shard is finished: nothing to merge");
+    refuse_unfinished(library, missing);
+    if (library.archives().empty())
+        throw io::ModelFileError(library.folder().string() + ": no shard is finished: nothing to merge");
     std::error_code error;
     fs::create_directories(made, error);
     if (error) throw io::ModelFileError("cannot make " + made.string() + ": " + error.message());
-    const Contents contents(archives);
+    const Contents contents(library);
     const std::vector<Pointers> parts = volumes(contents, size);
     const std::vector<std::string> rows = rows_of(contents, parts);
     for (std::size_t i = 0; i < parts.size(); ++i) {
@@ -98,7 +116,7 @@ void merge(const Library& library, std::uint64_t size, Missing missing)
             if (!result->second.measured.empty()) measured += result->second.measured + "\n";
         io::replace_file(Library::measured_of(made / name), std::as_bytes(std::span(std::as_const(measured))));
     }
-    const std::string shards = library.merged_shards();
+    const std::string shards = library.shards_to_merge();
     io::replace_file(made / "shards.json", std::as_bytes(std::span(shards)));
     swap_in(folder);
 }
@@ -109,20 +127,17 @@ Freed collect_garbage(const Library& library)
     Freed out;
     std::error_code ignored;
     const auto remove = [&](const fs::path& path) {
+        if (!fs::exists(path, ignored)) return;
         out.bytes += fs::file_size(path, ignored);
         out.files += fs::remove(path, ignored) ? 1 : 0;
     };
-    std::set<std::string> merged;
+    std::set<std::string> rows;
     for (const fs::path& path : library.merged())
-        each_line(io::ModelArchive(path).rows(), [&](std::string_view line) { merged.emplace(line); });
+        each_line(io::ModelArchive(path).rows(), [&](std::string_view line) { rows.emplace(line); });
+    const std::string fingerprint = library.merged_shards().fingerprint;
     for (const fs::path& path : library.shards()) {
-        bool is_merged = true;
-        each_line(io::ModelArchive(path).rows(), [&](std::string_view line) {
-            is_merged = is_merged && (line.starts_with(R"({"path":null)") || merged.contains(std::string(line)));
-        });
-        if (!is_merged) continue;
-        remove(Library::measured_of(path));
-        remove(path);
+        if (!Library::is_of(path, fingerprint) || !is_merged(path, rows)) continue;
+        for (const fs::path& file : {Library::measured_of(path), Library::manifest_of(path), path}) remove(file);
     }
     for (const char* name : {"shards", "running"})
         for (fs::directory_iterator it(library.folder() / name, ignored), end; it != end; it.increment(ignored))
@@ -132,7 +147,9 @@ Freed collect_garbage(const Library& library)
             const Journal journal(path);
             Results results;
             journal.read_into(results);
-            if (results.empty()) remove(path);
+            if (!results.empty()) continue;
+            remove(Library::rows_of(path));
+            remove(path);
         } catch (const io::ModelFileError&) {
             // Somebody works on it.
         }

@@ -9,13 +9,15 @@
 
 namespace sqmap::batch {
 
-/// Prints a line an item: its row as JSON with "seconds", or verdict, seconds and path.
-void list(const Library& library, bool json);
+/// Prints a line an item: its row as JSON with "seconds", or verdict, seconds and path. Those of shards that are not finished
+/// come last, marked as running.
+void list(const Library& library, bool as_json);
 
 /// Whether shards may be missing.
 enum class Missing : std::uint8_t { Refused, Allowed };
 /// Joins the finished shards, and what was merged before, into archives of about `size` bytes each, in order of keys: the same
-/// bytes however many shards there were. Replaces the merged library at once. @throw io::ModelFileError
+/// bytes however many shards there were. Replaces the merged library at once. @throw io::ModelFileError where shards are missing,
+/// or are of another state of the manifest
 void merge(const Library& library, std::uint64_t size, Missing missing);
 
 struct Verification {
@@ -23,11 +25,13 @@ struct Verification {
 };
 /// What verify reads.
 enum class Depth : std::uint8_t { Index, Models };
-/// Compares index and rows; down to models checks their digests and parses each. Prints each fault as a line on standard error.
+/// Compares index and rows; down to models checks their digests and parses each. Prints each fault as a line on standard error. A
+/// shard of another state of the manifest is a fault too, which is not printed.
 [[nodiscard]] Verification verify(const Library& library, Depth depth);
 
-/// Writes the model of a key. @throw io::ModelFileError where there is none
-void extract(const Library& library, const std::string& key, const std::filesystem::path& output);
+/// Writes the model of an item: its key or the beginning of one, its path, its member or the file's name of either.
+/// @throw io::ModelFileError where there is none, or several that differ
+void extract(const Library& library, const std::string& item, const std::filesystem::path& output);
 
 struct Freed {
     std::size_t files = 0;

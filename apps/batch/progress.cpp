@@ -31,9 +31,9 @@ void Progress::add(const Row& row, double seconds, bool is_new)
     ++counts_[std::string(verdict)];
     if (is_new) ++baked_;
     if (mode_ == ProgressMode::Json) {
-        std::string line = row.line();
+        std::string line = timed_line(row, seconds);
         line.pop_back();
-        std::printf("%s,\"seconds\":%.3f,\"done\":%zu,\"items\":%zu}\n", line.c_str(), seconds, done_, items_);
+        std::printf("%s,\"done\":%zu,\"items\":%zu}\n", line.c_str(), done_, items_);
         std::fflush(stdout);
     } else if (mode_ == ProgressMode::Auto && is_new && !is_baked(verdict)) {
         if (is_terminal_) std::fprintf(stderr, "\r\033[K");

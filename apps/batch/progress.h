@@ -17,7 +17,7 @@ class Progress {
 public:
     Progress(ProgressMode mode, std::size_t items);
 
-    /// An item has its result. seconds: of CPU time, 0 for one that was finished before.
+    /// An item has its result. seconds: of CPU time, 0 for one that shares its result. is_new: no earlier run had the result.
     void add(const Row& row, double seconds, bool is_new);
     /// Shows the state where it is time to: to be called every second.
     void refresh();

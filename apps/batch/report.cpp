@@ -84,7 +84,7 @@ std::string text_of(const ordered_json& value)
 /// A library as the report shows it.
 class Report {
 public:
-    explicit Report(const Library& library) : library_(library), contents_(library.archives()) {}
+    explicit Report(const Library& library) : library_(library), contents_(library) {}
 
     void write()
     {
@@ -189,6 +189,7 @@ private:
         ordered_json data{{"title", fs::absolute(library_.folder()).lexically_normal().filename().string()},
                           {"made_by", recipe.made_by},
                           {"options", recipe.options},
+                          {"unfinished", words_of(library_.unfinished())},
                           {"chunk", k_chunk}};
         std::uint64_t models = 0, model_bytes = 0;
         std::set<std::string_view> named;

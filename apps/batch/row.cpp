@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cstdio>
 
 namespace sqmap::batch {
 namespace {
@@ -33,6 +34,24 @@ std::string hexadecimal(const std::string& bytes)
     for (const char c : bytes) {
         out += "0123456789abcdef"[static_cast<unsigned char>(c) >> 4];
         out += "0123456789abcdef"[static_cast<unsigned char>(c) & 15];
+    }
+    return out;
+}
+
+/// UTF-8 without control characters: a name may not steer a terminal.
+std::string printable(const std::string& text)
+{
+    std::string out;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const auto c = static_cast<unsigned char>(text[i]);
+        // U+0080 to U+009F are two bytes.
+        const bool is_long = c == 0xC2 && i + 1 < text.size() && static_cast<unsigned char>(text[i + 1]) < 0xA0;
+        char escaped[8] = "";
+        if (is_long)
+            std::snprintf(escaped, sizeof escaped, "\\u%04x", static_cast<unsigned char>(text[++i]));
+        else if (c < 0x20 || c == 0x7F)
+            std::snprintf(escaped, sizeof escaped, "\\x%02x", c);
+        out += escaped[0] != '\0' ? std::string(escaped) : std::string(1, text[i]);
     }
     return out;
 }
@@ -71,10 +90,20 @@ std::string sentence(const Row& row)
     const ordered_json all = ordered_json::parse(row.line());
     std::string out(row.outcome.verdict());
     out.resize(std::max<std::size_t>(out.size(), 10), ' ');
-    out += " " + all.value("path", "");
-    if (all.contains("member")) out += " " + all.value("member", "");
-    if (all.contains("reason")) out += ": " + all.value("reason", "");
-    return out;
+    out += " " + printable(all.value("path", ""));
+    if (all.contains("member")) out += " " + printable(all.value("member", ""));
+    if (!all.contains("reason")) return out;
+    if (all.contains("line")) out += "  [line " + std::to_string(all["line"].get<std::uint64_t>()) + "]";
+    return out + ": " + printable(all.value("reason", ""));
+}
+
+std::string timed_line(const Row& row, double seconds)
+{
+    char text[48];
+    std::snprintf(text, sizeof text, ",\"seconds\":%.3f}", seconds);
+    std::string out = row.line();
+    out.pop_back();
+    return out + text;
 }
 
 Row row_of(const Item& item, std::string key, Outcome outcome)

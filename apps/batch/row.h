@@ -41,8 +41,12 @@ struct Row {
     [[nodiscard]] std::string line() const;
 };
 
-/// A row for people: verdict, path, member and reason.
+/// A row for people: verdict, path, member, the manifest's line where something is wrong, and reason. Control characters are
+/// escaped as in C.
 [[nodiscard]] std::string sentence(const Row& row);
+
+/// A row's line with "seconds" as its last member.
+[[nodiscard]] std::string timed_line(const Row& row, double seconds);
 
 /// A path that is not UTF-8 is given with replaced characters, and as hexadecimal digits in "path_hex" too.
 [[nodiscard]] Row row_of(const Item& item, std::string key, Outcome outcome);

@@ -2,6 +2,7 @@
 #include "batch/run.h"
 
 #include "batch/member_stream.h"
+#include "batch/running.h"
 #include "sqmap/io/model_archive.h"
 #include "sqmap/io/replace_file.h"
 
@@ -28,6 +29,12 @@ using Clock = std::chrono::steady_clock;
 using nlohmann::ordered_json;
 
 constexpr unsigned k_max_tries = 3;  // of a process that somebody else has killed
+
+/// What a shard is made from.
+struct Items {
+    std::string fingerprint;  ///< of the whole manifest
+    std::vector<Entry> own;   ///< of the shard
+};
 
 /// A mesh to bake.
 struct Task {
@@ -95,6 +102,17 @@ public:
     }
 
     Results& own() { return own_; }
+    /// The merged library has all of these rows.
+    [[nodiscard]] bool has_merged(const std::vector<Row>& rows) const
+    {
+        std::set<std::string, std::less<>> left;
+        for (const Row& row : rows) left.insert(row.line());
+        for (const auto& path : library_.merged())
+            each_line(io::ModelArchive(path).rows(), [&](std::string_view line) {
+                if (const auto found = left.find(line); found != left.end()) left.erase(found);
+            });
+        return left.empty();
+    }
     [[nodiscard]] const Finished* merged(const std::string& key) const
     {
         const auto found = merged_.find(key);
@@ -118,14 +136,15 @@ private:
 
 class Baking {
 public:
-    Baking(const Plan& plan, std::vector<Entry> entries, Journal& journal, Before& before)
+    Baking(const Plan& plan, Items items, Journal& journal, Before& before)
         : plan_(plan),
           root_(root_of(plan.manifest, plan.root)),
-          entries_(std::move(entries)),
+          entries_(std::move(items.own)),
           keys_(entries_.size()),
           journal_(journal),
           before_(before),
           results_(std::move(before.own())),
+          running_(Library::rows_of(Library(plan.output).journal(plan.shard)), items.fingerprint),
           progress_(plan.progress, entries_.size())
     {
         journal_.read_into(results_);
@@ -140,7 +159,7 @@ public:
         sort_out();
         while (start_jobs() || !jobs_.empty() || stream_) wait();
         results_.merge(retried_);
-        for (const auto& [key, item] : waiting_) progress_.add(row(item), 0, false);
+        for (const auto& [key, item] : waiting_) report(item, 0, true);
         progress_.end();
     }
 
@@ -160,12 +179,19 @@ private:
         for (std::size_t i = 0; i < entries_.size(); ++i) {
             const Item& item = entries_[i].item;
             if (entries_[i].outcome)
-                progress_.add(row(i), 0, true);
+                report(i, 0, true);
             else if (item.member.empty())
                 tasks_.push_back({i});
             else
                 archives_[item.path].emplace(item.member, i);
         }
+    }
+
+    void report(std::size_t item, double seconds, bool is_new)
+    {
+        const TimedRow timed{row(item), seconds};
+        running_.add(timed);
+        progress_.add(timed.row, seconds, is_new);
     }
 
     [[nodiscard]] Row row(std::size_t item) const
@@ -211,7 +237,7 @@ private:
             return;
         }
         entries_[member.item].outcome = std::move(member.outcome);
-        progress_.add(row(member.item), 0, true);
+        report(member.item, 0, true);
     }
 
     void start(Task task)
@@ -309,7 +335,7 @@ private:
         if (results_.contains(key)) return true;
         const Finished* const merged = before_.merged(key);
         if (merged == nullptr || plan_.retry.contains(merged->outcome.verdict())) return false;
-        results_.emplace(key, journal_.append(key, *merged));
+        results_.emplace(key, *merged);
         return true;
     }
 
@@ -326,25 +352,29 @@ private:
         keys_[item] = job.key;
         const bool is_skipped = ended.ending == Ending::Done && !job.is_going && !job.key.empty();
         if (ended.ending == Ending::Done && !job.answer.empty())
-            keep(job, ended);
+            keep(job.key, finished_of(job, ended));
         else if (ended.ending == Ending::Killed || (job.key.empty() && !entries_[item].outcome))
             entries_[item].outcome = outcome_of_end(ended);
         else if (job.is_going)
-            results_.insert_or_assign(job.key, journal_.append(job.key, {.outcome = outcome_of_end(ended),
-                                                                         .measured = measured_json(job.key, ended),
-                                                                         .sha256 = "-"}));
+            keep(job.key, {.outcome = outcome_of_end(ended), .measured = measured_json(job.key, ended), .sha256 = "-"});
         if (is_skipped && !results_.contains(job.key)) {
             waiting_.emplace(job.key, item);
             return;
         }
-        progress_.add(row(item), is_skipped ? 0 : ended.cpu_seconds, !is_skipped);
+        report(item, is_skipped ? 0 : ended.cpu_seconds, !is_skipped || made_.contains(job.key));
         const auto [first, last] = waiting_.equal_range(job.key);
-        for (auto other = first; other != last; ++other) progress_.add(row(other->second), 0, false);
+        for (auto other = first; other != last; ++other) report(other->second, 0, true);
         waiting_.erase(first, last);
     }
 
-    /// A child has done its work: what it made goes into the journal.
-    void keep(Job& job, const Ended& ended)
+    void keep(const std::string& key, Finished result)
+    {
+        results_.insert_or_assign(key, journal_.append(key, std::move(result)));
+        made_.insert(key);
+    }
+
+    /// What a child has made that has done its work.
+    static Finished finished_of(const Job& job, const Ended& ended)
     {
         unsigned long long model = 0, picture = 0, outcome = 0;
         char digest[65] = "";
@@ -354,14 +384,14 @@ private:
         if (::pread(job.child.output(), text.data(), outcome, static_cast<off_t>(model + picture)) !=
             static_cast<ssize_t>(outcome))
             throw std::runtime_error("a process of this program left less than it said");
-        results_.insert_or_assign(job.key, journal_.append(job.key, {.outcome = {std::move(text)},
-                                                                     .measured = measured_json(job.key, ended),
-                                                                     .sha256 = digest,
-                                                                     .file = job.child.output(),
-                                                                     .model_offset = 0,
-                                                                     .model_size = model,
-                                                                     .picture_offset = model,
-                                                                     .picture_size = picture}));
+        return {.outcome = {std::move(text)},
+                .measured = measured_json(job.key, ended),
+                .sha256 = digest,
+                .file = job.child.output(),
+                .model_offset = 0,
+                .model_size = model,
+                .picture_offset = model,
+                .picture_size = picture};
     }
 
     const Plan& plan_;
@@ -371,27 +401,28 @@ private:
     Journal& journal_;
     Before& before_;
     Results results_, retried_;
+    RunningRows running_;
     Progress progress_;
     std::deque<Task> tasks_;
     std::map<std::string, std::map<std::string, std::size_t>> archives_;  // not yet opened: items by member
     std::optional<MemberStream> stream_;
     std::list<Job> jobs_;
-    std::set<std::string> in_work_;                    // keys
+    std::set<std::string> in_work_, made_;             // keys; made_: by this run
     std::multimap<std::string, std::size_t> waiting_;  // items by a key that is in work
 };
 
-std::vector<Entry> entries_of(const Plan& plan)
+Items items_of(const Plan& plan)
 {
     std::vector<Entry> all = expanded(read_manifest(plan.manifest, {.root = plan.root, .skip = plan.output}),
                                       root_of(plan.manifest, plan.root), plan.caps);
     mark_duplicates(all);
-    std::vector<Entry> own;
-    for (std::size_t i = plan.shard.index; i < all.size(); i += plan.shard.count) own.push_back(std::move(all[i]));
-    return own;
+    Items out{.fingerprint = fingerprint_of(all), .own = {}};
+    for (std::size_t i = plan.shard.index; i < all.size(); i += plan.shard.count) out.own.push_back(std::move(all[i]));
+    return out;
 }
 
 /// Rows and results as the shard's archive, unless that holds them already.
-void write_shard(const Library& library, const Plan& plan, const Baking& baking)
+void write_shard(const std::filesystem::path& archive, const std::filesystem::path& journal, const Baking& baking)
 {
     std::vector<std::string> lines;
     std::set<std::string_view> named;
@@ -410,12 +441,11 @@ void write_shard(const Library& library, const Plan& plan, const Baking& baking)
     }
     std::sort(lines.begin(), lines.end());
     for (const std::string& line : lines) text += line + "\n";
-    const std::filesystem::path archive = library.archive(plan.shard);
     std::error_code ignored;
     if (!std::filesystem::exists(archive, ignored) || io::ModelArchive(archive).rows() != text ||
-        std::filesystem::file_size(library.journal(plan.shard), ignored) > 0)
+        std::filesystem::file_size(journal, ignored) > 0)
         write_archive(archive, results, text);
-    io::replace_file(Library::measured_of(archive), std::as_bytes(std::span(measured)));
+    io::replace_file(Library::measured_of(archive), std::as_bytes(std::span(std::as_const(measured))));
 }
 
 }  // namespace
@@ -426,20 +456,33 @@ void run(const Plan& plan)
     const auto absolute = [](const std::filesystem::path& path) {
         return path.empty() ? "" : std::filesystem::absolute(path).string();
     };
-    std::vector<Entry> entries = entries_of(plan);
+    Items items = items_of(plan);
+    const std::string fingerprint = items.fingerprint;
     library.begin({.made_by = plan.settings.made_by,
                    .options = plan.settings.options,
                    .arguments = plan.arguments,
                    .shards = plan.shard.count,
                    .manifest = absolute(plan.manifest),
-                   .root = absolute(plan.root)});
-    Journal journal(library.journal(plan.shard));
+                   .root = absolute(plan.root),
+                   .fingerprint = fingerprint});
+    const std::filesystem::path archive = library.archive(plan.shard), journal_path = library.journal(plan.shard);
+    Journal journal(journal_path);
     Before before(plan);
-    Baking baking(plan, std::move(entries), journal, before);
+    Baking baking(plan, std::move(items), journal, before);
     baking.run();
-    write_shard(library, plan, baking);
+    const Merged merged = library.merged_shards();
     std::error_code ignored;
-    std::filesystem::remove(library.journal(plan.shard), ignored);
+    const bool is_merged = !std::filesystem::exists(archive, ignored) && merged.fingerprint == fingerprint &&
+                           merged.has(plan.shard) && before.has_merged(baking.rows());
+    if (!is_merged) {
+        // Between the two the shard counts as not finished.
+        if (!Library::is_of(archive, fingerprint)) std::filesystem::remove(Library::manifest_of(archive), ignored);
+        write_shard(archive, journal_path, baking);
+        const std::string line = fingerprint + "\n";
+        io::replace_file(Library::manifest_of(archive), std::as_bytes(std::span(line)));
+    }
+    std::filesystem::remove(Library::rows_of(journal_path), ignored);
+    std::filesystem::remove(journal_path, ignored);
 }
 
 }  // namespace sqmap::batch

@@ -90,6 +90,7 @@ Verification verify(const Library& library, Depth depth)
             ++out.faults;
         }
     }
+    out.faults += library.unfinished().stale.size();
     return out;
 }
 

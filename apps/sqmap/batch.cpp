@@ -13,6 +13,7 @@
 #include <charconv>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -25,9 +26,8 @@ namespace {
 using batch::Shard;
 
 struct Options {
-    std::string manifest, output, root, shard;
+    std::string manifest, output, root, shard, rank, world_size;
     std::vector<std::string> retry;
-    std::optional<double> rank, world_size;
     int jobs = 0;
     batch::Caps caps;
     batch::ProgressMode progress = batch::ProgressMode::Auto;
@@ -56,8 +56,8 @@ std::optional<std::uint32_t> environment(const char* name)
 Shard shard_of_text(const std::string& text)
 {
     const std::size_t slash = text.find('/');
-    const auto index = whole(text.substr(0, slash));
-    const auto count = slash == std::string::npos ? std::nullopt : whole(text.substr(slash + 1));
+    const auto index = whole(std::string_view(text).substr(0, slash));
+    const auto count = slash == std::string::npos ? std::nullopt : whole(std::string_view(text).substr(slash + 1));
     if (!index || !count || *index >= *count || *count > 99999)
         throw WrongUsage("--shard", "'" + text + "' is not I/N with I from 0 to N - 1, as in 0/10");
     return {*index, *count};
@@ -78,9 +78,7 @@ std::optional<Shard> shard_of_slurm()
 Shard shard_of(const Options& o)
 {
     if (!o.shard.empty()) return shard_of_text(o.shard);
-    if (o.rank.has_value() != o.world_size.has_value()) throw WrongUsage("--rank", "--rank and --world-size go together");
-    if (o.rank)
-        return shard_of_text(std::to_string(static_cast<long>(*o.rank)) + "/" + std::to_string(static_cast<long>(*o.world_size)));
+    if (!o.rank.empty()) return shard_of_text(o.rank + "/" + o.world_size);
     return shard_of_slurm().value_or(Shard{});
 }
 
@@ -92,10 +90,12 @@ unsigned cores()
     return std::min<unsigned>(static_cast<unsigned>(std::max(count, 1)), environment("SLURM_CPUS_PER_TASK").value_or(100000));
 }
 
-/// Says on standard error that shards are missing.
+/// Says on standard error which shards wait for a run.
 void warn_of_unfinished(const batch::Library& library)
 {
-    if (const std::string words = batch::unfinished_words(library); !words.empty()) std::fprintf(stderr, "%s\n", words.c_str());
+    std::fflush(stdout);
+    if (const std::string words = batch::words_of(library.unfinished()); !words.empty())
+        std::fprintf(stderr, "%s\n", words.c_str());
 }
 
 int guarded(const std::function<int()>& work)
@@ -134,12 +134,14 @@ batch::Plan plan_of(const Options& o, const Command& command)
 void add_driver_options(Command& command, Options& options)
 {
     const char* const k_work = "Work";
-    command
-        .option("--shard", options.shard, "I/N: every Nth item from the Ith on, 0 to N - 1; default: Slurm's array task, or all")
-        .type_name("I/N")
-        .group(k_work);
-    command.option("--rank", options.rank, "I of --shard").group(k_work);
-    command.option("--world-size", options.world_size, "N of --shard").group(k_work);
+    Option shard = command
+                       .option("--shard", options.shard,
+                               "I/N: every Nth item from the Ith on, 0 to N - 1; default: Slurm's array task, or all")
+                       .type_name("I/N")
+                       .group(k_work);
+    Option rank = command.option("--rank", options.rank, "I of --shard").type_name("I").group(k_work).excludes(shard);
+    Option world_size = command.option("--world-size", options.world_size, "N of --shard").type_name("N").group(k_work);
+    rank.needs(world_size.excludes(shard).needs(rank));
     command.option("--jobs", options.jobs, "Meshes at once; 0: one a core").in_range(0, 4096).shows_default().group(k_work);
     command
         .choice<batch::ProgressMode>(
@@ -154,13 +156,11 @@ void add_driver_options(Command& command, Options& options)
         .group(k_caps);
     command.option("--memory", options.caps.memory, "Memory; also as 500MB or 4GB, of 1024 each")
         .size_in_bytes()
-        .above_zero()
         .type_name("SIZE")
         .shows_default("4GB")
         .group(k_caps);
     command.option("--output-size", options.caps.output, "Largest file that it may write")
         .size_in_bytes()
-        .above_zero()
         .type_name("SIZE")
         .shows_default("1GB")
         .group(k_caps);
@@ -200,7 +200,6 @@ struct Merge {
         command.flag("--partial", partial, "Also while shards are not finished");
         command.option("--size", size, "Bytes of an archive, about; also as 500MB or 4GB, of 1024 each")
             .size_in_bytes()
-            .above_zero()
             .type_name("SIZE")
             .shows_default("4GB");
     }
@@ -221,20 +220,21 @@ struct Verify {
     [[nodiscard]] int run(const batch::Library& library) const
     {
         const batch::Verification found = batch::verify(library, index ? batch::Depth::Index : batch::Depth::Models);
-        std::printf("%zu archives, %zu models, %zu rows: %zu faults\n", found.archives, found.models, found.rows, found.faults);
+        std::printf("%zu archives, %zu models, %zu rows, faults: %zu\n", found.archives, found.models, found.rows, found.faults);
         warn_of_unfinished(library);
         return found.faults == 0 ? 0 : 2;
     }
 };
 
 struct Extract {
-    std::string key, output;
+    std::string item, output;
     void add(Command& command)
     {
-        command.option("key", key, "Key of the model").required();
+        command.option("item", item, "Key of the model or its first digits, path of the mesh, or the name of its file")
+            .required();
         command.option("-o,--output", output, "Model to write (.sqmap)").required();
     }
-    [[nodiscard]] int run(const batch::Library& library) const { return batch::extract(library, key, output), 0; }
+    [[nodiscard]] int run(const batch::Library& library) const { return batch::extract(library, item, output), 0; }
 };
 
 struct Garbage {
@@ -261,13 +261,15 @@ struct Report {
 /// Runs a library's shards again, by the command line that began it.
 struct Retry {
     std::vector<std::string> verdicts;
-    std::string time, memory, output_size, shard, jobs, progress;
+    std::string manifest, time, memory, output_size, shard, jobs, progress;
     void add(Command& command)
     {
         command.option("--verdict", verdicts, "Verdicts that are not final: timeout, memory, output, crash; several by commas")
             .required()
             .delimiter(',')
             .one_of({"timeout", "memory", "output", "crash"});
+        command.option("--manifest", manifest, "Where the library's manifest is now; default: where it was")
+            .type_name("MANIFEST");
         command.option("--time", time, "As of sqmap batch");
         command.option("--memory", memory, "As of sqmap batch");
         command.option("--output-size", output_size, "As of sqmap batch");
@@ -277,7 +279,12 @@ struct Retry {
     }
     [[nodiscard]] int run(const batch::Library& library) const
     {
-        const batch::Recipe recipe = library.recipe();
+        batch::Recipe recipe = library.recipe();
+        if (!manifest.empty()) recipe.manifest = manifest;
+        if (std::error_code ignored; !std::filesystem::exists(recipe.manifest, ignored))
+            throw batch::ManifestError(recipe.manifest +
+                                       ": the library's manifest is not there any more\n"
+                                       "  cure: if it has another name now, give that: --manifest MANIFEST");
         std::vector<std::string> shards{shard};
         if (shard.empty()) {
             shards.clear();
@@ -329,7 +336,9 @@ void add_batch(CommandLine& line)
 {
     const auto options = std::make_shared<Options>();
     Command command = line.add("batch", "Bake a library of meshes: resumable, in shards, a row for every item");
-    command.option("manifest", options->manifest, "A folder, or a list: .csv with a column path, .jsonl with \"path\", .txt")
+    command
+        .option("manifest", options->manifest,
+                "A folder, a mesh, an archive, or a list: .csv with a column path, .jsonl with \"path\", .txt")
         .type_name("MANIFEST");
     command.option("-o,--output", options->output, "Folder of the library; whatever is finished there is not baked again")
         .type_name("OUT");

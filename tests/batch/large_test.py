@@ -17,6 +17,7 @@ from support import BatchTest, ellipsoids, rows, run, take_number
 
 ROWS = take_number(100_000)
 LINE = 194  # of an index, bytes
+FINGERPRINT = f"{ROWS} items, SHA-256 made up"
 
 
 def padded(size):
@@ -72,6 +73,7 @@ def write_shard(folder, number, shards, picture):
         at = second + padded(len(model))
     archive = folder / f"{number:05}-of-{shards:05}.tar"
     archive.write_bytes(b"".join([member("index", index), member("rows.jsonl", table), *body, bytes(1024)]))
+    archive.with_suffix(".manifest.txt").write_text(FINGERPRINT + "\n")
     archive.with_suffix(".measured.jsonl").write_text("".join(
         dumped({"key": key, "seconds": chance.lognormvariate(0.3, 0.5), "wall_seconds": 3.1, "peak_bytes": 30_000_000,
                 "host": f"node{number % 8}"}) + "\n" for key, _, _ in items))
@@ -87,7 +89,7 @@ class Large(BatchTest):
         shards = pathlib.Path("many/shards")
         shards.mkdir(parents=True)
         recipe = json.loads(pathlib.Path("one/batch.json").read_text())
-        pathlib.Path("many/batch.json").write_text(dumped({**recipe, "shards": 20}))
+        pathlib.Path("many/batch.json").write_text(dumped({**recipe, "shards": 20, "fingerprint": FINGERPRINT}))
         for i in range(20):
             write_shard(shards, i, 20, picture)
         for command in (("merge", "many"), ("verify", "many", "--index"), ("report", "many")):

@@ -8,11 +8,12 @@ import json
 import os
 import pathlib
 import shutil
+import subprocess
 import tarfile
 import unittest
 import zipfile
 
-from support import BAKED, BatchTest, digests, ellipsoid, ellipsoids, rows, run
+from support import BAKED, PROGRAM, BatchTest, digests, ellipsoid, ellipsoids, rows, run
 
 
 class Manifests(BatchTest):
@@ -53,6 +54,58 @@ class Manifests(BatchTest):
         self.assertEqual(sorted((row["line"], row["verdict"]) for row in listed),
                          [(1, "accept"), (2, "unreadable"), (3, "unreadable"), (4, "unreadable")])
 
+    def test_the_log_names_lines_and_escapes_control_characters(self):
+        pathlib.Path("m.csv").write_bytes(b'path\nmeshes/0000.off\n\xc2\x9b31m\x1b[2J.off\n,\n"two\nlines.off"\n')
+        log = self.bake("m.csv", "-o", "out").stderr
+        listed = run("batch", "list", "out").stdout
+        for text in (log, listed):
+            self.assertIn(r"\u009b31m\x1b[2J.off  [line 3]: ", text)
+            self.assertIn("[line 4]: it names no path", text)
+            self.assertIn(r"two\x0alines.off  [line 5]: ", text)
+            self.assertFalse([c for c in text if (c < " " and c != "\n") or "\x7f" <= c < "\xa0"])
+        self.assertEqual(len(listed.splitlines()), 4)
+
+    def test_failures_of_equal_content_are_all_in_the_log(self):
+        for name in ("a", "b", "c"):
+            pathlib.Path(f"meshes/{name}.off").write_text("OFF\n")
+        log = self.bake("meshes", "-o", "out", "--jobs", "2").stderr
+        for name in ("a", "b", "c"):
+            self.assertRegex(log, rf"refused +{name}\.off: ")
+        self.assertNotIn("a.off", self.bake("meshes", "-o", "out").stderr)
+
+    def test_a_manifest_without_meshes_ends_the_run(self):
+        os.mkdir("empty")
+        pathlib.Path("heading.csv").write_text("path,member\n")
+        pathlib.Path("empty.txt").write_text("\n")
+        for manifest in ("empty", "heading.csv", "empty.txt"):
+            said = self.bake(manifest, "-o", "out", code=2).stderr
+            self.assertIn(f"{manifest}: it names no mesh", said)
+            self.assertIn("cure: ", said)
+        self.assertFalse(os.path.exists("out"))
+
+    def test_what_a_folder_hides_is_a_row(self):
+        os.mkdir("linked")
+        os.symlink("../meshes", "linked/there")
+        os.symlink("nowhere", "linked/broken.off")
+        os.symlink("../out", "linked/library")
+        log = self.bake("linked", "-o", "out").stderr
+        self.assertIn("there: it is a link to a folder, which is not followed", log)
+        self.bake("linked", "-o", "out")
+        self.assertEqual({path: row["code"] for path, row in rows("out").items()}, {"broken.off": "E_FILE", "there": "E_FOLDER"})
+        if os.geteuid() == 0:
+            return  # who may read everything
+        os.mkdir("linked/closed", 0)
+        self.bake("linked", "-o", "out2")
+        self.assertEqual(rows("out2")["closed"]["reason"], "Permission denied")
+
+    def test_a_mesh_or_an_archive_is_a_manifest(self):
+        with tarfile.open("two.tar", "w") as archive:
+            archive.add("meshes")
+        self.bake("two.tar", "-o", "out")
+        self.bake("meshes/0000.off", "-o", "out2")
+        self.assertEqual(set(rows("out")), {"two.tar/meshes/0000.off", "two.tar/meshes/0001.off"})
+        self.assertEqual(rows("out")["two.tar/meshes/0000.off"]["key"], rows("out2")["0000.off"]["key"])
+
     def test_what_would_swallow_or_shift_items_ends_the_run(self):
         pathlib.Path("q.csv").write_text('path\nmeshes/0000.off\n"meshes/open\nmeshes/0001.off\n')
         self.assertIn("q.csv, line 3: a quote has no end", self.bake("q.csv", "-o", "out", code=2).stderr)
@@ -63,6 +116,13 @@ class Manifests(BatchTest):
         for arguments in ([], ["meshes"], ["meshes", "-o", "o", "--shard", "2/2"], ["meshes", "-o", "o", "--shard", "x"],
                           ["meshes", "-o", "o", "--rank", "1"], ["meshes", "-o", "o", "--time", "0"], ["retry", "."]):
             self.bake(*arguments, code=64)
+        both = self.bake("meshes", "-o", "o", "--shard", "0/2", "--rank", "1", "--world-size", "2", code=64)
+        self.assertTrue("--shard" in both.stderr and "--rank" in both.stderr, both.stderr)
+        for size in ("lots", "-3", "4PB", "1025TB", "0", ""):
+            said = self.bake("meshes", "-o", "o", "--memory", size, code=64).stderr
+            self.assertIn(f"--memory: '{size}' is not a size", said)
+            self.assertIn("4GB", said)
+            self.assertLess(len(said), 250)
         for arguments in (["absent.csv", "-o", "o"], ["list", "meshes"], ["merge", "meshes"], ["verify", "meshes"]):
             self.bake(*arguments, code=2)
         self.assertFalse(os.path.exists("o"))
@@ -118,6 +178,31 @@ class Keys(BatchTest):
         self.assertNotIn(b"0000.off", pathlib.Path("a.sqmap").read_bytes())
         self.bake("extract", "out", "0" * 64, "-o", "c.sqmap", code=2)
 
+    def test_a_model_is_extracted_by_path_name_or_first_digits(self):
+        ellipsoids("meshes/deep", 2)
+        shutil.copy("meshes/deep/0001.off", "meshes/0000.off")
+        pathlib.Path("meshes/bad.off").write_text("OFF\n")
+        with zipfile.ZipFile("meshes/a.zip", "w") as archive:
+            archive.write("meshes/deep/0000.off", "in/member.off")
+        self.bake("meshes", "-o", "out")
+        keys = {path: row["key"] for path, row in rows("out").items()}
+        named = {"deep/0000.off": "deep/0000.off", "0000.off": "0000.off", "0001.off": "0000.off",
+                 keys["0000.off"][:12]: "0000.off", "a.zip/in/member.off": "deep/0000.off", "in/member.off": "deep/0000.off",
+                 "member.off": "deep/0000.off"}
+        for text, path in named.items():
+            self.bake("extract", "out", text, "-o", "named.sqmap")
+            self.bake("extract", "out", keys[path], "-o", "by_key.sqmap")
+            self.assertEqual(pathlib.Path("named.sqmap").read_bytes(), pathlib.Path("by_key.sqmap").read_bytes(), text)
+        os.remove("meshes/0000.off")
+        ellipsoid("meshes/other/0000.off", (1, 1, 2))
+        self.bake("meshes", "-o", "out")
+        said = self.bake("extract", "out", "0000.off", "-o", "c.sqmap", code=2).stderr
+        for path in ("deep/0000.off", "other/0000.off"):
+            self.assertIn(f"{rows('out')[path]['key'][:16]}  accept     {path}", said)
+        self.assertIn("refused", self.bake("extract", "out", "bad.off", "-o", "c.sqmap", code=2).stderr)
+        self.assertIn("'x.off'", self.bake("extract", "out", "x.off", "-o", "c.sqmap", code=2).stderr)
+        self.assertFalse(os.path.exists("c.sqmap"))
+
 
 class Shards(BatchTest):
     def test_merged_shards_have_the_same_bytes_however_many_there_were(self):
@@ -138,8 +223,12 @@ class Shards(BatchTest):
         # Merged keys are known to later runs, with other shards too; then nothing is left of the shards.
         self.bake("gc", "out3")
         self.assertEqual(list(pathlib.Path("out3/shards").iterdir()), [])
-        again = self.bake("meshes", "-o", "out3", "--progress", "json")
-        self.assertTrue(all(json.loads(line)["seconds"] == 0 for line in again.stdout.splitlines()))
+        for arguments in ([], ["--shard", "1/3"]):
+            again = self.bake("meshes", "-o", "out3", "--progress", "json", *arguments)
+            self.assertTrue(all(json.loads(line)["seconds"] == 0 for line in again.stdout.splitlines()))
+            for folder in ("shards", "running"):
+                self.assertEqual(list(pathlib.Path("out3", folder).iterdir()), [])
+            self.assertEqual(self.bake("list", "out3").stderr, "")
         self.bake("merge", "out3", "--size", "200kB")
         self.assertEqual(digests("out3/library"), merged[0])
 
@@ -162,6 +251,80 @@ class Shards(BatchTest):
         self.bake(".", "-o", "out", "--shard", "2/3")
         self.assertEqual(self.bake("list", "out").stderr, "")
         self.assertEqual(len(rows("out")), 3)
+
+    def test_a_manifest_that_changes_between_shards_is_said(self):
+        for i in range(5):
+            pathlib.Path(f"{i}.off").write_text(f"OFF\n{i}")
+        names = [f"{i}.off\n" for i in range(4)]
+        shard = lambda i: self.bake("m.txt", "-o", "out", "--shard", f"{i}/2")
+        manifest = pathlib.Path("m.txt")
+        manifest.write_text("".join(names))
+        shard(0)
+        manifest.write_text("4.off\n" + "".join(names))  # now 1 and 3 would be in shard 0, which has 0 and 2
+        shard(1)
+        words = "1 of 2 shards is of another state of the manifest: 0"
+        for arguments, code in ((("list", "out"), 0), (("report", "out"), 0), (("verify", "out"), 2), (("merge", "out"), 2),
+                                (("merge", "out", "--partial"), 2)):
+            said = self.bake(*arguments, code=code).stderr
+            self.assertIn(words, said)
+            self.assertIn("run these shards again", said)
+        self.assertEqual(set(rows("out")), {"0.off", "2.off"})
+        self.assertIn(words, pathlib.Path("out/report/index.html").read_text())
+        shard(0)
+        self.assertEqual(self.bake("list", "out").stderr, "")
+        self.bake("merge", "out")
+        self.assert_whole("out")
+        self.assertEqual(set(rows("out")), {f"{i}.off" for i in range(5)})
+
+    def test_items_that_leave_the_manifest_leave_the_library(self):
+        ellipsoids("meshes", 3)
+        for merges in (False, True):
+            shutil.copy("meshes/0001.off", "meshes/leaves.off")
+            ellipsoid("meshes/alone.off", (1, 1, 3))
+            out = f"out{merges}"
+            self.bake("meshes", "-o", out)
+            if merges:
+                self.bake("merge", out)
+                self.bake("gc", out)
+            os.remove("meshes/leaves.off")
+            os.remove("meshes/alone.off")
+            self.bake("meshes", "-o", out)
+            self.assertEqual(set(rows(out)), {"0000.off", "0001.off", "0002.off"})
+            self.bake("merge", out)
+            self.bake("gc", out)
+            self.assertEqual(set(rows(out)), {"0000.off", "0001.off", "0002.off"})
+            self.assert_whole(out)
+        self.assertEqual(digests("outFalse/library"), digests("outTrue/library"))
+
+    def test_items_of_a_shard_that_runs_are_listed(self):
+        ellipsoids("meshes", 5)
+        pathlib.Path("meshes/0000.off").write_text("OFF\n")
+        driver = subprocess.Popen([PROGRAM, "batch", "meshes", "-o", "out", "--progress", "json", "--jobs", "1"],
+                                  stdout=subprocess.PIPE, text=True)
+        done = [json.loads(driver.stdout.readline()) for _ in range(2)]
+        driver.kill()
+        driver.wait()
+        driver.stdout.close()
+        found = rows("out")
+        for row in done:
+            self.assertEqual(found[row["path"]].pop("running"), True)
+            self.assertEqual(found[row["path"]], {k: v for k, v in row.items() if k not in ("done", "items")})
+        listed = self.bake("list", "out")
+        self.assertIn("(running)", listed.stdout)
+        self.assertIn("1 of 1 shards is not finished: 0", listed.stderr)
+        self.bake("meshes", "-o", "out")
+        self.assertFalse([row for row in rows("out").values() if "running" in row])
+        self.assert_whole("out")
+        self.assertEqual(list(pathlib.Path("out/running").iterdir()), [])
+
+    def test_retry_takes_a_manifest_of_another_name(self):
+        pathlib.Path("a.off").write_text("OFF\n")
+        pathlib.Path("m.txt").write_text("a.off\n")
+        self.bake("m.txt", "-o", "out")
+        os.rename("m.txt", "n.txt")
+        self.assertIn("--manifest", self.bake("retry", "out", "--verdict", "timeout", code=2).stderr)
+        self.bake("retry", "out", "--verdict", "timeout", "--manifest", "n.txt")
+        self.bake("retry", "out", "--verdict", "timeout")
 
     def test_shards_come_from_slurm_or_ranks(self):
         ellipsoids("meshes", 3)

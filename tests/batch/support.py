@@ -38,6 +38,7 @@ def ellipsoid(path, axes, rings=12, sides=16):
         for k in range(sides):
             faces += [(ring(i, k), ring(i + 1, k), ring(i + 1, k + 1)), (ring(i, k), ring(i + 1, k + 1), ring(i, k + 1))]
     faces += [(ring(rings - 1, k), len(points) - 1, ring(rings - 1, k + 1)) for k in range(sides)]
+    pathlib.Path(path).parent.mkdir(parents=True, exist_ok=True)
     with open(path, "w") as out:
         out.write(f"OFF\n{len(points)} {len(faces)} 0\n")
         out.writelines("%.9g %.9g %.9g\n" % p for p in points)
@@ -46,7 +47,6 @@ def ellipsoid(path, axes, rings=12, sides=16):
 
 def ellipsoids(folder, count, seed=1, **size):
     """Meshes of different shapes, numbered; the same for the same seed."""
-    pathlib.Path(folder).mkdir(parents=True, exist_ok=True)
     chance = random.Random(seed)
     for i in range(count):
         ellipsoid(pathlib.Path(folder) / f"{i:04}.off", [chance.uniform(0.3, 1) for _ in range(3)], **size)
