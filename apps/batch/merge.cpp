@@ -104,6 +104,7 @@ void merge(const Library& library, std::uint64_t size, Missing missing)
     std::error_code error;
     fs::create_directories(made, error);
     if (error) throw io::ModelFileError("cannot make " + made.string() + ": " + error.message());
+    const std::string shards = library.shards_to_merge();  // those that end meanwhile stay beside it
     const Contents contents(library);
     const std::vector<Pointers> parts = volumes(contents, size);
     const std::vector<std::string> rows = rows_of(contents, parts);
@@ -116,7 +117,6 @@ void merge(const Library& library, std::uint64_t size, Missing missing)
             if (!result->second.measured.empty()) measured += result->second.measured + "\n";
         io::replace_file(Library::measured_of(made / name), std::as_bytes(std::span(std::as_const(measured))));
     }
-    const std::string shards = library.shards_to_merge();
     io::replace_file(made / "shards.json", std::as_bytes(std::span(shards)));
     swap_in(folder);
 }

@@ -101,11 +101,14 @@ public:
     }
 
 private:
+    [[nodiscard]] static ordered_json measured(const Finished& finished)
+    {
+        return finished.measured.empty() ? ordered_json::object() : ordered_json::parse(finished.measured, nullptr, false);
+    }
     [[nodiscard]] ordered_json measured(const Row& row) const
     {
         const auto found = contents_.results().find(row.key);
-        if (found == contents_.results().end() || found->second.measured.empty()) return ordered_json::object();
-        return ordered_json::parse(found->second.measured, nullptr, false);
+        return found == contents_.results().end() ? ordered_json::object() : measured(found->second);
     }
 
     void write_table(const fs::path& path)
@@ -192,15 +195,18 @@ private:
                           {"unfinished", words_of(library_.unfinished())},
                           {"chunk", k_chunk}};
         std::uint64_t models = 0, model_bytes = 0;
+        double seconds = 0;
         std::set<std::string_view> named;
         for (const Summary& item : items_) named.insert(item.row->key);
         for (const auto& [key, finished] : contents_.results()) {
             if (!named.contains(key)) continue;
             models += finished.model_size > 0 ? 1 : 0;
             model_bytes += finished.model_size;
+            seconds += measured(finished).value("seconds", 0.0);
         }
         data["models"] = models;
         data["model_bytes"] = model_bytes;
+        data["cpu_seconds"] = seconds;
         add_names(data, "verdicts", "verdict", items_, [](const Summary& item) { return item.verdict; });
         add_names(data, "codes", "code", items_, [](const Summary& item) { return item.code; });
         for (const char* column : {"path", "member", "error", "bytes", "seconds"}) data[column] = ordered_json::array();

@@ -206,6 +206,7 @@ struct Merge {
     [[nodiscard]] int run(const batch::Library& library) const
     {
         batch::merge(library, size, partial ? batch::Missing::Allowed : batch::Missing::Refused);
+        for (const std::filesystem::path& archive : library.merged()) std::printf("%s\n", archive.c_str());
         return 0;
     }
 };

@@ -43,9 +43,10 @@ void print(const std::string& name, const model::ModelView& m, const io::Section
 {
     const bool central = is_central(m);
     print_doubt(m.measured, model::has_exact(m));
-    std::printf("%s: %zu parts, %s projection, %u triangles, made by %s from %s%s\n", name.c_str(), m.parts.size(),
-                central ? "central" : "normal", m.header.triangle_count, std::string(m.made_by).c_str(),
-                std::string(m.source).c_str(), rung_suffix(m.cure));
+    const std::string source = m.source.empty() ? "" : " from " + std::string(m.source);  // models of libraries name none
+    std::printf("%s: %zu parts, %s projection, %u triangles, made by %s%s%s\n", name.c_str(), m.parts.size(),
+                central ? "central" : "normal", m.header.triangle_count, std::string(m.made_by).c_str(), source.c_str(),
+                rung_suffix(m.cure));
     print_cure(m.cure);
     std::printf("  baked with %s\n", m.options.empty() ? "the default options" : std::string(m.options).c_str());
     std::printf("  %zu bytes: superquadrics %zu, %smap %zu, locator %zu, exact layer %zu + %zu, distances %zu\n", bytes.total,
