@@ -296,6 +296,25 @@ class Shards(BatchTest):
             self.assert_whole(out)
         self.assertEqual(digests("outFalse/library"), digests("outTrue/library"))
 
+    def test_a_mesh_that_changes_after_the_merge_is_baked_once_and_listed_once(self):
+        ellipsoids("meshes", 3)
+        self.bake("meshes", "-o", "out")
+        self.bake("merge", "out")
+        self.bake("gc", "out")
+        before = rows("out")
+        ellipsoid("meshes/0001.off", (1, 1, 2))
+        done = self.bake("meshes", "-o", "out", "--progress", "json")
+        self.assertEqual([row["path"] for row in map(json.loads, done.stdout.splitlines()) if row["seconds"] > 0], ["0001.off"])
+        for merges in (False, True):
+            if merges:
+                self.bake("merge", "out")
+                self.bake("gc", "out")
+            listed = [json.loads(line) for line in self.bake("list", "out", "--json").stdout.splitlines()]
+            self.assertEqual([row["path"] for row in listed], ["0000.off", "0001.off", "0002.off"])
+            self.assertEqual([row["key"] == before[row["path"]]["key"] for row in listed], [True, False, True])
+            self.assert_whole("out")
+        self.assertEqual(len(list(pathlib.Path("out/shards").iterdir())), 0)
+
     def test_items_of_a_shard_that_runs_are_listed(self):
         ellipsoids("meshes", 5)
         pathlib.Path("meshes/0000.off").write_text("OFF\n")
