@@ -82,13 +82,13 @@ Unfinished Library::unfinished() const
 {
     const Recipe recipe = this->recipe();
     const Merged merged = merged_shards();
+    const bool is_same = merged.fingerprint == recipe.fingerprint;
     Unfinished out;
     std::error_code ignored;
     for (Shard shard{.count = recipe.shards}; shard.index < shard.count; ++shard.index) {
         const fs::path archive = this->archive(shard);
         const bool exists = fs::exists(archive, ignored) && fs::exists(manifest_of(archive), ignored);
         if (exists && is_of(archive, recipe.fingerprint)) continue;
-        const bool is_same = merged.fingerprint == recipe.fingerprint;
         if (is_same && merged.has(shard)) continue;
         // Of another number of shards, which are not all there, any may hold items of this one.
         const bool was_merged = merged.has(shard) || (merged.count > 0 && merged.count != shard.count);

@@ -175,11 +175,14 @@ bool can_enter(const fs::path& folder) { return ::access(folder.c_str(), R_OK | 
 std::optional<Outcome> fault_of_folder(const fs::directory_entry& folder)
 {
     std::error_code ignored;
-    const char* const why = folder.is_symlink(ignored)  ? "it is a link to a folder, which is not followed"
-                            : !can_enter(folder.path()) ? std::strerror(errno)
-                                                        : nullptr;
-    if (why == nullptr) return std::nullopt;
-    return outcome_of("unreadable", {"E_FOLDER", "folder", why, "list its meshes in a manifest, or move it elsewhere"});
+    const auto fault = [](const char* why, const char* cure) {
+        return outcome_of("unreadable", {"E_FOLDER", "folder", why, cure});
+    };
+    if (folder.is_symlink(ignored))
+        return fault("it is a link to a folder, which is not followed",
+                     "list its meshes in a manifest, or move the link elsewhere");
+    if (!can_enter(folder.path())) return fault(std::strerror(errno), "let it be read, or move it elsewhere");
+    return std::nullopt;
 }
 
 std::vector<Entry> read_folder(const fs::path& folder, const fs::path& skip)

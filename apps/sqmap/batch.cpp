@@ -75,10 +75,10 @@ std::optional<Shard> shard_of_slurm()
     return Shard{(*id - *first) / step, *count};
 }
 
-Shard shard_of(const Options& o)
+Shard shard_of(const Options& o, const Command& command)
 {
-    if (!o.shard.empty()) return shard_of_text(o.shard);
-    if (!o.rank.empty()) return shard_of_text(o.rank + "/" + o.world_size);
+    if (command.given("--shard")) return shard_of_text(o.shard);
+    if (command.given("--rank")) return shard_of_text(o.rank + "/" + o.world_size);
     return shard_of_slurm().value_or(Shard{});
 }
 
@@ -116,7 +116,7 @@ batch::Plan plan_of(const Options& o, const Command& command)
     plan.manifest = o.manifest;
     plan.root = o.root;
     plan.output = o.output;
-    plan.shard = shard_of(o);
+    plan.shard = shard_of(o, command);
     plan.jobs = o.jobs > 0 ? static_cast<unsigned>(o.jobs) : cores();
     plan.caps = o.caps;
     plan.retry = {o.retry.begin(), o.retry.end()};

@@ -114,7 +114,7 @@ class Manifests(BatchTest):
 
     def test_wrong_usage_is_64_and_a_missing_manifest_is_2(self):
         for arguments in ([], ["meshes"], ["meshes", "-o", "o", "--shard", "2/2"], ["meshes", "-o", "o", "--shard", "x"],
-                          ["meshes", "-o", "o", "--rank", "1"], ["meshes", "-o", "o", "--time", "0"], ["retry", "."]):
+                          ["meshes", "-o", "o", "--shard", ""], ["meshes", "-o", "o", "--rank", "1"], ["meshes", "-o", "o", "--time", "0"], ["retry", "."]):
             self.bake(*arguments, code=64)
         both = self.bake("meshes", "-o", "o", "--shard", "0/2", "--rank", "1", "--world-size", "2", code=64)
         self.assertTrue("--shard" in both.stderr and "--rank" in both.stderr, both.stderr)
