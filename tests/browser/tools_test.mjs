@@ -213,6 +213,34 @@ test('neighbouring parts differ in colour, the ball is seen on all, and controls
   assert.deepEqual(found.controls, []);
 });
 
+test('a contact sounds with the modes of the material, at a pitch of the size', async () => {
+  await page.evaluate(() => {
+    window.struck = [];
+    const stop = OscillatorNode.prototype.stop;
+    OscillatorNode.prototype.stop = function (at) { window.struck.push({ pitch: this.frequency.value, lasts: at - this.context.currentTime }); stop.call(this, at); };
+  });
+  await page.click('#tab-touch');
+  await settled(page);
+  if (!(await page.evaluate(() => document.querySelector('#panel #sound').checked))) await page.click('#sound-button');
+  const size = 2 * Math.max(...(await page.evaluate(() => window.sqmap.facts()[0].half)));
+  const heard = {};
+  for (const material of ['wood', 'rubber']) {
+    await page.selectOption('#material', material);
+    await page.evaluate(() => { window.struck.length = 0; });
+    await feel(page, 0, 0.02);
+    await until(page, () => window.struck.length > 0);
+    await page.mouse.up();
+    heard[material] = await page.evaluate(() => window.struck.slice(0, 4));
+  }
+  await page.selectOption('#material', { index: 0 });
+  // The modes of a free bar, of which the lowest is the wave's speed over the size, and sounds longest.
+  assert.ok(Math.abs(heard.wood[0].pitch * size - 85) < 1, `${heard.wood[0].pitch} Hz at ${size} m`);
+  [1, 2.76, 5.4, 8.93].forEach((ratio, k) => assert.ok(Math.abs(heard.wood[k].pitch / heard.wood[0].pitch - ratio) < 0.01));
+  for (const modes of Object.values(heard)) for (let k = 1; k < modes.length; ++k) assert.ok(modes[k].lasts <= modes[k - 1].lasts);
+  assert.ok(heard.wood[0].pitch > 2 * heard.rubber[0].pitch, 'wood is higher than rubber');
+  assert.ok(heard.wood[0].lasts > heard.rubber[0].lasts, 'and rings longer');
+});
+
 test('STOP in Dress drops the pull and its number', async () => {
   if (await page.isHidden('#tab-dress')) { console.log('      (this program was built without cloth)'); return; }
   await page.click('#tab-dress');
