@@ -34,7 +34,7 @@ double update(const Known& at_a, const Known& at_b, Vec3d c)
     if (cy + sy <= 0) return by_edge;
     const double crossing = sx + (cx - sx) * sy / (sy + cy);
     if (crossing < 0 || crossing > lab) return by_edge;
-    return std::min(by_edge, std::hypot(cx - sx, cy + sy));
+    return std::min(by_edge, norm(Vec3d{cx - sx, cy + sy, 0}));
 }
 
 }  // namespace

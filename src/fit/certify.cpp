@@ -52,10 +52,10 @@ Straightened straighten(const shape::Superquadricd& sq, const std::array<Vec3d, 
     const Interval z = hull(q[0].z, q[1].z, q[2].z);
     const double w_spread = hull(across(q[0]), across(q[1]), across(q[2])).spread();
     const auto nearest_zero = [](Interval i) { return i.low > 0 ? i.low : (i.high < 0 ? -i.high : 0.0); };
-    const double rho = std::hypot(nearest_zero(x), nearest_zero(z));
+    const double rho = norm(Vec3d{nearest_zero(x), nearest_zero(z), 0});
     // Behind the centre, across z = 0, gamma jumps; at the centre the map is not smooth.
     if (!(rho > 0) || (x.low < 0 && z.low <= 0 && z.high >= 0)) return {{}, {k_infinity, k_infinity, k_infinity}};
-    const double s = std::hypot(x.spread(), z.spread());
+    const double s = norm(Vec3d{x.spread(), z.spread(), 0});
     const double r_deviation = s * s / (2 * rho), z_deviation = c * s * s / (2 * rho * rho);
     return {{std::abs(sa) * w_spread + std::abs(ca) * s, std::abs(ca) * w_spread + std::abs(sa) * s, c / rho * s},
             {std::abs(ca) * r_deviation, std::abs(sa) * r_deviation, z_deviation}};

@@ -50,10 +50,13 @@ std::optional<Superquadricd> bent_start(const ScaledPart& part, const Mat3d& fra
         normal += row * row.transpose();
         right += row * Eigen::RowVector2d(q.x, q.y);
     }
-    const Eigen::Matrix<double, 3, 2> c = normal.ldlt().solve(right);
+    // Column by column: Eigen's kernel for several at once fuses multiply and add on arm64, and models would differ.
+    const Eigen::LDLT<Eigen::Matrix3d> solver(normal);
+    Eigen::Matrix<double, 3, 2> c;
+    for (int k = 0; k < 2; ++k) c.col(k) = solver.solve(right.col(k));
     if (!c.allFinite()) return std::nullopt;
     Superquadricd sq;
-    sq.bend = 2 * std::hypot(c(2, 0), c(2, 1));
+    sq.bend = 2 * norm(Vec3d{c(2, 0), c(2, 1), 0});
     sq.bend_angle = std::atan2(c(2, 1), c(2, 0));
     if (!(sq.bend * box.half.z > k_least_bend)) return std::nullopt;
     // z along the parabola's tangent at its middle.

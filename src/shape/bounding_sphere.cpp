@@ -56,7 +56,7 @@ Sphere3<Real> bounding_sphere(const Superquadric<Real>& sq) noexcept
 
     // Every surface point is within half a step in each angle of a sample; tangents grow at most by these norms.
     const Real taper = Real(1) + std::max(std::abs(sq.taper_x), std::abs(sq.taper_y)) +
-                       std::hypot(sq.taper_x * sq.a.x, sq.taper_y * sq.a.y) / sq.a.z;
+                       norm(Vec3<Real>{sq.taper_x * (sq.a.x / sq.a.z), sq.taper_y * (sq.a.y / sq.a.z), 0});
     const Real widest = across * (Real(1) + std::max(std::abs(sq.taper_x), std::abs(sq.taper_y)));
     const Real bend = Real(1) + sq.bend * widest;
     const Real eta_speed = arc_speed(sq.eps1) * std::max(across, sq.a.z);

@@ -20,7 +20,7 @@ template <class Real>
 EulerAngles<Real> euler_angles_of(const Mat3<Real>& rotation) noexcept
 {
     const Vec3<Real> z = rotation.row[2];
-    const Real st = std::hypot(z.x, z.y);
+    const Real st = norm(Vec3<Real>{z.x, z.y, 0});
     const Real theta = std::atan2(st, z.z);
     if (st < Real(1e-6)) return {std::atan2(-rotation.row[1].x, rotation.row[1].y), theta, Real(0)};
     return {std::atan2(z.y, z.x), theta, std::atan2(rotation.row[1].z, -rotation.row[0].z)};

@@ -184,7 +184,7 @@ private:
             }
             double nearest = std::numeric_limits<double>::infinity();
             for (std::size_t i = 0; i < k_rays; ++i) {
-                const double d = std::hypot(sides.rays[i].at.s - s / n, sides.rays[i].at.t - t / n);
+                const double d = norm(Vec3d{sides.rays[i].at.s - s / n, sides.rays[i].at.t - t / n, 0});
                 if (!sides.other[i] || !(d < nearest)) continue;
                 nearest = d;
                 through = i;

@@ -43,7 +43,8 @@ bool in_chart(const model::Part& part, Vec3f p)
 bool in_superquadric(const model::Part& part, Vec3f p)
 {
     const Vec3f offset = p - model::vec3(part.sphere);
-    return norm_sq(offset) <= part.sphere[3] * part.sphere[3] && shape::implicit(model::superquadric_of(part), p) <= 1.f;
+    const shape::Superquadricd sq = shape::cast<double>(model::superquadric_of(part));
+    return norm_sq(offset) <= part.sphere[3] * part.sphere[3] && shape::implicit(sq, cast<double>(p)) <= 1;
 }
 
 /// Signed distance from p to the solid's nearest boundary crossing on the ray from centre through p, within the part's

@@ -7,6 +7,7 @@
 #include "model/normal_codes.h"
 #include "model/octahedral.h"
 
+#include "sqmap/math/trigonometry.h"
 #include "sqmap/query/normal_projection.h"
 #include "sqmap/shape/bounding_sphere.h"
 #include "sqmap/shape/foot_point.h"
@@ -181,8 +182,10 @@ void add_gaps(const Caster& caster, const Grid& grid, NormalMap& map)
 shape::Foot<double> exact_foot(const Superquadricd& sq, const NormalMapView& view, Vec3d p)
 {
     const shape::Foot<float> start = query::find_foot(view, sqmap::cast<float>(p), query::Projector::Newton);
-    const shape::SurfaceAnglesf a = shape::angles_of(start.position);
-    const Angles angles{static_cast<double>(a.eta), static_cast<double>(a.omega)};
+    const auto angle = [](const shape::Arc<float>& arc) {
+        return angle_of(static_cast<double>(arc.s), static_cast<double>(arc.c));
+    };
+    const Angles angles{angle(start.position.latitude), angle(start.position.longitude)};
     return shape::polish_foot(sq, p, shape::position_at(sq, angles), {.max_iterations = 20, .tolerance = 1e-9});
 }
 
