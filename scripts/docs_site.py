@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """The documentation as a site: build/docs/site/index.html. Guides and references of C++, C, Python and JavaScript, notebooks with
-their output, the format, the changelog, and live models where ./dev anywhere page has built the page. A broken link or a public name
-without documentation fails.
+their output, the format, the changelog, and live models where ./dev anywhere page has built the page. A broken link fails,
+and so does a public name that is not on the site, or there without a word.
 
-usage: docs_site.py [--without-notebooks]
+usage: docs_site.py [--without-notebooks]     exit 77 where a package is missing
 """
 import os
 import pathlib
@@ -12,6 +12,7 @@ import shutil
 import subprocess
 import sys
 
+import docs_names
 import static_page
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
@@ -31,6 +32,7 @@ myst_heading_anchors = 4
 myst_enable_extensions = ["dollarmath"]
 breathe_projects = {"sqmap": "XML"}
 breathe_default_project = "sqmap"
+breathe_domain_by_file_pattern = {"*/include/sqmap.h": "c"}
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 highlight_language = "none"
@@ -41,7 +43,7 @@ c_id_attributes = ["SQMAP_API"]
 
 DOXYFILE = '''
 PROJECT_NAME = sqmap
-INPUT = "{include}"
+INPUT = "{include}/sqmap" "{include}/sqmap.h"
 RECURSIVE = YES
 FILE_PATTERNS = *.h
 OUTPUT_DIRECTORY = "{out}"
@@ -53,6 +55,7 @@ ENABLE_PREPROCESSING = YES
 MACRO_EXPANSION = YES
 EXPAND_ONLY_PREDEF = YES
 PREDEFINED = SQMAP_API=
+TYPEDEF_HIDES_STRUCT = YES
 EXTRACT_ALL = NO
 QUIET = YES
 WARNINGS = NO
@@ -180,27 +183,10 @@ def write_cpp_reference():
         (folder / f"cpp_{group.name}.md").write_text("\n".join(parts))
     listed = "\n".join(names)
     (folder / "cpp.md").write_text(f"# C++\n\nOne page for each folder of `include/sqmap`.\n\n```{{toctree}}\n:maxdepth: 2\n\n{listed}\n```\n")
-    (folder / "c.md").write_text("# C\n\n```{literalinclude} sqmap.h\n:language: c\n```\n")
-    shutil.copy(ROOT / "include/sqmap.h", folder)
+    (folder / "c.md").write_text(docs_names.c_page((ROOT / "include/sqmap.h").read_text()))
     (folder / "javascript.md").write_text("# JavaScript\n\n```{literalinclude} index.d.ts\n:language: typescript\n```\n")
     shutil.copy(ROOT / "js/index.d.ts", folder)
     (folder / "python.md").write_text("# Python\n\n```{eval-rst}\n.. automodule:: sqmap\n   :members:\n   :imported-members:\n```\n")
-
-
-def check_python_documentation(env):
-    """Every public name of the package says what it is."""
-    program = ("import sqmap, inspect\n"
-               "bad = []\n"
-               "for name in sqmap.__all__:\n"
-               "    value = getattr(sqmap, name)\n"
-               "    if not (inspect.isclass(value) or inspect.isfunction(value)): continue\n"
-               "    if not inspect.getdoc(value): bad.append(name)\n"
-               "    for key, member in vars(value).items() if inspect.isclass(value) else ():\n"
-               "        member = getattr(member, 'fget', None) or getattr(member, '__func__', member)\n"
-               "        if not key.startswith('_') and inspect.isfunction(member) and not inspect.getdoc(member): bad.append(f'{name}.{key}')\n"
-               "print(*bad)\n")
-    if undocumented := run(PYTHON, "-c", program, env=env).split():
-        sys.exit("without documentation: " + ", ".join(undocumented))
 
 
 def write_notebooks(env):
@@ -219,6 +205,10 @@ def pages_of(pattern, but=()):
 
 
 def main():
+    modules = subprocess.run([PYTHON, "-c", "import sphinx, breathe, furo, myst_parser"], capture_output=True, check=False)
+    if modules.returncode != 0 or shutil.which("doxygen") is None:
+        print("skipped: doxygen python3-sphinx furo python3-myst-parser python3-breathe are not all here")
+        sys.exit(77)
     if not (ROOT / "build/release/src/capi/libsqmap.so").exists():
         sys.exit("first ./dev build")
     env = {**os.environ, "PYTHONPATH": str(ROOT / "python"), "SQMAP_LIBRARY": str(ROOT / "build/release/src/capi/libsqmap.so"),
@@ -226,10 +216,9 @@ def main():
     shutil.rmtree(SOURCE, ignore_errors=True)
     SOURCE.mkdir(parents=True)
     copy_pages()
-    check_python_documentation(env)
     write_cpp_reference()
     notebooks = [] if "--without-notebooks" in sys.argv else write_notebooks(env)
-    (BUILD / "Doxyfile").write_text(DOXYFILE.format(include=ROOT / "include/sqmap", out=BUILD))
+    (BUILD / "Doxyfile").write_text(DOXYFILE.format(include=ROOT / "include", out=BUILD))
     run("doxygen", BUILD / "Doxyfile", cwd=ROOT / "include")
     for xml in (BUILD / "xml").glob("*.xml"):  # doxygen takes a digit separator for a character
         xml.write_text(re.sub(r"(\d) &apos;(\d)|(\d) '(\d)", r"\1\3\2\4", xml.read_text()))
@@ -246,6 +235,7 @@ def main():
     # Breathe names a namespace once for every header of it, and Sphinx tells of each.
     wrong = [line for line in warnings.read_text().splitlines()
              if re.search("WARNING|ERROR|CRITICAL", line) and not ("/reference/cpp_" in line and "uplicate" in line)]
+    wrong += docs_names.missing(ROOT, BUILD / "site", run(PYTHON, "-c", docs_names.PYTHON_NAMES, env=env).split())
     if wrong:
         sys.exit("\n".join(wrong))
     if (static_page.FOLDER / "program.wasm").exists():
