@@ -1,24 +1,45 @@
-// Processor time of a probe on a model at layer 3 through the npm package: as speed.c.
-// usage: node speed.mjs PACKAGE MODEL PROBE_MODEL
-import {readFileSync} from "node:fs";
-import {resolve} from "node:path";
-import {pathToFileURL} from "node:url";
+// Time of a probe on a model at layer 3 through the npm package, as speed.c, and of a bake: in Node processor time, in Chromium, where
+// it is named, the clock's.
+// usage: node speed.mjs PACKAGE MODEL PROBE_MODEL [MESH [CHROMIUM]]     Chromium needs npm's packages (./dev view installs them)
+import {existsSync, readFileSync} from "node:fs";
+import {createServer} from "node:http";
+import {createRequire} from "node:module";
+import {basename, resolve} from "node:path";
+import {fileURLToPath, pathToFileURL} from "node:url";
+import {bake, probes} from "./speed_loops.mjs";
 
-const [folder, file, tool] = process.argv.slice(2);
-const {load} = await import(pathToFileURL(resolve(folder, "index.js")));
-const sqmap = await load();
-const model = sqmap.open(readFileSync(file)), other = sqmap.open(readFileSync(tool));
-const facts = model.facts, own = other.facts;
-const vertices = other.mesh.vertices.map((x, i) => (x - own.centre[i % 3]) * facts.rMax / own.rMax + facts.centre[i % 3]);
-const probe = sqmap.probe(vertices);
-let best = Infinity, all = 0, found = 0;
-for (let round = 0; round < 40; ++round) {
-  const begin = process.cpuUsage();
-  found = 0;
-  for (let i = 0; i < 500; ++i)
-    found += model.probe(probe, {capacity: 0, probePose: [1, 0, 0, facts.rMax * 0.03 * (i % 25), 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]}).found;
-  const taken = process.cpuUsage(begin).user;
-  best = Math.min(best, taken);
-  all += taken;
+const [folder, model, tool, mesh, chromium] = process.argv.slice(2);
+
+async function inNode() {
+  const sqmap = await (await import(pathToFileURL(resolve(folder, "index.js")))).load(), now = () => process.cpuUsage().user;
+  console.log(`Node: ${probes(sqmap, readFileSync(model), readFileSync(tool), now)}`);
+  if (mesh) console.log(`Node: ${bake(sqmap, basename(mesh), readFileSync(mesh), now)}`);
 }
-console.log(`${(best / 500).toFixed(2)} us a probe of ${own.vertices} points, mean ${(all / 40 / 500).toFixed(2)}, ${found} contacts`);
+
+async function inChromium() {
+  const files = {"/speed_loops.mjs": fileURLToPath(new URL("speed_loops.mjs", import.meta.url)), "/model": model, "/tool": tool, "/mesh": mesh};
+  const types = {mjs: "text/javascript", js: "text/javascript", wasm: "application/wasm"};
+  const host = createServer((request, reply) => {
+    if (request.url === "/") { reply.setHeader("Content-Type", "text/html").end("<!doctype html><title>speed</title>"); return; }
+    const file = files[request.url] ?? resolve(folder, basename(request.url));
+    if (!existsSync(file)) { reply.writeHead(404).end(); return; }
+    reply.setHeader("Content-Type", types[file.split(".").pop()] ?? "application/octet-stream").end(readFileSync(file));
+  });
+  await new Promise((done) => { host.listen(0, "127.0.0.1", done); });
+  const {chromium: type} = createRequire(new URL("../../apps/viewer/web/", import.meta.url))("playwright-core");
+  const browser = await type.launch({executablePath: chromium, args: ["--no-sandbox"]}), page = await browser.newPage();
+  page.setDefaultTimeout(0);
+  await page.goto(`http://127.0.0.1:${host.address().port}/`);
+  const lines = await page.evaluate(async (name) => {
+    const [{load}, {bake, probes}] = await Promise.all([import("/npm/index.js"), import("/speed_loops.mjs")]);
+    const bytes = async (what) => new Uint8Array(await (await fetch(what)).arrayBuffer());
+    const sqmap = await load(), now = () => 1000 * performance.now();
+    return [probes(sqmap, await bytes("/model"), await bytes("/tool"), now), bake(sqmap, name, await bytes("/mesh"), now)];
+  }, basename(mesh));
+  for (const line of lines) console.log(`Chromium ${browser.version()}: ${line}`);
+  await browser.close();
+  host.close();
+}
+
+await inNode();
+if (chromium) await inChromium();
