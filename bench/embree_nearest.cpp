@@ -3,7 +3,11 @@
 // cross itself.
 #include "embree_nearest.h"
 
+#if __has_include(<embree4/rtcore.h>)
+#include <embree4/rtcore.h>
+#else
 #include <embree3/rtcore.h>
+#endif
 
 #include <algorithm>
 #include <cmath>
