@@ -2,8 +2,8 @@
 """Builds sqmap for other systems and compares their answers with this machine's, bit by bit: ./dev anywhere [DOOR...].
 
 Doors: python, arm64 (run by qemu), windows (run by wine), wasm (run by Node; the npm package is build/anywhere/npm), debian13 (a
-root made by mmdebstrap, which ./dev build, the tests of the C interface and pip are run in), page (build/anywhere/page: the viewer
-without a server, for any static host; tested with the npm package in Chromium). A door whose programs or packages are not here is
+bare root made by mmdebstrap, in which ./dev test quick and pip run), page (build/anywhere/page: the viewer without a server, for any
+static host; tested with the npm package in Chromium). A door whose programs or packages are not here is
 skipped, and the last lines say why. Exit 0 unless a door that ran fails."""
 import argparse
 import os
@@ -66,7 +66,7 @@ def build(door, *targets):
     folder = BUILD / door
     run("cmake", "-S", ROOT, "-B", folder, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release", f"-DSQMAP_PREFIX={gather_headers()}",
         f"-DCMAKE_TOOLCHAIN_FILE={ROOT}/cmake/toolchains/{door}.cmake", "-DSQMAP_BUILD_TESTS=OFF", "-DSQMAP_BUILD_BENCH=OFF",
-        "-DSQMAP_BUILD_APPS=OFF")
+        f"-DSQMAP_BUILD_APPS={'ON' if 'sqmap' in targets else 'OFF'}")
     run("cmake", "--build", folder, "-j", os.environ.get("SQMAP_JOBS", "1"), "--target", *targets)
     return folder
 
@@ -79,7 +79,7 @@ def native_programs():
 
 
 def prepare():
-    """Meshes, this machine's models and their answers: [(mesh or None, model, answers)]."""
+    """Meshes, what bakes are told of them, this machine's models and their answers: [((mesh, option...), model, answers)]."""
     BUILD.mkdir(parents=True, exist_ok=True)
     native_programs()
     program = NATIVE / "bin/sqmap"
@@ -90,13 +90,10 @@ def prepare():
     for folder in (shared, ROOT / "build/demo/meshes"):
         meshes += [m for m in sorted(folder.glob("hand_*.obj"))[:1] + sorted(folder.glob("cow*.off"))[:1]]
     cases = []
-    for mesh in meshes:
-        model = BUILD / f"{mesh.stem}.sqmap"
-        run(BUILD / "bake", mesh, model)
-        cases.append((mesh, model, run(BUILD / "answers", model)))
-    normal = BUILD / "torus_normal.sqmap"
-    run(program, "bake", torus, "--projection", "normal", "-o", normal)
-    cases.append((None, normal, run(BUILD / "answers", normal)))
+    for mesh, *options in [*((mesh,) for mesh in meshes), (torus, "normal")]:
+        model = BUILD / f"{'_'.join([mesh.stem, *options])}.sqmap"
+        run(BUILD / "bake", mesh, model, *options)
+        cases.append(((mesh, *options), model, run(BUILD / "answers", model)))
     return cases
 
 
@@ -117,14 +114,12 @@ def depth_error(model):
 
 
 def compare_bakes(cases, door, bake):
-    """Bakes every mesh there; bake(mesh, model)."""
+    """Bakes every mesh there; bake(model, mesh, option...)."""
     said = []
-    for mesh, model, _ in cases:
-        if mesh is None:
-            continue
+    for subject, model, _ in cases:
         there = BUILD / door / model.name
         begin = time.monotonic()
-        bake(mesh, there)
+        bake(there, *subject)
         seconds = time.monotonic() - begin
         same = there.read_bytes() == model.read_bytes()
         if not same and depth_error(there).split(";")[0] != depth_error(model).split(";")[0]:
@@ -153,7 +148,7 @@ def door_arm64(cases):
     compile_programs(folder, "aarch64-linux-gnu-gcc", f"-L{folder}/src/capi", "-lsqmap", f"-Wl,-rpath,{folder}/src/capi", "-lm")
     emulator = ("qemu-aarch64", "-L", "/usr/aarch64-linux-gnu")
     said = [compare_answers(cases, *emulator, folder / "bin/answers")]
-    said += compare_bakes(cases, "arm64", lambda mesh, model: run(*emulator, folder / "bin/bake", mesh, model))
+    said += compare_bakes(cases, "arm64", lambda model, mesh, *options: run(*emulator, folder / "bin/bake", mesh, model, *options))
     if any("other bytes" in line for line in said):
         raise Failed("\n".join(said))
     return said
@@ -165,14 +160,21 @@ def windows_path(path):
 
 def door_windows(cases):
     need("g++-mingw-w64-x86-64-posix wine wine64", "x86_64-w64-mingw32-g++-posix", "wine")
-    folder = build("windows", "sqmap_c")
+    folder = build("windows", "sqmap_c", "sqmap")
     compile_programs(folder, "x86_64-w64-mingw32-gcc-posix", folder / "src/capi/libsqmap.dll.a", "-static")
     env = {"WINEPREFIX": str(BUILD / "wine"), "WINEDEBUG": "-all"}
     run("wine", "cmd", "/c", "exit", env=env)  # makes its folder, and says so
     said = [compare_answers(cases, "wine", folder / "bin/answers.exe", env=env, path=windows_path)]
-    said += compare_bakes(cases, "windows",
-                          lambda mesh, model: run("wine", folder / "bin/bake.exe", windows_path(mesh), windows_path(model), env=env))
-    return said
+    said += compare_bakes(cases, "windows", lambda model, mesh, *options: run("wine", folder / "bin/bake.exe", windows_path(mesh),
+                                                                              windows_path(model), *options, env=env))
+    program = folder / "bin/sqmap.exe"
+    for command in ("shapes torus -o shape.obj", "check shape.obj", "bake shape.obj -o shape.sqmap"):
+        run("wine", program, *command.split(), cwd=folder, env=env)
+    there = run("wine", program, "info", "shape.sqmap", cwd=folder, env=env).replace("\r", "")
+    here = run(NATIVE / "bin/sqmap", "info", "shape.sqmap", cwd=folder)
+    if there != here:
+        raise Failed(f"sqmap info says there\n{there}\nand here\n{here}")
+    return [*said, "the program makes a shape, checks and bakes it, and sqmap info says there of that model what it says here"]
 
 
 def build_wasm(target):
@@ -197,7 +199,7 @@ def door_wasm(cases):
     size = sum(f.stat().st_size for f in package.iterdir())
     said = [f"the npm package is {size / 1e6:.2f} MB: {package}",
             compare_answers(cases, "node", PROGRAMS / "answers.mjs", package)]
-    said += compare_bakes(cases, "wasm", lambda mesh, model: run("node", PROGRAMS / "bake.mjs", package, mesh, model))
+    said += compare_bakes(cases, "wasm", lambda model, mesh, *options: run("node", PROGRAMS / "bake.mjs", package, mesh, model, *options))
     said += run("node", PROGRAMS / "package_test.mjs", package).splitlines()[-1:]
     return said
 
@@ -219,35 +221,32 @@ def door_page(cases):
 
 
 def door_debian13(cases):
-    need("mmdebstrap", "mmdebstrap")
+    need("mmdebstrap", "mmdebstrap", "unshare")
     if os.geteuid() != 0:
         raise Skip("needs root")
     root = BUILD / "debian13"
-    source = ("deb [signed-by=/usr/share/keyrings/debian-archive-keyring.gpg] http://deb.debian.org/debian trixie main")
-    packages = ("g++,cmake,ninja-build,python3,python3-numpy,python3-venv,python3-pip,libhwy-dev,libeigen3-dev,"
-                "libflatbuffers-dev,flatbuffers-compiler,nlohmann-json3-dev,libcli11-dev,libpng-dev,libgtest-dev,libbullet-dev")
     if not (root / "etc/os-release").exists():
+        source = "deb [signed-by=/usr/share/keyrings/debian-archive-keyring.gpg] http://deb.debian.org/debian trixie main"
         try:
-            run("mmdebstrap", "--variant=minbase", "--mode=root", f"--include={packages}", "trixie", root, source)
+            run("mmdebstrap", "--variant=minbase", "--mode=root", "trixie", root, source)
         except Failed as e:
             raise Skip(f"no Debian 13 can be made here: {str(e).splitlines()[-1]}") from e
     inside = root / "sqmap"
-    files = run("git", "ls-files", "--cached", "--others", "--exclude-standard").split("\n")[:-1]
-    for name in files:
+    for name in run("git", "ls-files", "--cached", "--others", "--exclude-standard").split("\n")[:-1]:
         (inside / name).parent.mkdir(parents=True, exist_ok=True)
         if (ROOT / name).exists():
             shutil.copy2(ROOT / name, inside / name)
-    script = ("set -e; cd /sqmap; cmake --preset release -DSQMAP_BUILD_BENCH=OFF > /dev/null; "
-              f"cmake --build build/release -j {os.environ.get('SQMAP_JOBS', '1')} "
-              "--target sqmap sqmap_c capi_test capi_answers_c > build/log; "
-              "build/release/bin/capi_test --gtest_brief=1; "
-              "python3 -m venv --system-site-packages /venv; SQMAP_LIBRARY=/sqmap/build/release/src/capi/libsqmap.so "
-              "/venv/bin/pip install --no-index --no-build-isolation -q ./python; build/release/bin/sqmap shapes torus -o /torus.obj; "
+    enter = ("unshare", "--mount", "bash", "-c", 'mount -t proc proc "$0/proc" && mount --rbind /dev "$0/dev" && exec chroot "$0" "$@"', root)
+    run(*enter, "bash", "-c", "cd /sqmap && ./dev test quick > /test.log 2>&1 || { tail -30 /test.log; exit 1; }")
+    said = [line for line in (root / "test.log").read_text().splitlines() if " tests passed" in line]
+    script = ("set -e; cd /sqmap; rm -rf /venv; python3 -m venv --system-site-packages /venv; "
+              "SQMAP_LIBRARY=/sqmap/build/release/src/capi/libsqmap.so /venv/bin/pip install --no-index --no-build-isolation -q ./python; "
+              "build/release/bin/sqmap shapes torus -o /torus.obj; "
               "/venv/bin/python -c \"import sqmap; print(sqmap.bake('/torus.obj').signed_distance([[1, 0, 0]]))\"")
-    said = run("chroot", root, "bash", "-c", script).splitlines()[-3:]
+    said.append(f"pip install ./python; it bakes a torus, and 1 0 0 is inside by {run(*enter, 'bash', '-c', script).split()[-1]}")
     for _, model, _ in cases:
         shutil.copy(model, root / model.name)
-    answers = ("chroot", root, "/sqmap/build/release/bin/capi_answers_c")
+    answers = (*enter, "/sqmap/build/release/bin/capi_answers_c")
     return [compare_answers(cases, *answers, path=lambda model: f"/{model.name}"), *said]
 
 

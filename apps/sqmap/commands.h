@@ -9,12 +9,12 @@ namespace sqmap::app {
 void add_bake(CommandLine& line);
 void add_batch(CommandLine& line);  // where sqmap_batch is built
 void add_check(CommandLine& line);
-void add_devices(CommandLine& line);
-void add_dress(CommandLine& line);  // where sqmap::sim is built
+void add_devices(CommandLine& line);  // rtcheck, touch, replay and view too: on Linux
+void add_dress(CommandLine& line);    // where sqmap::sim is built
 void add_eval(CommandLine& line);
 void add_info(CommandLine& line);
 void add_query(CommandLine& line);
-void add_render(CommandLine& line);
+void add_render(CommandLine& line);  // where there is libpng: on Linux
 void add_replay(CommandLine& line);
 void add_rtcheck(CommandLine& line);
 void add_shapes(CommandLine& line);

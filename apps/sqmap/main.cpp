@@ -6,8 +6,10 @@
 
 int main(int argc, char** argv)
 {
+#ifdef SIGXFSZ
     // A file that may grow no further is a failed write, which removes what was written, not a reason to die halfway.
     std::signal(SIGXFSZ, SIG_IGN);
+#endif
     sqmap::app::CommandLine line("sqmap: certified contact between complex shapes", "sqmap");
     line.footer(
         "To begin with: sqmap check MESH, sqmap bake MESH -o MODEL.sqmap, sqmap view MODEL.sqmap.\n"
@@ -22,16 +24,24 @@ int main(int argc, char** argv)
     sqmap::app::add_info(line);
     sqmap::app::add_query(line);
     sqmap::app::add_eval(line);
+#ifdef SQMAP_WITH_PICTURES
     sqmap::app::add_render(line);
+#endif
+#ifdef SQMAP_WITH_DEVICES
     sqmap::app::add_rtcheck(line);
+#endif
     sqmap::app::add_shapes(line);
+#ifdef SQMAP_WITH_DEVICES
     sqmap::app::add_touch(line);
     sqmap::app::add_replay(line);
     sqmap::app::add_devices(line);
+#endif
 #ifdef SQMAP_WITH_SIM
     sqmap::app::add_dress(line);
 #endif
+#ifdef SQMAP_WITH_DEVICES
     sqmap::app::add_view(line);
+#endif
     try {
         return line.run(argc, argv);
     } catch (const std::exception& e) {
