@@ -35,7 +35,7 @@ def code_of(text):
 
 @dataclasses.dataclass
 class Item:
-    kind: str        # "class", "function" (with a body) or "declaration" (of a function, without one)
+    kind: str        # "class", "enum", "alias", "constant", "function" (with a body) or "declaration" (of one, without)
     name: str        # qualified by its classes
     first: int       # lines, from 1; of a function from its signature on
     last: int
@@ -98,12 +98,24 @@ def _function(head):
 
 
 def items(text):
-    """Classes, functions and declarations of functions, in the order of their beginnings; bodies are not entered."""
+    """Classes, enumerations, aliases, constants and functions, in the order of their beginnings; bodies are not entered."""
     code = code_of(text)
     line_of = _lines(code)
     found = []
     _scan(code, 0, len(code), [], True, False, line_of, found)
     return found
+
+
+NAMED = {"alias": re.compile(r"\s*(?:template\s*<.*>\s*)?using\s+(\w+)\s*=", re.DOTALL),
+         "constant": re.compile(r"\s*(?:static\s+|inline\s+)*constexpr\b[^=({]*?\b(\w+)\s*(?:\[[^\]]*\]\s*)*(?:=|\{)")}
+
+
+def _named(head):
+    """(kind, name) of a statement that gives a type or a value a name, or None."""
+    for kind, pattern in NAMED.items():
+        if match := pattern.match(head):
+            return kind, match.group(1)
+    return None
 
 
 def _lines(code):
@@ -120,7 +132,10 @@ def _scan(code, begin, end, scope, public, in_class, line_of, found):
             continue
         if c == ";":
             head = re.sub(r"\{.*\}", "", code[start:i], flags=re.DOTALL)  # the value of a variable
-            if not re.match(r"\s*(using|typedef|friend\s+(class|struct)|static_assert|extern\s+template)\b", head):
+            if named := _named(code[start:i]):
+                at = start + len(head) - len(head.lstrip())
+                found.append(Item(named[0], "::".join(scope + [named[1]]), line_of(at), line_of(i), head.strip(), public))
+            elif not re.match(r"\s*(using|typedef|friend\s+(class|struct)|static_assert|extern\s+template)\b", head):
                 called = _function(head)
                 if called and _is_declaration(head, in_class):
                     at = start + len(head) - len(head.lstrip())
@@ -146,7 +161,7 @@ def _scan(code, begin, end, scope, public, in_class, line_of, found):
                 own = kind.group(1) != "class"
                 _scan(code, i + 1, close, scope + [name], public and own, True, line_of, found)
             elif kind:
-                pass  # an enumeration
+                found.append(Item("enum", "::".join(scope + [kind.group(2) or "unnamed"]), line_of(at), line_of(close), head.strip(), public))
             else:
                 called = _function(head)
                 if called:

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""check_comments.py finds public functions without a documentation comment."""
+"""check_comments.py finds public names without a documentation comment."""
 import checked
 
 
@@ -24,6 +24,18 @@ CASES = [
     ("an override has its base's", header("/// A class.\nstruct A : B {\n    int f() override;\n};\n"), None),
     ("a detail", header("namespace detail {\nint f(int a);\n}\n"), None),
     ("no word of threads", {"include/sqmap/a.h": "// What it holds.\n#pragma once\n"}, "says nothing of threads"),
-    ("variables and types", header("using A = int (*)(int);\nstruct B {\n    int a = f(1), b{2}, c[2]{int(1), int(2)};\n};\ninline constexpr int k_a = f(2);\n"), None),
+    ("variables and types", header("/// A.\nusing A = int (*)(int);\n/// B.\nstruct B {\n    int a = f(1), b{2}, c[2]{int(1), int(2)};\n};\ninline constexpr int k_a = f(2);  ///< a\n"), None),
+    ("a struct", header("struct A {\n    int a;  ///< a member's\n};\n"), "A has no"),
+    ("a class template", header("template <class T>\nclass A {};\n"), "A has no"),
+    ("a struct after another", header("/// A.\nstruct A {};\nstruct B {};\n"), "B has no"),
+    ("a nested struct", header("/// A.\nstruct A {\n    struct B {};\n};\n"), "A::B has no"),
+    ("an enumeration", header("enum class A { B };\n"), "A has no"),
+    ("an alias", header("using A = int;\n"), "A has no"),
+    ("a template alias", header("template <class T>\nusing A = B<T>;\n"), "A has no"),
+    ("a constant", header("inline constexpr int k_a = 1;\n"), "k_a has no"),
+    ("a constant in braces", header("inline constexpr B k_a[]{{1}};\n"), "k_a has no"),
+    ("aliases share one", header("/// A.\nusing A = int;\nusing B = int;\n"), None),
+    ("a private type", header("/// A class.\nclass A {\n    struct B {};\n    static constexpr int k_b = 1;\n};\n"), None),
+    ("declared ahead", header("struct A;\nusing B::C;\n"), None),
 ]
 checked.run("check_comments.py", CASES)

@@ -28,6 +28,7 @@ struct Cured {
 [[nodiscard]] Cured cured(mesh::Admission verdict, std::span<const std::uint8_t> made_up,
                           const std::optional<mesh::Deviation>& deviation);
 
+/// How bake() works. The defaults are those of `sqmap bake`.
 struct BakeOptions {
     model::Projection projection = model::Projection::Central;
     double target_error = 0.5;  ///< percent of R_max: layer-3 depth error, 99th percentile
@@ -50,6 +51,7 @@ struct BakeOptions {
     std::function<void(const char* stage, double done)> progress{};
 };
 
+/// How a part came out.
 struct PartReport {
     fit::Certificate certificate;
     double volume = 0;        ///< of the superquadric, model units cubed
@@ -61,6 +63,7 @@ struct PartReport {
     std::size_t map_bytes = 0;
 };
 
+/// How a bake went, part by part and stage by stage.
 struct BakeReport {
     std::vector<PartReport> parts;
     decompose::Partition partition;
@@ -69,6 +72,7 @@ struct BakeReport {
     std::vector<std::pair<std::string, double>> seconds;  ///< CPU time a stage
 };
 
+/// A model, and how it was made.
 struct BakeResult {
     model::ModelData model;
     BakeReport report;

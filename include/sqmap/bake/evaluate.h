@@ -11,6 +11,7 @@
 
 namespace sqmap::bake {
 
+/// Which points are compared with the truth, and by which layer.
 struct EvaluateOptions {
     std::uint32_t points = 20000;
     std::uint64_t seed = 1;
@@ -25,6 +26,7 @@ struct Distribution {
     double mean = 0, median = 0, p95 = 0, p99 = 0, max = 0;
 };
 
+/// Errors of a model against its own mesh: verdicts, depths and normals.
 struct Evaluation {
     std::uint32_t points = 0;
     std::uint32_t inside = 0;

@@ -25,6 +25,7 @@ public:
     MapRays(MapRays&&) noexcept;
     MapRays& operator=(MapRays&&) noexcept;
 
+    /// Where a ray meets the mesh.
     struct Hit {
         double distance = 0;
         std::uint32_t triangle = 0;
@@ -33,7 +34,9 @@ public:
     /// First triangle within (from, to) along a unit direction, model units. Nothing where there is none.
     [[nodiscard]] std::optional<Hit> first_hit(Vec3d origin, Vec3d direction, double from, double to) const;
 
+    /// What a ray shows: a surface, nothing, or (Cap) that it starts inside the solid.
     enum class Kind : std::uint8_t { Hit, Cap, Miss };
+    /// The first surface along a ray; distance and triangle of a hit alone.
     struct Surface {
         Kind kind = Kind::Miss;
         double distance = 0;

@@ -8,6 +8,7 @@
 
 namespace sqmap::bake {
 
+/// How rebake() works.
 struct RebakeOptions {
     double target_error = 0.5;  ///< as it was baked: percent of R_max
     double fineness = 1;        ///< BakeReport::fineness of that bake
@@ -15,6 +16,7 @@ struct RebakeOptions {
     fit::FitOptions fit{};
 };
 
+/// What was made anew.
 struct RebakeReport {
     std::size_t changed_triangles = 0;
     std::vector<std::uint32_t> remade;                    ///< parts whose map is new: those whose chart reaches changed triangles
@@ -23,6 +25,7 @@ struct RebakeReport {
     std::vector<std::pair<std::string, double>> seconds;  ///< CPU time a stage
 };
 
+/// The model after its vertices moved, and what of it is new.
 struct RebakeResult {
     model::ModelData model;
     RebakeReport report;

@@ -6,6 +6,7 @@
 
 namespace sqmap::bake {
 
+/// How fine a lattice is.
 struct SkinLatticeOptions {
     double cell = 1.0 / 64;  ///< share of the mesh's largest vertex distance
 };

@@ -11,6 +11,7 @@
 
 namespace sqmap::device {
 
+/// UDP port on which a network device listens by default, and the version of its protocol.
 inline constexpr std::uint16_t k_network_port = 47710;
 inline constexpr std::uint32_t k_network_version = 1;
 

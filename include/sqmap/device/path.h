@@ -38,6 +38,7 @@ private:
 /// rotation within 1e-4, no row at all. Any thread.
 [[nodiscard]] std::vector<Pose> read_path(const std::filesystem::path& path);
 
+/// What a scripted hand does.
 enum class Script {
     Press,   ///< in along the normal, a hold, out again
     Tap,     ///< in and out as a sine, its greatest speed as chosen

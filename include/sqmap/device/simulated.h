@@ -108,6 +108,7 @@ struct MotorRecord {
 /// Where the hand of a zone wants to be, time seconds after the device was made.
 using HandScript = HandTarget (*)(const void* context, double time, std::size_t zone) noexcept;
 
+/// A simulated device and the hand that holds it.
 struct SimulatedOptions {
     Mechanism mechanism{};
     HandProfile hand = k_hand_profiles[2];

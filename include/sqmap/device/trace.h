@@ -23,6 +23,7 @@ public:
     using std::runtime_error::runtime_error;
 };
 
+/// Of the trace format.
 inline constexpr int k_trace_version = 1;
 
 /// The recording's setting: a zone count, and all that a replay needs, as key and value, in order; a key may repeat.
@@ -91,6 +92,7 @@ public:
     /// @throw TraceError where the disk is full or the file cannot be renamed.
     void finish();
 
+    /// Rows that wait to be written at most.
     static constexpr std::size_t k_ring = 2048;
 
 private:

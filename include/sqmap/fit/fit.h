@@ -37,6 +37,7 @@ struct Certificate {
     bool bounding = false;  ///< largest_f <= 1
 };
 
+/// A part's superquadric, and how it was found.
 struct FitReport {
     shape::Superquadricd superquadric;  ///< bounding; every parameter is exactly representable as float
     Certificate certificate;            ///< over the part's triangles and the caps

@@ -12,6 +12,7 @@
 
 namespace sqmap::haptic {
 
+/// Zones that a filter takes at most.
 inline constexpr std::size_t k_max_safe_zones = 16;
 
 /// The filter's fixed numbers: no program can loosen them.

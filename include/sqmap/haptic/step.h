@@ -52,12 +52,14 @@ struct StepInput {
     bool degraded = false;
 };
 
+/// What a tick found.
 struct StepResult {
     std::uint32_t status = k_step_ok;  ///< of all zones, bits of StepStatus
     std::uint32_t contacts = 0;
     double deepest = 0;  ///< m
 };
 
+/// How much a state has space for.
 struct StateOptions {
     std::size_t max_contacts = 8192;  ///< of one probe with one touched body
     std::size_t max_touched = 8;      ///< bodies beyond it have no contacts, and k_step_full says so

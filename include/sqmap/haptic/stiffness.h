@@ -28,6 +28,7 @@ enum class StiffnessReason : std::uint8_t {
 /// A sentence for people. Any thread.
 [[nodiscard]] const char* describe(StiffnessReason reason) noexcept;
 
+/// Whether a device can show a stiffness, and why not.
 struct StiffnessCheck {
     bool safe = false;                                   ///< the requested stiffness is at most largest
     double largest = 0;                                  ///< N/m, the largest safe K

@@ -36,6 +36,7 @@ struct TactileTick {
     double dt = 0;          ///< since the tick before, s
 };
 
+/// A pad's tick as a whole.
 struct TactileResult {
     std::size_t contacts = 0;  ///< taxels inside the model
     Vec3d force{}, torque{};   ///< on the pad, about its origin; the pad's frame

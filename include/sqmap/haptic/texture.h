@@ -47,6 +47,7 @@ struct Carved {
 
 // Tables: made outside the loop. They allocate, are deterministic and may be called by any thread.
 
+/// A relief of noise.
 struct NoiseOptions {
     std::uint64_t seed = 1;
     double amplitude = 0.0002;  ///< m, standard deviation of the relief

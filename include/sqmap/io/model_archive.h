@@ -41,6 +41,7 @@ struct ArchivedModel {
 /// Thread safety: any number of threads may read one.
 class ModelArchive {
 public:
+    /// Digits of a number and of a key in the index.
     static constexpr std::size_t k_digits = 15, k_key = 64;
     static constexpr std::size_t k_line = 2 * (k_key + 1) + 4 * (k_digits + 1);  ///< of the index, bytes
 

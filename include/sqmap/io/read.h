@@ -20,6 +20,7 @@ struct ReadLimits {
     std::uint32_t max_seconds = 60;                    ///< CPU time of a program that converts it; three times that by the clock
 };
 
+/// Mesh files that are read.
 enum class MeshFormat { Off, Obj, Stl, Ply, Gltf, Glb, Dae, ThreeMf, Fbx };
 
 /// "OFF", "OBJ", "STL", "PLY", "glTF", "GLB", "DAE", "3MF" or "FBX".
@@ -33,6 +34,7 @@ struct ReadError {
     std::string cure;     ///< what a user can do
 };
 
+/// What a mesh file holds, or why it is not read.
 struct ReadResult {
     PolygonSoup soup;                  ///< empty after an error
     std::optional<MeshFormat> format;  ///< as recognised, also after most errors

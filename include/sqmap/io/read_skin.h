@@ -21,6 +21,7 @@ struct JointPose {
     Vec3d scale{1, 1, 1};
 };
 
+/// A joint of a skeleton.
 struct SkinJoint {
     std::string name;
     int parent = -1;        ///< among the joints, or none; stands anywhere
@@ -33,7 +34,9 @@ struct SkinJoint {
 
 /// One channel of an animation.
 struct JointTrack {
+    /// What a channel moves.
     enum class Path : std::uint8_t { Translation, Rotation, Scale };
+    /// How values between its keys are found.
     enum class Between : std::uint8_t { Step, Linear, Cubic };
     std::uint32_t joint = 0;
     Path path = Path::Translation;
@@ -42,6 +45,7 @@ struct JointTrack {
     std::vector<std::array<double, 4>> values;  ///< one a time; Cubic: tangent in, value, tangent out
 };
 
+/// Channels that play together.
 struct SkinAnimation {
     std::string name;
     std::vector<JointTrack> tracks;
@@ -58,6 +62,7 @@ struct SkinnedSoup {
     std::vector<SkinAnimation> animations;
 };
 
+/// A skinned mesh, or why it is not read.
 struct SkinResult {
     SkinnedSoup skin;
     std::optional<ReadError> error;

@@ -21,6 +21,7 @@ struct Box3 {
 
     friend constexpr bool operator==(const Box3&, const Box3&) = default;
 };
+/// In float and in double.
 using Boxf = Box3<float>;
 using Box = Box3<double>;
 

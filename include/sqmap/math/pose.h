@@ -25,11 +25,13 @@ struct Pose {
     return {transpose(pose.rotation), -transpose_mul(pose.rotation, pose.translation)};
 }
 
+/// A ball's surface, centre and radius.
 template <class Real>
 struct Sphere3 {
     Vec3<Real> centre{};
     Real radius{};
 };
+/// In double.
 using Sphere = Sphere3<double>;
 
 /// Whether all numbers of the pose are finite.

@@ -7,6 +7,7 @@
 
 namespace sqmap {
 
+/// Of one angle.
 struct SineCosine {
     double sine, cosine;
 };

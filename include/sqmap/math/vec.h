@@ -6,6 +6,7 @@
 
 namespace sqmap {
 
+/// Three coordinates: a point or a vector.
 template <class Real>
 struct Vec3 {
     Real x{}, y{}, z{};
@@ -16,6 +17,7 @@ struct Vec3 {
     friend constexpr bool operator==(const Vec3&, const Vec3&) = default;
 };
 
+/// In float and in double.
 using Vec3f = Vec3<float>;
 using Vec3d = Vec3<double>;
 
@@ -108,6 +110,7 @@ struct Mat3 {
     friend constexpr bool operator==(const Mat3&, const Mat3&) = default;
 };
 
+/// In float and in double.
 using Mat3f = Mat3<float>;
 using Mat3d = Mat3<double>;
 

@@ -11,6 +11,7 @@
 
 namespace sqmap::mesh {
 
+/// Across a border edge there is none.
 inline constexpr std::uint32_t k_no_triangle = std::numeric_limits<std::uint32_t>::max();
 
 /// Dual graph (paper section 3.1, after Lin, Liao and Lin, "Visual salience-guided mesh decomposition").

@@ -36,6 +36,7 @@ struct PolygonView {
     std::span<const std::int64_t> indices;   ///< zero-based; anything may stand here
 };
 
+/// What the gate may do to a mesh that bounds no solid.
 struct GateOptions {
     Repair repair = Repair::Wrap;
     bool accept_surface = false;  ///< an open mesh is taken as a surface without inside (solid is false then)
@@ -49,6 +50,7 @@ struct GateOptions {
     std::uint64_t max_intersections = 1'000'000;  ///< counting of intersecting pairs stops here
 };
 
+/// What was done to a mesh.
 enum class RepairKind : std::uint8_t {
     Triangulated,
     UnusedVertices,
@@ -77,6 +79,7 @@ struct RepairNote {
     std::uint64_t count = 0;  ///< polygons, vertices, edges, faces or holes it was done to
 };
 
+/// What is doubtful about a mesh that was taken.
 enum class WarningKind : std::uint8_t {
     SelfIntersections,  ///< faces intersect: the solid is where the winding number is positive
     Cavities,           ///< shells lie inside others
@@ -113,6 +116,7 @@ struct MeshFacts {
     double area = 0, volume = 0;  ///< volume: signed, closed meshes only
 };
 
+/// A mesh that was taken with what was done to it, or why it was refused.
 struct GateResult {
     Admission verdict = Admission::Refused;
     Diagnosis diagnosis;  ///< of a refusal

@@ -10,6 +10,7 @@
 
 namespace sqmap::mesh {
 
+/// Indices of its vertices.
 using Triangle = std::array<std::uint32_t, 3>;
 
 /// A validated triangle mesh. The gate (mesh/gate.h) makes it; what it promises:

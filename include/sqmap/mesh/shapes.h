@@ -25,6 +25,7 @@ namespace sqmap::mesh {
 /// @throw std::invalid_argument unless 0 < radius < every half size
 [[nodiscard]] Mesh rounded_box(Vec3d half_size, double radius, int segments);
 
+/// A torus, in any unit of length.
 struct TorusOptions {
     double major_radius = 1;     ///< from the axis (z) to the middle of the tube
     double minor_radius = 0.25;  ///< of the tube, < major_radius
@@ -34,6 +35,7 @@ struct TorusOptions {
 /// Torus about z.
 [[nodiscard]] Mesh torus(const TorusOptions& options = {});
 
+/// A dumbbell, in any unit of length.
 struct DumbbellOptions {
     double ball_radius = 1;
     double bar_radius = 0.35;    ///< < ball_radius

@@ -11,6 +11,7 @@
 
 namespace sqmap::mesh {
 
+/// How closely a mesh is wrapped, and how far that may grow.
 struct WrapOptions {
     double tolerance = 0.002;              ///< share of R_max; the grid's cells are as large as it allows
     double thickness = 0.003;              ///< least thickness of shells made of sheets, share of R_max; at most 2 tolerance
@@ -18,6 +19,7 @@ struct WrapOptions {
     std::uint64_t max_cells = 2'000'000;   ///< of the grid that the input touches: bounds memory (about 400 bytes each) and time
 };
 
+/// A wrapped mesh, and how far it is from what was wrapped.
 struct WrapResult {
     Mesh mesh;                          ///< canonical, closed, manifold, outward; empty where no solid was found
     std::vector<std::uint8_t> made_up;  ///< #triangles, 1 where the input has no surface within the tolerance

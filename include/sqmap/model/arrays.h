@@ -14,6 +14,7 @@
 
 namespace sqmap::model {
 
+/// An array of a model that lies in memory or in a mapped file.
 template <class T>
 using ArrayView = std::span<const T>;
 

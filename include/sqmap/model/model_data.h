@@ -8,6 +8,7 @@
 
 namespace sqmap::model {
 
+/// An array of a model that is being made.
 template <class T>
 using ArrayData = std::vector<T>;
 

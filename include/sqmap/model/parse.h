@@ -9,6 +9,7 @@
 
 namespace sqmap::model {
 
+/// Why bytes are no model.
 enum class ParseStatus {
     Ok,
     Truncated,     ///< too short, or the structure runs past the end of the bytes

@@ -13,6 +13,7 @@ namespace sqmap::query {
 
 using model::NormalMapView;
 
+/// How a normal map is read.
 struct ProjectionOptions {
     /// Two reads the nearest base sample; Three the finest level and the vertices of step 3. Gate is the gate of section
     /// 4.2 step 4; Exact has no data here and is answered by Three.
@@ -27,6 +28,7 @@ struct ProjectionOptions {
     bool use_gaps = true;  ///< openings behind the first surface in layer 3 (beyond the paper)
 };
 
+/// Bits of PartAnswer::flags.
 enum ProjectionFlags : std::uint8_t {
     k_projection_cap = 1,         ///< contact without a surface to push to
     k_projection_miss = 2,        ///< free because the ray meets nothing
@@ -37,6 +39,7 @@ enum ProjectionFlags : std::uint8_t {
     k_projection_silhouette = 16  ///< the cell holds a jump of the surface: values of one sheet only were used
 };
 
+/// What one part says of a point.
 enum class Verdict : std::uint8_t {
     Outside,  ///< of this superquadric: says nothing about the solid
     Free,     ///< inside the superquadric, in front of the surface: proves that the point is free
@@ -85,6 +88,7 @@ struct CombinedAnswer {
 [[nodiscard]] shape::Foot<float> find_foot(const NormalMapView& map, Vec3f p, Projector projector,
                                            std::uint8_t* flags = nullptr) noexcept;
 
+/// Where the search departs from the paper's.
 struct PyramidOptions {
     bool both_directions = true;   ///< false: the one direction of eq. 16
     bool compare_distance = true;  ///< false: I_S of eq. 19 alone decides
@@ -92,6 +96,7 @@ struct PyramidOptions {
     bool seeded = true;            ///< false: the window lies about p's own ray, never about the table's start
 };
 
+/// A sample of the base grid, and how it was found.
 struct GridFoot {
     std::uint32_t row = 0, column = 0;  ///< of the base grid
     float collinearity = 0;             ///< I_S of eq. 19

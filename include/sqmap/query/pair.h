@@ -11,6 +11,7 @@
 
 namespace sqmap::query {
 
+/// Of a pair.
 enum class Side : std::uint8_t { A, B };
 
 /// A vertex of one body in the other. The frame and units of the bodies' poses.
@@ -26,6 +27,7 @@ struct PairContact {
     std::uint8_t status = k_ok;
 };
 
+/// How a pair is queried, and when two contacts of it are one.
 struct PairOptions {
     QueryOptions query{};  ///< in both directions
     /// When contacts of a vertex of a and of one of b are the same: both ends nearer than this times the vertex spacing of the
@@ -47,6 +49,7 @@ private:
     std::vector<PairContact> contacts_;       ///< of the last query_pair
 };
 
+/// Contacts of a pair.
 struct PairResult {
     std::span<const PairContact> contacts{};  ///< after merging; in the workspace, valid until its next query
     std::size_t found = 0;                    ///< in both directions, before merging, kept or not

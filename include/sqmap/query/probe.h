@@ -19,6 +19,7 @@ struct ProbeJob;
 /// Thread safety: any number of threads may query one probe; move() needs it alone.
 class Probe {
 public:
+    /// Points of a cluster, which are culled together.
     static constexpr std::size_t k_cluster = 16;
     static constexpr float k_far = 1e12f;  ///< where clusters stand that are not active; the probe's own units
 
@@ -64,6 +65,7 @@ private:
     float spacing_ = 0;
 };
 
+/// Contacts of a probe.
 struct ProbeResult {
     std::size_t contacts = 0;    ///< found; at most the span's size are written
     std::uint8_t status = k_ok;  ///< bits of Status

@@ -10,7 +10,9 @@
 
 namespace sqmap::query {
 
+/// Names a body of a scene.
 using BodyId = std::uint32_t;
+/// Names none.
 inline constexpr BodyId k_no_body = 0xffffffffu;
 
 /// Bodies that are near each other, and which of the contacts are theirs.
@@ -21,6 +23,7 @@ struct ScenePair {
     std::uint8_t status = k_ok;          ///< bits of Status
 };
 
+/// Contacts of a scene.
 struct SceneResult {
     std::size_t pairs = 0;     ///< of near bodies, written or not
     std::size_t contacts = 0;  ///< written, of all pairs

@@ -19,6 +19,7 @@ namespace sqmap::query {
 /// gap, and how often a position is covered, with sign, is the winding number of the posed surface about it. Immutable, so any
 /// number of threads may read it; bake::skin_lattice makes it. Bound mesh's frame and units.
 struct SkinLattice {
+    /// No cell, node or bone.
     static constexpr std::uint32_t k_none = 0xffffffffu;
 
     /// Adds linear(bone) position + weight shift(bone) to a corner.
@@ -151,6 +152,7 @@ struct SkinContact {
 /// What query_skin works in, made outside the tick: one for each thread that queries.
 class SkinWorkspace {
 public:
+    /// Positions in the bound frame that are found for a point at most.
     static constexpr std::size_t k_max = 8;
 
     /// points: where they are at first, which chooses the probe's clusters. Allocates.

@@ -13,6 +13,7 @@ namespace sqmap::query {
 /// @pre both rotations are proper
 [[nodiscard]] Pose between(const Pose& from, const Pose& to, double share) noexcept;
 
+/// How finely a path is queried.
 struct SweptOptions {
     QueryOptions query{};
     /// Nothing is missed whose chord along a point's path, as the model sees it, is at least this long, where the path meets it
@@ -39,6 +40,7 @@ private:
     std::vector<Contact> found_;
 };
 
+/// Contacts along a path.
 struct SweptResult {
     ProbeResult probe;            ///< as query_probe's, of all contacts
     std::size_t fast = 0;         ///< points that moved farther than a step

@@ -6,6 +6,7 @@
 
 namespace sqmap::shape {
 
+/// Rotation by three angles, ZYZ.
 template <class Real>
 struct EulerAngles {
     Real phi{0}, theta{0}, chi{0};  ///< radians

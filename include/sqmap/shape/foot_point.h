@@ -6,11 +6,13 @@
 
 namespace sqmap::shape {
 
+/// When the search for a foot point ends.
 struct FootOptions {
     int max_iterations = 12;
     double tolerance = 2e-6;  ///< of the largest semi-axis: the tangential miss at which the search stops
 };
 
+/// The foot point of p: the nearest point of the surface.
 template <class Real>
 struct Foot {
     SurfacePosition<Real> position;

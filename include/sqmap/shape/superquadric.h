@@ -32,6 +32,7 @@ struct Superquadric {
     constexpr bool is_deformed() const { return is_tapered() || is_bent(); }                      ///< either
 };
 
+/// In float and in double.
 using Superquadricf = Superquadric<float>;
 using Superquadricd = Superquadric<double>;
 

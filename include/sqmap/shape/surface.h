@@ -14,6 +14,7 @@ template <class Real>
 struct SurfaceAngles {
     Real eta{0}, omega{0};
 };
+/// In float.
 using SurfaceAnglesf = SurfaceAngles<float>;
 
 /// A position on the surface as its two arcs: latitude (c >= 0) and longitude. Holds every power a formula needs.
@@ -22,6 +23,7 @@ struct SurfacePosition {
     Arc<Real> latitude, longitude;
 };
 
+/// A point of the surface and its normal.
 template <class Real>
 struct SurfacePoint {
     Vec3<Real> point;   ///< model frame
