@@ -131,6 +131,7 @@ test('keys: F1 lists them, letters work with Shift, and Enter over nothing says 
   await until(page, () => window.sqmap.facts().length === 1 && window.sqmap.world.objects.ready());
   await page.keyboard.press('F1');
   await page.waitForSelector('#keys[open]');
+  assert.equal(await page.evaluate(() => document.querySelector('#keys').scrollTop), 0, 'they begin at the top');
   await page.keyboard.press('Escape');
   await page.waitForSelector('#keys[open]', { state: 'detached' });
   await page.evaluate(() => { window.said = []; const live = document.querySelector('#live'); new MutationObserver(() => window.said.push(live.textContent)).observe(live, { childList: true }); });

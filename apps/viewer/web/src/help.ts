@@ -11,7 +11,7 @@ const KEYS: [string, [string, string][]][] = [
 ];
 
 const dialog = h('dialog', { id: 'keys', 'aria-labelledby': 'keys-title' },
-  h('h2', { id: 'keys-title' }, 'Keys'),
+  h('h2', { id: 'keys-title', tabindex: -1, autofocus: true }, 'Keys'),
   ...KEYS.map(([title, rows]) => h('section', {}, h('h3', {}, title), h('dl', { class: 'numbers' }, ...rows.flatMap(([key, what]) => [h('dt', {}, h('kbd', {}, key)), h('dd', {}, what)])))),
   h('button', { class: 'primary', onclick: () => dialog.close() }, 'Close'));
 const button = h('button', { class: 'quiet', id: 'help', 'aria-label': 'All keys', title: 'All keys (F1 or ?)', onclick: () => dialog.showModal() }, '?');
