@@ -29,7 +29,7 @@ test('it opens on Touch: one object large, one invitation, and a press is felt',
 });
 
 test('nothing of the first minute needs scrolling, and each task takes five actions or fewer', async () => {
-  for (const id of ['#material', '#s-press', '#s-stiffness', '#s-coefficient', '#record', '#open', '#export', '#sound-button', '#help']) {
+  for (const id of ['#material', '#s-press', '#s-stiffness', '#s-friction', '#record', '#open', '#export', '#sound-button', '#help']) {
     const box = await (await page.$(id)).boundingBox();
     assert.ok(box && box.y >= 0 && box.y + box.height <= 800, `${id} is in sight`);
   }

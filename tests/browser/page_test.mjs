@@ -337,6 +337,11 @@ test('the space bar stops, and only Resume goes on', async () => {
   await page.click('#resume');
   await until(page, () => !window.sqmap.status().stopped);
   await page.waitForSelector('#resume', { state: 'detached' });
+  await page.click('#stop');
+  await page.waitForSelector('#resume');
+  await page.keyboard.press('Enter');
+  await until(page, () => !window.sqmap.status().stopped);
+  assert.equal(await page.evaluate(() => document.activeElement.id), 'stage', 'another Enter does not stop again');
 });
 
 test('sliders reach the program', async () => {
@@ -350,7 +355,7 @@ test('sliders reach the program', async () => {
 test('eq. 33 and Auto have their sliders', async () => {
   await page.selectOption('#law', 'paper');
   await until(page, () => window.sqmap.status().settings.law === 'paper');
-  assert.ok((await page.isHidden('#s-coefficient')) && (await page.isVisible('#s-f-c')));
+  assert.ok((await page.isHidden('#s-friction')) && (await page.isVisible('#s-f-c')));
   await page.locator('#s-f-c').fill('0.3');
   await page.locator('#s-k-f').fill('200');
   await until(page, () => { const s = window.sqmap.status().settings; return s.fC === 0.3 && s.kF === 200; });
@@ -454,7 +459,7 @@ test('a tool that one window holds is not taken by another, and the sliders are 
   await page.focus('#stage');
   await page.keyboard.press('Enter');
   await until(page, () => window.sqmap.hand.holding && window.sqmap.status().touching);
-  await page.focus('#s-coefficient');
+  await page.focus('#s-friction');
   await page.waitForTimeout(100);
   assert.ok(await page.evaluate(() => window.sqmap.hand.holding), 'on the way to a slider it keeps touching');
   const other = await open();
@@ -642,6 +647,7 @@ test('an open mesh is taken as a surface when asked, and its fields are coloured
   await page.waitForSelector('#verdict.good');
   await until(page, () => window.sqmap.facts().length === 5 && window.sqmap.world.objects.ready());
   assert.equal(await page.evaluate(() => window.sqmap.facts()[4].solid), false);
+  assert.equal(await page.inputValue('#repair'), '', 'the next file is read as before');
   for (const [kind, title] of [['protrusion', /Protrusion/], ['curvature', /curvature/], ['error', /Depth error/]]) {
     await page.selectOption('#colour', kind);
     await until(page, (k) => window.sqmap.world.objects.fieldAt(4, k, 0) !== undefined, kind);

@@ -68,6 +68,7 @@ function connected(yes: boolean): void {
   sound.quiet();
   hideTool();
   state.frame = null;
+  charts.clear();
   counters.textContent = 'The program does not answer.';
   announce('The connection is lost. There is no force.', true);
 }

@@ -25,7 +25,7 @@ function stop(): void {
   for (const end of atStop) end();
   announce('Stopped. No force.', true);
 }
-function resume(): void { link.say({ say: 'resume' }); announce('Going on.'); (before?.isConnected && before !== document.body ? before : canvas).focus(); }
+function resume(): void { link.say({ say: 'resume' }); announce('Going on.'); (before?.isConnected && before !== document.body && before !== stopButton ? before : canvas).focus(); }
 
 document.addEventListener('keydown', (e) => {
   if (e.code !== 'Space') return;

@@ -56,10 +56,10 @@ on(['mode'], () => { if (state.mode !== checkedIn) dialog.hidden = true; checked
 
 // ---- Files that are opened, one after the other
 
-interface Waiting { file: File; row: HTMLLIElement; state: HTMLElement; abort: AbortController; }
+interface Waiting { file: File; row: HTMLLIElement; state: HTMLElement; abort: AbortController; repair: string; }
 const waiting: Waiting[] = [];
 let busy = false;
-let newest: File | null = null;  ///< that was sent: the bake at hand is its
+let newest: File | null = null;  ///< that was taken: the bake at hand is its
 
 const repairChoice = choice('Repair', [['', 'whatever it needs'], ['close', 'close holes, no wrapping'], ['safe', 'only what moves nothing'], ['none', 'nothing'], ['surface', 'take it as a surface']], '', () => {}, 'repair');
 const unitChoice = choice('Unit of the file', [['', 'as it says, or its own'], ['1', 'metre'], ['0.01', 'centimetre'], ['0.001', 'millimetre'], ['0.0254', 'inch']], '', () => {}, 'unit');
@@ -71,11 +71,12 @@ const optionsBox = folded('How the next file is read', 'file-options', repairCho
   h('p', { class: 'note' }, 'Sheets: open surfaces become plates of this thickness, in units of the file. A file may have 64 MB and 500,000 faces, the scene 16 objects; sqmap bake has no such limits.'));
 fill(dialog, queueList, verdictBox, optionsBox, h('div', { class: 'row wrap' }, h('button', { id: 'close-verdict', onclick: () => { dialog.hidden = true; } }, 'Close')));
 
-function drop(files: Iterable<File>): void {
+/// repair: of these files alone, instead of the one chosen.
+function drop(files: Iterable<File>, repair = ''): void {
   for (const file of files) {
     const state = h('span', { class: 'note' }, 'waiting'), abort = new AbortController();
     const row = h('li', {}, h('span', { class: 'queue-name' }, file.name), state, h('button', { class: 'small', 'aria-label': `Cancel ${file.name}`, onclick: () => { abort.abort(); if (newest === file) link.say({ say: 'cancel' }); state.textContent = 'cancelled'; } }, '✕'));
-    waiting.push({ file, row, state, abort });
+    waiting.push({ file, row, state, abort, repair });
     queueList.append(row);
   }
   while (queueList.childElementCount > 6) queueList.firstElementChild!.remove();
@@ -91,21 +92,21 @@ async function work(): Promise<void> {
 
 async function check(one: Waiting): Promise<void> {
   const { file, state, abort } = one;
-  newest = file;
   dialog.hidden = false;
   dialog.className = 'card verdict';
   verdictBox.replaceChildren();
   openSheet(true);
   try {
-    const options = { repair: valueOf(repairChoice), thickness: thicknessInput.value, unit: valueOf(unitChoice), projection };
+    const options = { repair: one.repair || valueOf(repairChoice), thickness: thicknessInput.value, unit: valueOf(unitChoice), projection };
     const sent = (share: number) => { state.textContent = share < 1 ? `sending ${Math.round(100 * share)} %` : 'checking …'; }, records = /\.csv$/i.test(file.name);
     const v = await (records ? openRecording(file, sent, abort.signal) : upload(file, options, sent, abort.signal));
     if (records && v.accepted) setMode('touch');
     const good = v.accepted;
+    if (good) newest = file;
     state.textContent = good ? '✓' : '✗';
     one.row.querySelector('button')!.hidden = !good || records;
     dialog.className = `card verdict ${good ? 'good' : 'bad'}`;
-    const again = (repair: string, text: string, id: string) => h('button', { id, onclick: () => { repairChoice.querySelector('select')!.value = repair; drop([file]); repairChoice.querySelector('select')!.value = repair; } }, text);
+    const again = (repair: string, text: string, id: string) => h('button', { id, onclick: () => drop([file], repair) }, text);
     fill(verdictBox, h('h2', {}, file.name), h('p', { class: 'word' }, `${good ? '✓' : '✗'} ${v.verdict}${v.code ? ` ${v.code}` : ''}`),
       v.message && h('p', {}, `${v.element ? `At ${v.element}: ` : ''}${v.message}`), v.cure && h('p', {}, `What helps: ${v.cure}`),
       v.notes?.length ? h('ul', {}, ...v.notes.map((n) => h('li', {}, n))) : null,

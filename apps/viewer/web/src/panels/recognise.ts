@@ -1,6 +1,7 @@
 // Recognising objects by touch alone: rounds with a hidden object, a guess, a score, and a file of results.
 import { announce, fill, h, save } from '../dom';
 import { hideTool, onFelt } from '../felt';
+import { openSheet } from '../layout';
 import type { Frame, ObjectFacts } from '../net';
 import { canvas, hand, hint, showHint, world } from '../stage';
 import { changed, on, state } from '../state';
@@ -187,7 +188,7 @@ game.onRound = (object) => {
   hideTool();
   lookAt(-1);
   world.frame(playing ? object : -1);
-  if (playing) { select(-1, -1); world.tool.mark(null); startSenses(); showHint(HIDDEN_HINT); canvas.focus(); }
+  if (playing) { select(-1, -1); world.tool.mark(null); startSenses(); showHint(HIDDEN_HINT); openSheet(false); canvas.focus(); }
   else { sound.quiet(); hint.hidden = true; }
   changed('playing');
   void world.objects.paint();

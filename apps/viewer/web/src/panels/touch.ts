@@ -28,8 +28,8 @@ const forceChoice = choice('Force', [['full', 'Full'], ['paper', 'The paper’s'
   showRows();
 }, 'force-law', 'The paper’s: eqs. 21, 26 and 32');
 const followChoice = choice('The tool', [['proxy', 'Stays on the surface'], ['direct', 'Goes where the hand is']], 'proxy', (v) => { state.settings.proxy = v === 'proxy'; tellSettings(); }, 'follow');
-const lawChoice = choice('Friction', [['coulomb', 'Coulomb'], ['paper', 'The paper’s'], ['none', 'None']], 'coulomb', (v) => { state.settings.law = v; tellSettings(); showRows(); }, 'law', 'The paper’s: eq. 33');
-const muRow = slider('Coefficient', '', [0, 1, 0.05], () => state.settings.friction, (x) => { state.settings.friction = x; });
+const lawChoice = choice('Friction law', [['coulomb', 'Coulomb'], ['paper', 'The paper’s'], ['none', 'None']], 'coulomb', (v) => { state.settings.law = v; tellSettings(); showRows(); }, 'law', 'The paper’s: eq. 33');
+const muRow = slider('Friction', '', [0, 1, 0.05], () => state.settings.friction, (x) => { state.settings.friction = x; });
 const printedRows = [slider('f_c', 'N', [0, 1, 0.02], () => state.settings.fC, (x) => { state.settings.fC = x; }), slider('k_f', '1/m', [0, 500, 10], () => state.settings.kF, (x) => { state.settings.kF = x; }),
   h('p', { class: 'note' }, 'f_c (1 + k_f depth) against the motion, whatever the load; none at rest.')];
 function showRows(): void {
