@@ -107,7 +107,7 @@ bool Viewer::on_text(ConnectionId connection, std::string_view text)
             touching_.rest(connection);
             break;
         case Say::Cancel:
-            scene_.cancel();
+            scene_.cancel(message->upload);
             return true;
         case Say::Stop:
             touching_.stop();

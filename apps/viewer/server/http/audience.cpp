@@ -18,9 +18,9 @@ void Audience::send_all(const nlohmann::ordered_json& message)
 
 void Audience::send_trouble(const std::string& why) { send_all({{"say", "trouble"}, {"text", why}}); }
 
-void Audience::send_progress(const std::string& name, const std::string& stage, double done)
+void Audience::send_progress(const std::string& name, const std::string& stage, double done, std::uint32_t upload)
 {
-    send_all({{"say", "progress"}, {"name", name}, {"stage", stage}, {"done", done}});
+    send_all({{"say", "progress"}, {"name", name}, {"stage", stage}, {"done", done}, {"upload", upload}});
 }
 
 void Audience::stream(const std::shared_ptr<const std::string>& bytes)

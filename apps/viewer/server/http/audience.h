@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <set>
@@ -27,8 +28,8 @@ public:
     void send(ConnectionId connection, const nlohmann::ordered_json& message);
     void send_all(const nlohmann::ordered_json& message);
     void send_trouble(const std::string& why);
-    /// name: of what is baked; done: share of the stage.
-    void send_progress(const std::string& name, const std::string& stage, double done);
+    /// name: of what is baked; done: share of the stage; upload: the page's number of its file, 0 where it is of none.
+    void send_progress(const std::string& name, const std::string& stage, double done, std::uint32_t upload = 0);
     /// Left out for those that still have earlier ones to read.
     void stream(const std::shared_ptr<const std::string>& bytes);
 

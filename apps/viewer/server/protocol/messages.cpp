@@ -31,12 +31,12 @@ bool number(const json& in, const char* key, double least, double max, double& o
     return true;
 }
 
-bool index(const json& in, const char* key, std::uint32_t& out)
+bool index(const json& in, const char* key, std::uint32_t& out, std::uint32_t most = 0xffff)
 {
     const auto at = in.find(key);
     if (at == in.end() || !at->is_number_unsigned()) return false;
     const auto value = at->get<std::uint64_t>();
-    if (value > 0xffff) return false;
+    if (value > most) return false;
     out = static_cast<std::uint32_t>(value);
     return true;
 }
@@ -237,7 +237,7 @@ std::optional<Message> read_message(std::string_view text)
     if (name == "settings") return done(Say::Settings, read_settings(in, m.settings) && in.size() == k_settings_fields + 1);
     if (name == "take") return done(Say::Take, in.size() == 1);
     if (name == "rest") return done(Say::Rest, in.size() == 1);
-    if (name == "cancel") return done(Say::Cancel, in.size() == 1);
+    if (name == "cancel") return done(Say::Cancel, index(in, "upload", m.upload, 0xffffffff) && in.size() == 2);
     if (name == "stop") return done(Say::Stop, in.size() == 1);
     if (name == "resume") return done(Say::Resume, in.size() == 1);
     if (name == "record") return done(Say::Record, flag(in, "on", m.held) && in.size() == 2);

@@ -67,7 +67,7 @@ enum class Say : std::uint8_t {
     Bake,     ///< the edited parts become the object's model
     Rebake,   ///< the same parts with the other projection, as another object
     Remove,   ///< the object
-    Cancel,   ///< the bake at hand
+    Cancel,   ///< an upload
     Record,   ///< every tick from here on, instead of what was recorded before; or no more
     Fit,      ///< what is to be worn: garment, fabric, whether the figure walks
     Cloth,    ///< what is done to it
@@ -92,6 +92,7 @@ struct Message {
     bool held = false;  ///< of Record: on
     Settings settings{};
     std::uint32_t device = 0, object = 0, part = 0, other = 0;
+    std::uint32_t upload = 0;  ///< the page's number of it
     double distance = 0;  ///< m, of MoveCut, 0 to 0.1
     std::string name{};   ///< of a part, at most k_max_name bytes, no control characters
     std::string garment{}, fabric{};

@@ -98,26 +98,30 @@ void Scene::change(Entry& entry, std::shared_ptr<const Parts> parts)
     send();
 }
 
-bake::BakeOptions Scene::bake_options(const std::string& name)
+bake::BakeOptions Scene::bake_options(const Job& job)
 {
     bake::BakeOptions options = options_.bake;
-    cancelled_ = false;
-    options.progress = [this, name](const char* stage, double done) {
+    options.progress = [this, job](const char* stage, double done) {
         if (bakes_.quits()) throw Cancelled{};
-        if (cancelled_) {
-            audience_.post([this, name] { audience_.send_progress(name, "cancelled", 1); });
+        if (cancelled_.has(job.upload)) {
+            audience_.post([this, job] { send_progress(job, "cancelled"); });
             throw Cancelled{};
         }
-        audience_.post([this, name, text = std::string(stage), done] { audience_.send_progress(name, text, done); });
+        audience_.post([this, job, text = std::string(stage), done] { send_progress(job, text, done); });
     };
     return options;
 }
 
-void Scene::send_failure(const std::string& name, const std::string& why)
+void Scene::send_progress(const Job& job, const std::string& stage, double done)
 {
-    audience_.post([this, name, why] {
-        audience_.send_progress(name, "failed", 1);
-        audience_.send_trouble(name + ": " + why);
+    audience_.send_progress(job.name, stage, done, job.upload);
+}
+
+void Scene::send_failure(const Job& job, const std::string& why)
+{
+    audience_.post([this, job, why] {
+        send_progress(job, "failed");
+        audience_.send_trouble(job.name + ": " + why);
     });
 }
 
@@ -125,16 +129,16 @@ void Scene::bake_edited(const Entry& entry)
 {
     if (entry.at == 0 || bakes_.busy()) return;
     bakes_.work([this, object = entry.object, parts = entry.parts(), words = entry.words] {
-        bake::BakeOptions options = bake_options(object->name);
+        bake::BakeOptions options = bake_options({object->name});
         options.projection = static_cast<model::Projection>(object->view.header.projection);
         try {
             const auto after = rebaked(*object, *parts, options, words);
             audience_.post([this, object, after] {
-                audience_.send_progress(object->name, "done", 1);
+                send_progress({object->name}, "done");
                 replace(object, after);
             });
         } catch (const mesh::Error& e) {
-            send_failure(object->name, e.what());
+            send_failure({object->name}, e.what());
         }
     });
 }
@@ -148,20 +152,20 @@ void Scene::bake_twin(const Entry& entry)
     bakes_.work([this, object = entry.object, parts = entry.parts(), words = entry.words] {
         const bool to_normal = !model::is_normal(object->view);
         const std::string name = object->name + (to_normal ? ", paper's maps" : ", central maps");
-        bake::BakeOptions options = bake_options(name);
+        bake::BakeOptions options = bake_options({name});
         options.projection = to_normal ? model::Projection::Normal : model::Projection::Central;
         try {
             const auto twin = rebaked(*object, *parts, options, words);
             twin->name = name;
             twin->names_file.clear();
             audience_.post([this, twin] {
-                audience_.send_progress(twin->name, "done", 1);
+                send_progress({twin->name}, "done");
                 add(twin);
                 send();
                 on_objects();
             });
         } catch (const mesh::Error& e) {
-            send_failure(name, e.what());
+            send_failure({name}, e.what());
         }
     });
 }
@@ -176,7 +180,7 @@ std::optional<std::size_t> Scene::twin_of(std::size_t entry) const
     return std::nullopt;
 }
 
-void Scene::add(std::shared_ptr<Object> object)
+void Scene::add(std::shared_ptr<Object> object, std::uint32_t upload)
 {
     std::vector<ObjectPtr> others;
     for (const Entry& entry : entries_) others.push_back(entry.object);
@@ -189,6 +193,7 @@ void Scene::add(std::shared_ptr<Object> object)
     entry.history.push_back(std::make_shared<const Parts>(object->parts));
     entry.words = object->words;
     entry.id = next_id_++;
+    entry.upload = upload;
     entry.object = std::move(object);
     entries_.push_back(std::move(entry));
 }
@@ -263,6 +268,7 @@ nlohmann::ordered_json Scene::json() const
         const Entry& entry = entries_[i];
         ordered_json facts = facts_json(*entry.object, *entry.parts(), entry.at > 0);
         facts["id"] = entry.id;
+        facts["upload"] = entry.upload;
         const std::optional<std::size_t> twin = twin_of(i);
         facts["twin"] = twin ? ordered_json(*twin) : ordered_json();
         facts["namesKept"] = !entry.object->names_file.empty();

@@ -2,11 +2,11 @@
 #pragma once
 
 #include "viewer/server/http/audience.h"
+#include "viewer/server/jobs/cancellations.h"
 #include "viewer/server/jobs/worker.h"
 #include "viewer/server/protocol/messages.h"
 #include "viewer/server/scene/object.h"
 
-#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -35,6 +35,7 @@ public:
         std::size_t at = 0;
         std::uint32_t revision = 0;  ///< grows with every change of what the page shows
         std::uint32_t id = 0;        ///< no other object of this program has it
+        std::uint32_t upload = 0;    ///< the page's number of the file that it came from; 0: from none
         Words words;                 ///< what its parts are called; edits of parts keep it
         bool renamed = false;        ///< since it was opened: steps of the history may have other names
         [[nodiscard]] std::shared_ptr<const Parts> parts() const { return history[at]; }
@@ -46,18 +47,18 @@ public:
     std::function<void()> on_objects = [] {};                    ///< there are others than before
     std::function<void(std::uint32_t)> on_remove = [](auto) {};  ///< this one is gone; those behind it move up
 
-    void add(std::shared_ptr<Object> object);
+    void add(std::shared_ptr<Object> object, std::uint32_t upload = 0);
     /// Split, Merge, MoveCut, Refit, Name, Undo, Redo, Bake, Rebake or Remove; what does not fit the scene of now is passed over.
     void edit(const Message& message);
-    /// Mesh, model or names: answers with the verdict, then adds the object.
+    /// Mesh, model or names: answers with the verdict, then adds the object. The page numbers its uploads, to cancel them.
     void upload(HttpRequest request, const Answer& answer);
 
     /// Objects give way to copies of themselves that stand elsewhere. False, and nothing is changed, where the first of some pair
     /// is no longer there.
     bool rearrange(std::span<const std::pair<ObjectPtr, ObjectPtr>> copies);
 
-    /// The bake at hand, where there is one.
-    void cancel() { cancelled_ = true; }
+    /// An upload, whether it is being baked or still waits; once its object stands, nothing happens.
+    void cancel(std::uint32_t upload) { cancelled_.add(upload); }
 
     [[nodiscard]] const std::vector<Entry>& entries() const { return entries_; }
     [[nodiscard]] std::vector<ObjectPtr> objects() const;
@@ -67,6 +68,12 @@ public:
     void send();  ///< all pages
 
 private:
+    /// What is baked, and the upload that it is of.
+    struct Job {
+        std::string name;
+        std::uint32_t upload = 0;
+    };
+
     void change(Entry& entry, std::shared_ptr<const Parts> parts);
     void bake_edited(const Entry& entry);
     void bake_twin(const Entry& entry);
@@ -76,17 +83,18 @@ private:
     static void refresh_names(Entry& entry);
     [[nodiscard]] HttpReply take_names(const std::string& file, const std::string& text);
     // On the worker's thread.
-    void take_model(const std::string& name, std::span<const std::byte> bytes, const Answer& answer);
-    void take_mesh(const std::string& name, const app::LoadedMesh& loaded, model::Projection projection, const Answer& answer);
-    [[nodiscard]] bake::BakeOptions bake_options(const std::string& name);
-    void send_failure(const std::string& name, const std::string& why);
+    void take_model(const Job& job, std::span<const std::byte> bytes, const Answer& answer);
+    void take_mesh(const Job& job, const app::LoadedMesh& loaded, model::Projection projection, const Answer& answer);
+    [[nodiscard]] bake::BakeOptions bake_options(const Job& job);
+    void send_progress(const Job& job, const std::string& stage, double done = 1);
+    void send_failure(const Job& job, const std::string& why);
 
     Audience& audience_;
     Worker &pictures_, &bakes_;
     SceneOptions options_;
     std::vector<Entry> entries_;
     std::uint32_t next_id_ = 1;
-    std::atomic<bool> cancelled_{false};
+    Cancellations cancelled_;
 };
 
 }  // namespace sqmap::viewer

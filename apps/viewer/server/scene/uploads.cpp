@@ -6,6 +6,7 @@
 #include "viewer/server/scene/scene.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cstring>
 
 namespace sqmap::viewer {
@@ -51,6 +52,15 @@ app::LoadOptions load_options(std::string_view target, const io::ReadLimits& lim
     return load;
 }
 
+/// 0 where the page gave none.
+std::uint32_t number_of_upload(std::string_view target)
+{
+    const std::string_view text = query_value(target, "upload");
+    std::uint32_t number = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    return error == std::errc{} && end == text.data() + text.size() ? number : 0;
+}
+
 HttpReply accepted(const char* verdict)
 {
     return json_reply({{"accepted", true}, {"verdict", verdict}, {"notes", ordered_json::array()}});
@@ -71,12 +81,15 @@ void Scene::upload(HttpRequest request, const Answer& answer)
     const app::LoadOptions load = load_options(request.target, options_.limits);
     const auto projection =
         query_value(request.target, "projection") == "normal" ? model::Projection::Normal : model::Projection::Central;
-    bakes_.work([this, answer, name, load, projection, body = std::move(request.body)] {
+    const Job job{.name = name, .upload = number_of_upload(request.target)};
+    bakes_.work([this, answer, job, load, projection, body = std::move(request.body)] {
+        if (cancelled_.has(job.upload))
+            return answer(refused({"E_CANCELLED", "file", "the page took it back", "send it again"}));
         const std::span<const std::byte> bytes = std::as_bytes(std::span(body));
-        if (name.ends_with(".sqmap"))
-            take_model(name, bytes, answer);
+        if (job.name.ends_with(".sqmap"))
+            take_model(job, bytes, answer);
         else
-            take_mesh(name, app::load_mesh(bytes, name, load), projection, answer);
+            take_mesh(job, app::load_mesh(bytes, job.name, load), projection, answer);
     });
 }
 
@@ -95,20 +108,20 @@ HttpReply Scene::take_names(const std::string& file, const std::string& text)
 }
 
 /// On the worker's thread.
-void Scene::take_model(const std::string& name, std::span<const std::byte> bytes, const Answer& answer)
+void Scene::take_model(const Job& job, std::span<const std::byte> bytes, const Answer& answer)
 {
     try {
         // Copied, so that it is aligned.
-        const auto object = object_from_model({bytes.begin(), bytes.end()}, name, options_.size);
+        const auto object = object_from_model({bytes.begin(), bytes.end()}, job.name, options_.size);
         answer(accepted("MODEL"));
-        audience_.post([this, object] { add(object), send(), on_objects(); });
+        audience_.post([this, object, upload = job.upload] { add(object, upload), send(), on_objects(); });
     } catch (const std::runtime_error& e) {
         answer(refused({"E_FORMAT", "file", e.what(), "bake the mesh again with this version"}));
     }
 }
 
 /// On the worker's thread.
-void Scene::take_mesh(const std::string& name, const app::LoadedMesh& loaded, model::Projection projection, const Answer& answer)
+void Scene::take_mesh(const Job& job, const app::LoadedMesh& loaded, model::Projection projection, const Answer& answer)
 {
     const app::Diagnosis& d = loaded.diagnosis;
     answer(json_reply({{"accepted", !loaded.refused()},
@@ -121,17 +134,18 @@ void Scene::take_mesh(const std::string& name, const app::LoadedMesh& loaded, mo
                        {"triangles", loaded.mesh.triangles.size()}}));
     if (loaded.refused()) return;
     try {
-        bake::BakeOptions options = bake_options(name);
+        bake::BakeOptions options = bake_options(job);
         options.projection = projection;
-        const auto object = object_from_mesh(loaded, name, options_.size, options);
-        audience_.post([this, object, name] {
-            audience_.send_progress(name, "done", 1);
-            add(object);
+        const auto object = object_from_mesh(loaded, job.name, options_.size, options);
+        audience_.post([this, object, job] {
+            if (cancelled_.has(job.upload)) return send_progress(job, "cancelled");
+            send_progress(job, "done");
+            add(object, job.upload);
             send();
             on_objects();
         });
     } catch (const mesh::Error& e) {
-        send_failure(name, e.what());
+        send_failure(job, e.what());
     }
 }
 

@@ -44,6 +44,7 @@ export class Costume {
   frames = 0;
   last: ClothFrame | null = null;
   onReady: () => void = () => {};
+  stopped: () => boolean = () => false;  ///< then nothing can be taken, pinned or cut
 
   constructor(private world: World, private canvas: HTMLCanvasElement, private say: (message: object) => boolean) {
     const radio = (input: HTMLInputElement, text: string) => h('label', { class: 'check' }, input, h('span', {}, text));
@@ -205,7 +206,7 @@ export class Costume {
     return p;
   }
   private down(e: PointerEvent): void {
-    if (!this.active || e.button !== 0 || e.ctrlKey || e.shiftKey) return;
+    if (!this.active || this.stopped() || e.button !== 0 || e.ctrlKey || e.shiftKey) return;
     this.cursor.copy(this.world.onCanvas(e));
     const p = this.under();
     if (!p && !this.cuts.checked) return;  // beside the cloth the drag turns the view
@@ -270,6 +271,9 @@ export class Costume {
       if (this.held) this.drag();
       else if (this.line) { this.extend(); this.world.tool.mark(this.under() ?? this.placeOf(this.line[this.line.length - 1])); }
       else this.world.tool.mark(this.under() ?? this.world.beside(this.cursor.x, this.cursor.y, this.world.controls.target));
+    } else if (this.stopped() && /^(c|p|Enter)$/i.test(e.key)) {
+      e.preventDefault();
+      announce('Stopped: nothing can be taken until you press Resume.');
     } else if (e.key === 'c' || e.key === 'C') {
       e.preventDefault();
       if (this.line) { this.endCut(true); return; }

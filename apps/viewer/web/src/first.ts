@@ -1,5 +1,4 @@
 // The first minute: one object large, the others pale behind it, and one invitation, until it is touched.
-import * as THREE from 'three';
 import { canvas, hand, invite, stage, world } from './stage';
 import { saved } from './net';
 import { on, state } from './state';
@@ -16,21 +15,18 @@ let invites = !saved;
 /// Of several objects the one with most parts: it has most to touch.
 export function firstMinute(): void {
   const rich = state.facts.reduce((best, f, i) => (f.parts.length > (state.facts[best]?.parts.length ?? 0) ? i : best), 0);
-  world.frame(state.facts.length ? rich : -1);
-  if (state.facts.length > 1) lookAt(rich);
+  if (state.facts.length > 1) { world.frameClosely(rich); lookAt(rich); } else world.frame();
   follow();
 }
 
-/// Over the highest point of the object that is seen there.
+/// Over the point of the object that is highest on the screen.
 function follow(): void {
   const object = Math.max(world.objects.focus, 0);
   invite.hidden = !invites || state.mode !== 'touch' || state.playing || !state.facts[object];
   if (invite.hidden) return;
-  const box = world.objects.box(object), middle = box.getCenter(new THREE.Vector3());
-  const p = world.project(middle);
-  let y = world.project(new THREE.Vector3(middle.x, box.max.y, middle.z)).y;
-  while (y > p.y && world.cast(p.x, y, object) === null) y -= 0.02;
-  invite.style.transform = `translate(${(0.5 * (p.x + 1) * world.size.x).toFixed(0)}px, ${Math.max(0.5 * (1 - y) * world.size.y - 16, 58).toFixed(0)}px) translate(-50%, -100%)`;
+  const top = world.highest(object), half = 0.5 * invite.offsetWidth + 8;
+  const x = Math.min(Math.max(0.5 * (top.x + 1) * world.size.x, half), world.size.x - half);
+  invite.style.transform = `translate(${x.toFixed(0)}px, ${Math.max(0.5 * (1 - top.y) * world.size.y - 16, 58).toFixed(0)}px) translate(-50%, -100%)`;
 }
 
 /// Nobody needs it who has touched, or has opened what was felt.

@@ -11,11 +11,11 @@ import { notice, progressBox, question, showProgress, trouble, wait } from './no
 import { folded } from './panels/controls';
 import { costume } from './panels/dress';
 import { firstMinute, lookAt } from './first';
-import { dialog, exportMenu, openButton, zone } from './panels/files';
+import { dialog, exportMenu, heardProgress, openButton, readingButton, zone } from './panels/files';
 import { restoreView } from './session';
 import { inspected } from './panels/inspect';
 import './pad';
-import { pickBox } from './panels/look';
+import { answersBox, pickBox } from './panels/look';
 import { count, factsBox } from './panels/models';
 import { map, mapCard, showFeet } from './panels/parts';
 import { game } from './panels/recognise';
@@ -24,15 +24,18 @@ import { sound, soundButton } from './panels/senses';
 import { leaveOut, restoreSaved } from './panels/share';
 import { again, counters } from './panels/touch';
 import { hand, stage, world } from './stage';
-import { changed, state } from './state';
+import { changed, on, state } from './state';
 import { stopButton } from './stop';
 import { applyTheme, themeButton } from './theme';
 import { immersive, immersiveButton } from './immersive';
 
 const connection = h('span', { class: 'pill', id: 'connection', role: 'status' }, 'connecting …');
-panel.append(notice, progressBox, dialog, modePanel, pickBox, mapCard, factsBox, folded('Timing', 'timing', counters, pageCost));
+panel.append(notice, progressBox, dialog, modePanel, pickBox, answersBox, mapCard, factsBox, folded('Timing', 'timing', counters, pageCost));
 main.append(stage, edge, sheet, panel, charts.element);
-document.getElementById('app')!.replaceChildren(h('header', {}, h('h1', {}, 'sqmap'), tabList, openButton, exportMenu, connection, soundButton, immersiveButton, themeButton, help.button, stopButton), main, zone, help.dialog);
+document.getElementById('app')!.replaceChildren(h('header', {}, h('h1', {}, 'sqmap'), tabList, h('div', { class: 'joined' }, openButton, readingButton), exportMenu, connection, soundButton, immersiveButton, themeButton, help.button, stopButton), main, zone, help.dialog);
+
+// What was picked comes first; else what can be drawn.
+on(['pick'], () => { if (state.pick) modePanel.before(pickBox); else modePanel.after(pickBox); });
 
 leaveOut();
 let first = true;
@@ -91,7 +94,7 @@ link.open({
   },
   cloth(f) { costume.frame(f); },
   feet: showFeet,
-  progress: showProgress,
+  progress(p) { showProgress(p); heardProgress(p); },
   trouble,
   connected,
   stranger() {

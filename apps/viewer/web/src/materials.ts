@@ -9,6 +9,7 @@ export interface Material {
 export const MODES = [1, 2.76, 5.4, 8.93];
 export const PLAIN: Material = { name: 'Plain', stiffness: 500, damping: 0.3, friction: 0.3, texture: 0, speed: 60, periods: 12, loud: 0.5, rustle: 0.5, pitch: 1400 };
 export const MATERIALS: Record<string, Material> = {
+  plain: PLAIN,
   wood: { name: 'Wood', stiffness: 900, damping: 0.4, friction: 0.35, texture: 0.0001, speed: 85, periods: 14, loud: 0.9, rustle: 0.6, pitch: 1100 },
   stone: { name: 'Stone', stiffness: 1500, damping: 0.2, friction: 0.55, texture: 0.0002, speed: 260, periods: 26, loud: 0.9, rustle: 0.9, pitch: 2600 },
   rubber: { name: 'Rubber', stiffness: 350, damping: 1, friction: 0.9, texture: 0, speed: 22, periods: 3, loud: 0.7, rustle: 0.35, pitch: 500 },

@@ -13,6 +13,7 @@ export interface ObjectFacts {
   bytes: Record<string, number>; rMax: number; metresPerUnit: number; central: boolean; exact: boolean;
   position: number[]; half: number[]; measured: Record<string, number>; parts: Part[]; verdict: string; notes: string[]; cure: Cure | null;
   twin: number | null;  ///< the object of the same mesh and the other projection
+  upload: number;  ///< this page's number of the file that it came from; 0: none
   id: number; revision: number; canUndo: boolean; canRedo: boolean;
 }
 export interface Settings {
@@ -47,7 +48,8 @@ export interface ClothFrame {
 /// Contacts of the tool with an object, on the maps of its parts.
 export interface Feet { object: number; feet: { part: number; x: number; y: number; depth: number }[]; }
 export interface Cure { rung: string; input_to_result: Record<string, number>; result_to_input: Record<string, number>; made_up_share: number; }
-export interface Progress { name: string; stage: string; done: number; }
+/// upload: as of ObjectFacts.
+export interface Progress { name: string; stage: string; done: number; upload: number; }
 
 export interface Handlers {
   scene(objects: ObjectFacts[]): void;
@@ -149,8 +151,8 @@ export interface Verdict {
   accepted: boolean; verdict: string; code?: string; element?: string; message?: string; cure?: string; notes?: string[]; triangles?: number;
 }
 
-/// How a file is read; empty: as it needs.
-export interface Reading { repair: string; thickness: string; unit: string; projection: string; }
+/// How a file is read; empty: as it needs. upload: its number, by which it can be taken back.
+export interface Reading { repair: string; thickness: string; unit: string; projection: string; upload: string; }
 
 /// Sends a file; sent: share of it that is on its way, 0 to 1. reading: null for a recording.
 export async function upload(file: File, reading: Reading | null, sent: (share: number) => void, signal: AbortSignal): Promise<Verdict> {

@@ -94,6 +94,8 @@ export class Objects {
   }
 
   private remove(s: Shown): void {
+    for (const key of [...this.left]) if (key.startsWith(`${s.id}/`)) this.left.delete(key);
+    this.onLeft(this.left.size);
     if (s.surface) { this.scene.remove(s.surface.mesh); s.surface.dispose(); }
     for (const o of [s.samples, s.shell]) if (o) { this.scene.remove(o); o.geometry.dispose(); }
     for (const { all } of [s.superquadrics, s.spheres]) { this.scene.remove(all); all.geometry.dispose(); }
@@ -198,7 +200,7 @@ export class Objects {
       const key = `${kind}${field ? '' : '!'}|${scale?.key ?? ''}|${chosen}|${hidden ? 1 : 0}|${pale ? 1 : 0}`;
       if (s.painted === `${key}|${other}`) return;
       s.painted = `${key}|${other}`;
-      const parts = s.colours.map((c, p) => linear(pale || (chosen >= 0 && chosen !== p) ? (c.map((x) => 0.45 * x + 0.4) as Rgb) : c));
+      const parts = s.colours.map((c, p) => linear(pale ? (c.map((x) => 0.28 * x + 0.5) as Rgb) : chosen >= 0 && chosen !== p ? (c.map((x) => 0.45 * x + 0.4) as Rgb) : c));
       meter.spend('colours', () => s.surface!.colour({ parts, field, marks: hidden, mark: linear(HIDDEN) }));
       const second = other ? s.fields.get('error-2') : undefined;
       s.surface.second(scale && second ? { parts, field: { values: second, scale }, marks: hidden, mark: linear(HIDDEN) } : null);
@@ -278,18 +280,29 @@ export class Objects {
   }
 
   private left: Set<string> = new Set();  ///< parts that are left out, as "id/part"
+  private leaves = true;                  ///< they are
+  onLeft: (count: number) => void = () => {};  ///< so many are left out now
   /// Shows a part or leaves it out; what is left out is not clicked either.
   showPart(object: number, part: number, yes: boolean): void {
     const s = this.shown[object];
     if (!s?.surface) return;
-    s.surface.show(part, yes);
     const key = `${s.id}/${part}`;
     if (yes) this.left.delete(key); else this.left.add(key);
+    s.surface.show(part, yes || !this.leaves);
+    this.onLeft(this.left.size);
+    this.redraw();
+  }
+  showAll(): void { this.shown.forEach((_, i) => this.isolate(i, -1)); }
+  /// Whether parts are left out at all: what is touched is seen whole.
+  leaveOut(yes: boolean): void {
+    if (yes === this.leaves) return;
+    this.leaves = yes;
+    this.shown.forEach((s, i) => this.facts[i].parts.forEach((_, p) => { if (s && this.left.has(`${s.id}/${p}`)) s.surface?.show(p, !yes); }));
     this.redraw();
   }
   /// One part alone; -1: all parts again.
   isolate(object: number, part: number): void { this.facts[object]?.parts.forEach((_, p) => this.showPart(object, p, part < 0 || p === part)); }
-  isLeft(object: number, part: number): boolean { return this.left.has(`${this.shown[object]?.id}/${part}`); }
+  isLeft(object: number, part: number): boolean { return this.leaves && this.left.has(`${this.shown[object]?.id}/${part}`); }
   /// What of the object lies before the plane is not drawn; null: all is.
   cut(plane: THREE.Plane | null, object = -1): void {
     this.shown.forEach((s, i) => {
@@ -322,6 +335,18 @@ export class Objects {
   select(object: number, part: number): void {
     this.selected = object < 0 ? null : { object, part };
     void this.paint();
+  }
+
+  /// The triangle that is missed, else the one with the largest value of the field that is shown; null: there is no such field.
+  worst(): { hit: Hit; value: number } | null {
+    let best: { object: number; triangle: number; value: number } | null = null;
+    this.shown.forEach((s, object) => s?.fields.get(this.colourBy)?.forEach((value, triangle) => {
+      if ((value === -1 || value >= 0) && (!best || (best.value !== -1 && (value === -1 || value > best.value)))) best = { object, triangle, value };
+    }));
+    const found = best as { object: number; triangle: number; value: number } | null, surface = found && this.shown[found.object]?.surface;
+    if (!found || !surface) return null;
+    const [a, b, c] = surface.triangle(found.triangle), point = a.clone().add(b).add(c).divideScalar(3);
+    return { value: found.value, hit: { object: found.object, part: surface.partOf[found.triangle], triangle: found.triangle, point, normal: b.sub(a).cross(c.sub(a)).normalize() } };
   }
 
   fieldAt(object: number, kind: string, triangle: number): number | undefined { return this.shown[object]?.fields.get(kind)?.[triangle]; }

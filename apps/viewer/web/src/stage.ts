@@ -8,7 +8,8 @@ import { World } from './world';
 
 export const canvas = h('canvas', { id: 'stage', tabIndex: 0, role: 'application', 'aria-label': 'The scene. To look: arrow keys turn it, plus and minus bring it nearer and farther, Home shows all, Enter tells what is in the middle. To touch: arrow keys move the tool, Enter touches and lifts, Page Down presses harder, Q and E walk round, N says what is touched, Space stops. To dress: arrow keys move a cross, Enter takes cloth and lets go, P pins, C begins a cut and ends it.' });
 export const hint = h('p', { class: 'hint', id: 'hint' });
-const legend = h('div', { class: 'legend', hidden: true });
+const scaleBox = h('div', {});
+export const legend = h('div', { class: 'legend', hidden: true }, scaleBox);
 export const forceRead = h('output', { class: 'force', id: 'force', 'aria-live': 'off' });
 export const factsLine = h('p', { class: 'facts-line', id: 'model-facts' });  // always in sight, however the panel is scrolled
 export const forceTag = h('div', { class: 'force-tag', hidden: true, 'aria-hidden': 'true' });  // the words in the corner say it, too
@@ -31,7 +32,7 @@ world.objects.onTrouble = trouble;
 world.objects.onWait = (kind, done, of) => {
   const names: Record<string, string> = { error: 'depth error', 'error-2': 'depth error of layer 2', protrusion: 'protrusion', curvature: 'curvature', 'made-up': 'made-up surface', difference: 'difference' };
   legend.hidden = false;
-  fill(legend, h('span', { id: 'waiting' }, `Computing the ${names[kind] ?? kind}: ${done} of ${of} objects …`), h('progress', { max: of, value: done, 'aria-label': 'Computing' }));
+  fill(scaleBox, h('span', { id: 'waiting' }, `Computing the ${names[kind] ?? kind}: ${done} of ${of} objects …`), h('progress', { max: of, value: done, 'aria-label': 'Computing' }));
 };
 const scaleListeners: ((scale: Scale | null) => void)[] = [];
 export function onScale(listener: (scale: Scale | null) => void): void { scaleListeners.push(listener); }
@@ -39,8 +40,8 @@ world.objects.onScale = (scale) => { for (const listener of scaleListeners) list
 onScale((scale) => {
   const q2 = world.objects.hiddenShare.length ? h('span', { class: 'note', id: 'q2', title: 'Q2 of section 5 of the paper' }, `Magenta: hidden from its part's projection, of the surface: ${world.objects.hiddenShare.join(', ')}`) : '';
   legend.hidden = !scale && !q2;
-  if (!scale) { fill(legend, q2); return; }
+  if (!scale) { fill(scaleBox, q2); return; }
   const stops = Array.from({ length: 9 }, (_, i) => css(scale.colour(i / 8))).join(',');
-  legend.replaceChildren(h('span', { title: TIPS[world.objects.colourBy] ?? 'Size: the largest distance between two vertices, the paper’s R_max' }, sides.hidden ? scale.title : scale.title.replace(' of layer 3', '')), h('div', { class: 'bar', style: `background:linear-gradient(90deg,${stops})` }), h('div', { class: 'ticks' }, ...scale.ticks.map(([, t]) => h('span', {}, t))),
+  scaleBox.replaceChildren(h('span', { title: TIPS[world.objects.colourBy] ?? 'Size: the largest distance between two vertices, the paper’s R_max' }, sides.hidden ? scale.title : scale.title.replace(' of layer 3', '')), h('div', { class: 'bar', style: `background:linear-gradient(90deg,${stops})` }), h('div', { class: 'ticks' }, ...scale.ticks.map(([, t]) => h('span', {}, t))),
     NOTES[world.objects.colourBy] ? h('span', { class: 'note' }, NOTES[world.objects.colourBy]) : '', q2);
 });

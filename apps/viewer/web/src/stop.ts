@@ -20,7 +20,7 @@ let before: HTMLElement | null = null;  ///< who had the focus
 
 function stop(): void {
   before = document.activeElement instanceof HTMLElement ? document.activeElement : null;
-  if (state.mode !== 'dress' || (state.status?.device ?? 0) > 0) link.say({ say: 'stop' });
+  link.say({ say: 'stop' });
   hand.letGo();
   for (const end of atStop) end();
   announce('Stopped. No force.', true);
@@ -41,15 +41,16 @@ document.addEventListener('keydown', (e) => {
 });
 window.addEventListener('blur', () => hand.letGo());
 
-export function showResume(text = 'Stopped: there is no force.'): void {
-  if (stage.querySelector('#resume')) return;
+export function showResume(text = state.mode === 'dress' ? 'Stopped: nothing is held.' : 'Stopped: there is no force.'): void {
+  const shown = stage.querySelector('.stopped');
+  if (shown) { shown.setAttribute('aria-label', text); shown.querySelector('p')!.textContent = text; return; }
   const button = h('button', { id: 'resume', class: 'primary', onclick: () => resume() }, 'Resume ', h('kbd', {}, 'Enter'));
   stage.append(h('div', { class: 'stopped', role: 'alertdialog', 'aria-label': text }, h('p', {}, text), button));
   button.focus();
 }
 function hideResume(): void { stage.querySelector('.stopped')?.remove(); }
 /// Where nothing is felt it is in nobody's way.
-function showStopped(): void { if (state.status?.stopped && (state.mode === 'touch' || state.mode === 'recognise')) showResume(); else hideResume(); }
+function showStopped(): void { if (state.status?.stopped && state.mode !== 'look') showResume(); else hideResume(); }
 on(['mode', 'status'], () => {
   showStopped();
   stopButton.hidden = !canBeFelt();

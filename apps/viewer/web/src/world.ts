@@ -11,6 +11,7 @@ import { Traces } from './traces';
 
 const IN_SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
 const SAMPLES = 2;  // of a still picture drawn in software, along each side of a pixel
+const TILE = 2048;  // pixels of a picture that are drawn at once, along each side
 const LONG = 700;   // ms without a change before such a picture: it costs as much as ten others
 
 /// Without a graphics card smooth edges cost more than all else: then only a still picture has them.
@@ -52,7 +53,7 @@ export class World {
   private software = isSoftware();
   private ratio = 0;  ///< pixels that were drawn last to one of the page, along each side
   readonly size = new THREE.Vector2(1, 1);  ///< of the stage, pixels of the page
-  private framed: { box: THREE.Box3; at: THREE.Vector3 } | null = null;  ///< what was brought into sight, and from where
+  private framed: { again: () => void; at: THREE.Vector3 } | null = null;  ///< how something was brought into sight, and from where
   private dirty = true;
 
   constructor(private canvas: HTMLCanvasElement) {
@@ -106,23 +107,30 @@ export class World {
 
   redraw(): void { this.dirty = true; }
 
+  /// One after the other, what each of two views shows; draw is told which, from the left.
+  private inTurn(draw: (view: number) => void): void {
+    (['left', 'right'] as const).forEach((side, view) => {
+      const shift = this.objects.show(side);
+      this.camera.position.add(shift);
+      this.camera.updateMatrixWorld();
+      draw(view);
+      this.camera.position.sub(shift);
+    });
+    this.objects.show('both');
+    this.camera.updateMatrixWorld();
+  }
+
   private draw(renderer: THREE.WebGLRenderer): void {
     const { x: wide, y: high } = this.size, half = 0.5 * wide, { info } = renderer;
     if (!this.split) { renderer.render(this.scene, this.camera); meter.drawn(info.render.calls, info.render.triangles); return; }
     info.autoReset = false;
     info.reset();
     renderer.setScissorTest(true);
-    for (const [side, from] of [['left', 0], ['right', half]] as const) {
-      const shift = this.objects.show(side);
-      this.camera.position.add(shift);
-      this.camera.updateMatrixWorld();
-      renderer.setViewport(from, 0, half, high);
-      renderer.setScissor(from, 0, half, high);
+    this.inTurn((view) => {
+      renderer.setViewport(view * half, 0, half, high);
+      renderer.setScissor(view * half, 0, half, high);
       renderer.render(this.scene, this.camera);
-      this.camera.position.sub(shift);
-    }
-    this.objects.show('both');
-    this.camera.updateMatrixWorld();
+    });
     renderer.setScissorTest(false);
     renderer.setViewport(0, 0, wide, high);
     info.autoReset = true;
@@ -161,7 +169,7 @@ export class World {
     this.camera.aspect = this.across / box.height;
     this.camera.updateProjectionMatrix();
     // Nobody has turned it since: in sight it stays.
-    if (this.framed && this.framed.at.distanceTo(this.camera.position) < 1e-6) this.frameBox(this.framed.box);
+    if (this.framed && this.framed.at.distanceTo(this.camera.position) < 1e-6) this.framed.again();
     this.dirty = true;
   }
 
@@ -196,6 +204,32 @@ export class World {
     return out;
   }
 
+  /// One object, as large as its surface lets it be below a line of words; the others are behind it, as far as they can be.
+  frameClosely(object: number): void {
+    const own = this.objects.box(object).getCenter(new THREE.Vector3()), all = this.objects.box().getCenter(new THREE.Vector3());
+    const away = own.clone().sub(all).setY(0), from = away.length() > 1e-6 ? away.normalize().setY(0.25).addScaledVector(FRONT, 1.1).normalize() : FRONT;
+    this.frame(object, from);
+    const points: THREE.Vector3[] = [], p = new THREE.Vector3(), { target } = this.controls;
+    this.objects.eachVertex(object, 7, (_, v) => points.push(v.clone()));
+    for (let k = 0; k < 40; ++k) {
+      let low = 1, high = -1, wide = 0;
+      for (const v of points) { p.copy(v).project(this.camera); low = Math.min(low, p.y); high = Math.max(high, p.y); wide = Math.max(wide, Math.abs(p.x)); }
+      if (!points.length || low < -0.86 || high > 0.74 || wide > 0.9) break;
+      this.camera.position.sub(target).multiplyScalar(0.97).add(target);
+      this.camera.updateMatrixWorld();
+    }
+    this.controls.update();
+    this.framed = { again: () => this.frameClosely(object), at: this.camera.position.clone() };
+    this.dirty = true;
+  }
+
+  /// The point of an object's surface that is highest on the screen, -1 to 1 each way.
+  highest(object: number): THREE.Vector2 {
+    const top = new THREE.Vector2(0, -Infinity), p = new THREE.Vector3();
+    this.objects.eachVertex(object, 7, (_, v) => { p.copy(v).project(this.camera); if (p.y > top.y) top.set(p.x, p.y); });
+    return Number.isFinite(top.y) ? top : this.project(this.objects.box(object).getCenter(p));
+  }
+
   frameBox(box: THREE.Box3, from = FRONT): void {
     if (box.isEmpty()) box.set(new THREE.Vector3(-0.1, -0.1, -0.1), new THREE.Vector3(0.1, 0.1, 0.1));
     const centre = box.getCenter(new THREE.Vector3()), size = box.getSize(new THREE.Vector3()), corner = new THREE.Vector3();
@@ -213,7 +247,7 @@ export class World {
       if (most < 0.93) break;
     }
     this.controls.update();
-    this.framed = { box: box.clone(), at: this.camera.position.clone() };
+    this.framed = { again: () => this.frameBox(box, from), at: this.camera.position.clone() };
     this.camera.updateMatrixWorld();
     this.dirty = true;
   }
@@ -225,6 +259,23 @@ export class World {
     this.axes.position.set(box.min.x, this.objects.low, box.max.z);
     if (yes) this.scene.add(this.axes); else this.scene.remove(this.axes);
     this.dirty = true;
+  }
+
+  /// Near a point of an object's surface, from a side from which it is seen.
+  closeTo(object: number, p: THREE.Vector3, normal: THREE.Vector3): void {
+    const size = 0.12 * this.objects.box(object).getSize(new THREE.Vector3()).length(), box = new THREE.Box3().setFromCenterAndSize(p, new THREE.Vector3(size, size, size));
+    const sides = [normal.clone().normalize()];
+    for (let k = 0; k < 60; ++k) {
+      // Evenly over the sphere; those nearer to the normal are tried first.
+      const z = 1 - (2 * k + 1) / 60, r = Math.sqrt(1 - z * z), a = 2.39996 * k, side = new THREE.Vector3(r * Math.cos(a), z, r * Math.sin(a));
+      if (side.dot(normal) > 0.1) sides.push(side);
+    }
+    sides.sort((a, b) => b.dot(normal) - a.dot(normal));
+    for (const side of [...sides, sides[0]]) {
+      this.frameBox(box.clone(), side);
+      const hit = this.cast(0, 0);
+      if (hit?.object === object && hit.point.distanceTo(p) < 0.02 * size) return;
+    }
   }
 
   /// From a direction, as far away as it is.
@@ -318,10 +369,31 @@ export class World {
   /// width: pixels; 0: as many as the screen shows.
   async picture(width = 0): Promise<Blob | null> {
     if (!this.renderer) return null;
-    this.fineness(width > 0 ? width / this.size.x : this.finest());
-    this.draw(this.renderer);
-    const blob = await new Promise<Blob | null>((resolve) => this.canvas.toBlob(resolve, 'image/png'));
-    this.dirty = true;
-    return blob;
+    const ratio = width > 0 ? width / this.size.x : this.finest(), picture = this.tiled(this.renderer, ratio);
+    return new Promise<Blob | null>((resolve) => picture.toBlob(resolve, 'image/png'));
+  }
+
+  /// What is seen, with so many pixels to one of the page, in tiles: no graphics card draws any size at once.
+  private tiled(renderer: THREE.WebGLRenderer, ratio: number): HTMLCanvasElement {
+    const out = document.createElement('canvas'), context = out.getContext('2d')!;
+    out.width = Math.round(ratio * this.size.x);
+    out.height = Math.round(ratio * this.size.y);
+    const views = this.split ? 2 : 1, wide = out.width / views, { height: high } = out;
+    const draw = (view: number) => {
+      for (let y = 0; y < high; y += TILE)
+        for (let x = 0; x < wide; x += TILE) {
+          const w = Math.min(TILE, Math.ceil(wide - x)), h = Math.min(TILE, high - y);
+          this.camera.setViewOffset(wide, high, x, y, w, h);
+          renderer.setDrawingBufferSize((w + 0.01) / ratio, (h + 0.01) / ratio, ratio);
+          renderer.render(this.scene, this.camera);
+          context.drawImage(this.canvas, Math.round(view * wide) + x, y);
+        }
+    };
+    if (views === 2) this.inTurn(draw); else draw(0);
+    this.camera.clearViewOffset();
+    this.ratio = 0;
+    this.fineness(this.finest());
+    this.resize();
+    return out;
   }
 }

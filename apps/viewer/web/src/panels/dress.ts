@@ -15,5 +15,6 @@ costume.onReady = () => {
   setTimeout(() => { if (state.mode === 'dress') hint.hidden = true; }, 6000);
 };
 onStop(() => costume.release());
+costume.stopped = () => state.status?.stopped ?? false;
 whileFelt(() => costume.held);
 on(['status'], () => { if (state.status) costume.status(state.status); });

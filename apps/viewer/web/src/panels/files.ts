@@ -2,7 +2,7 @@
 import { announce, fill, h, save } from '../dom';
 import { setMode, tabs } from '../modes';
 import { openSheet } from '../layout';
-import { fetchBytes, link, program, saved, upload, type Settings } from '../net';
+import { fetchBytes, link, program, saved, upload, type Progress, type Settings } from '../net';
 import { trouble, wait } from '../notices';
 import { world } from '../stage';
 import { MODES, on, state, type Mode } from '../state';
@@ -19,7 +19,6 @@ import { tellSettings } from './touch';
 export const dialog = h('section', { class: 'card verdict', id: 'verdict', hidden: true, tabIndex: -1, 'aria-label': 'Verdict on the file' });
 const fileInput = h('input', { type: 'file', id: 'file', hidden: true, 'aria-label': 'Mesh, model, names or recording', accept: '.off,.obj,.stl,.ply,.gltf,.glb,.sqmap,.json,.csv', multiple: true, onchange: () => { drop([...(fileInput.files ?? [])]); fileInput.value = ''; } });
 
-let projection = 'central';
 const exportsRow = h('div', { class: 'row wrap', id: 'exports' });
 export const openButton = h('button', { id: 'open', onclick: () => fileInput.click() }, 'Open …');
 const widthChoice = h('select', { id: 'picture-width', 'aria-label': 'Width of the picture' }, ...[['0', 'as on the screen'], ['1920', '1920 wide'], ['3840', '3840 wide'], ['7680', '7680 wide']].map(([v, t]) => h('option', { value: v }, t)));
@@ -29,8 +28,7 @@ export const exportMenu = h('details', { class: 'menu', id: 'export' }, h('summa
   fileInput, exportsRow,
   h('div', { class: 'row wrap' },
     h('button', { id: 'picture', onclick: async () => { const b = await world.picture(Number(widthChoice.value)); if (b) save('sqmap.png', b, 'image/png'); else trouble('There is no picture: this browser has no WebGL.'); } }, 'Picture'), widthChoice),
-  h('div', { class: 'row wrap' }, h('button', { id: 'link', onclick: () => copyLink() }, 'Copy link to this view'), pageButton, figureButton),
-  choice('New meshes get', [['central', 'Central maps'], ['normal', 'The paper’s maps']], 'central', (v) => { projection = v; }, 'projection')));
+  h('div', { class: 'row wrap' }, h('button', { id: 'link', onclick: () => copyLink() }, 'Copy link to this view'), pageButton, figureButton)));
 document.addEventListener('pointerdown', (e) => { if (exportMenu.open && !exportMenu.contains(e.target as Node)) exportMenu.open = false; });
 exportMenu.addEventListener('keydown', (e) => { if (e.key === 'Escape') { exportMenu.open = false; exportMenu.querySelector('summary')!.focus(); } });
 
@@ -56,27 +54,58 @@ on(['mode'], () => { if (state.mode !== checkedIn) dialog.hidden = true; checked
 
 // ---- Files that are opened, one after the other
 
-interface Waiting { file: File; row: HTMLLIElement; state: HTMLElement; abort: AbortController; repair: string; }
-const waiting: Waiting[] = [];
+/// number: no other file of this program has it.
+interface Waiting { file: File; number: number; row: HTMLLIElement; said: HTMLElement; abort: AbortController; repair: string; }
+const queue: Waiting[] = [];
 let busy = false;
-let newest: File | null = null;  ///< that was taken: the bake at hand is its
 
 const repairChoice = choice('Repair', [['', 'whatever it needs'], ['close', 'close holes, no wrapping'], ['safe', 'only what moves nothing'], ['none', 'nothing'], ['surface', 'take it as a surface']], '', () => {}, 'repair');
 const unitChoice = choice('Unit of the file', [['', 'as it says, or its own'], ['1', 'metre'], ['0.01', 'centimetre'], ['0.001', 'millimetre'], ['0.0254', 'inch']], '', () => {}, 'unit');
+const projectionChoice = choice('It gets', [['central', 'Central maps'], ['normal', 'The paper’s maps']], 'central', () => {}, 'projection');
 const thicknessInput = h('input', { type: 'number', id: 'thickness', min: '0', step: 'any', placeholder: '0: no sheets', 'aria-label': 'Thickness of sheets, units of the file' });
 const valueOf = (field: HTMLElement): string => field.querySelector('select')!.value;
 const queueList = h('ul', { class: 'queue', id: 'queue' });
 const verdictBox = h('div', {});
-const optionsBox = folded('How the next file is read', 'file-options', repairChoice, h('label', { class: 'field' }, h('span', {}, 'Sheets are'), thicknessInput), unitChoice,
-  h('p', { class: 'note' }, 'Sheets: open surfaces become plates of this thickness, in units of the file. A file may have 64 MB and 500,000 faces, the scene 16 objects; sqmap bake has no such limits.'));
-fill(dialog, queueList, verdictBox, optionsBox, h('div', { class: 'row wrap' }, h('button', { id: 'close-verdict', onclick: () => { dialog.hidden = true; } }, 'Close')));
+const againButton = h('button', { id: 'read-again', hidden: true, onclick: () => { if (newest) readAgain(newest, ''); } }, '');
+const optionsBox = folded('How a file is read', 'file-options', repairChoice, h('label', { class: 'field' }, h('span', {}, 'Sheets are'), thicknessInput), unitChoice, projectionChoice,
+  h('p', { class: 'note' }, 'Sheets: open surfaces become plates of this thickness, in units of the file.'), againButton);
+fill(dialog, queueList, verdictBox, optionsBox, h('p', { class: 'note' }, 'A file may have 64 MB and 500,000 faces, the scene 16 objects; sqmap bake has no such limits.'),
+  h('div', { class: 'row wrap' }, h('button', { id: 'close-verdict', onclick: () => { dialog.hidden = true; readingButton.focus(); } }, 'Close')));
+
+/// The choices, before any file is opened.
+export const readingButton = h('button', { id: 'reading', 'aria-label': 'How files are read', title: 'How files are read', onclick: () => {
+  dialog.hidden = false;
+  optionsBox.open = true;
+  openSheet(true);
+  dialog.scrollIntoView();
+  repairChoice.querySelector('select')!.focus();
+} }, '▾');
+
+let newest: Waiting | null = null;  ///< the mesh whose verdict is shown
+function say(one: Waiting, text: string, over = false): void { one.said.textContent = text; if (over) one.row.querySelector('button')!.hidden = true; }
+const rows = new Map<number, Waiting>();  ///< of what is being baked, by its number
+
+/// Whether it is sent, waits in the program or is baked: it is taken back.
+function cancel(one: Waiting): void {
+  one.abort.abort();
+  link.say({ say: 'cancel', upload: one.number });
+  say(one, 'cancelled', true);
+}
+/// With the choices of now, in place of what it has become.
+function readAgain(one: Waiting, repair: string): void {
+  if (rows.has(one.number)) cancel(one);
+  const at = state.facts.findIndex((f) => f.upload === one.number);
+  if (at >= 0) { select(-1, -1); link.say({ say: 'remove', object: at }); }
+  drop([one.file], repair);
+}
 
 /// repair: of these files alone, instead of the one chosen.
 function drop(files: Iterable<File>, repair = ''): void {
   for (const file of files) {
-    const state = h('span', { class: 'note' }, 'waiting'), abort = new AbortController();
-    const row = h('li', {}, h('span', { class: 'queue-name' }, file.name), state, h('button', { class: 'small', 'aria-label': `Cancel ${file.name}`, onclick: () => { abort.abort(); if (newest === file) link.say({ say: 'cancel' }); state.textContent = 'cancelled'; } }, '✕'));
-    waiting.push({ file, row, state, abort, repair });
+    const said = h('span', { class: 'note' }, 'waiting'), abort = new AbortController(), number = 1 + Math.floor(0xfffffffe * Math.random());
+    const row = h('li', {}, h('span', { class: 'queue-name' }, file.name), said, h('button', { class: 'small', 'aria-label': `Cancel ${file.name}`, onclick: () => cancel(one) }, '✕'));
+    const one: Waiting = { file, number, row, said, abort, repair };
+    queue.push(one);
     queueList.append(row);
   }
   while (queueList.childElementCount > 6) queueList.firstElementChild!.remove();
@@ -86,39 +115,59 @@ function drop(files: Iterable<File>, repair = ''): void {
 async function work(): Promise<void> {
   if (busy) return;
   busy = true;
-  for (let next = waiting.shift(); next; next = waiting.shift()) if (!next.abort.signal.aborted) await check(next);
+  for (let next = queue.shift(); next; next = queue.shift()) if (!next.abort.signal.aborted) await check(next);
   busy = false;
 }
 
+/// Cures name options of sqmap bake; here the same is said with the words of the choices.
+const CHOICES: [RegExp, string][] = [
+  [/make it a plate with sqmap bake --thickness T, T at least (\S+?)(?=,|$)/, 'say how thick it is under “Sheets are”, $1 or more'],
+  [/allow them with --repair safe/, 'choose “only what moves nothing” or more under “Repair”'],
+  [/say so with --unit \(such as --unit mm\)/, 'choose it under “Unit of the file”'],
+  [/--thickness/, '“Sheets are”'],
+];
+export function inChoices(text: string): string { return CHOICES.reduce((t, [option, words]) => t.replace(option, words), text); }
+
 async function check(one: Waiting): Promise<void> {
-  const { file, state, abort } = one;
+  const { file, abort } = one;
   dialog.hidden = false;
   dialog.className = 'card verdict';
   verdictBox.replaceChildren();
   openSheet(true);
   try {
-    const options = { repair: one.repair || valueOf(repairChoice), thickness: thicknessInput.value, unit: valueOf(unitChoice), projection };
-    const sent = (share: number) => { state.textContent = share < 1 ? `sending ${Math.round(100 * share)} %` : 'checking …'; }, records = /\.csv$/i.test(file.name);
+    const options = { repair: one.repair || valueOf(repairChoice), thickness: thicknessInput.value, unit: valueOf(unitChoice), projection: valueOf(projectionChoice), upload: String(one.number) };
+    const sent = (share: number) => { if (!abort.signal.aborted) say(one, share < 1 ? `sending ${Math.round(100 * share)} %` : 'checking …'); }, records = /\.csv$/i.test(file.name);
+    rows.set(one.number, one);
     const v = await (records ? openRecording(file, sent, abort.signal) : upload(file, options, sent, abort.signal));
     if (records && v.accepted) setMode('touch');
-    const good = v.accepted;
-    if (good) newest = file;
-    state.textContent = good ? '✓' : '✗';
-    one.row.querySelector('button')!.hidden = !good || records;
+    const good = v.accepted, baked = !good || v.triangles === undefined;
+    if (baked) { rows.delete(one.number); say(one, good ? '✓' : '✗', true); }
+    else if (rows.has(one.number) && !one.said.textContent!.startsWith('baking')) say(one, 'waiting to be baked');  // of a small mesh the bake is heard of before the verdict
     dialog.className = `card verdict ${good ? 'good' : 'bad'}`;
-    const again = (repair: string, text: string, id: string) => h('button', { id, onclick: () => drop([file], repair) }, text);
+    const mesh = !records && !/\.(sqmap|names\.json)$/.test(file.name);
+    newest = mesh ? one : null;
+    againButton.hidden = !mesh;
+    againButton.textContent = `Read ${file.name} again`;
     fill(verdictBox, h('h2', {}, file.name), h('p', { class: 'word' }, `${good ? '✓' : '✗'} ${v.verdict}${v.code ? ` ${v.code}` : ''}`),
-      v.message && h('p', {}, `${v.element ? `At ${v.element}: ` : ''}${v.message}`), v.cure && h('p', {}, `What helps: ${v.cure}`),
-      v.notes?.length ? h('ul', {}, ...v.notes.map((n) => h('li', {}, n))) : null,
-      (v.code === 'E_OPEN' || v.code === 'E_FLAT' || v.verdict === 'CLOSED' || v.verdict === 'WRAPPED') && options.repair !== 'surface' && again('surface', 'Take it as a surface without inside', 'as-surface'),
-      /--thickness/.test(v.cure ?? '') && h('p', { class: 'note' }, 'Here the thickness is \u201cSheets are\u201d, below: fill it in and drop the file again.'));
-    if (!good && !records) optionsBox.open = true;
+      v.message && h('p', {}, `${v.element ? `At ${v.element}: ` : ''}${v.message}`), v.cure && h('p', {}, `What helps: ${inChoices(v.cure)}`),
+      v.notes?.length ? h('ul', {}, ...v.notes.map((n) => h('li', {}, inChoices(n)))) : null,
+      (v.code === 'E_OPEN' || v.code === 'E_FLAT' || v.verdict === 'CLOSED' || v.verdict === 'WRAPPED') && options.repair !== 'surface' && h('button', { id: 'as-surface', onclick: () => readAgain(one, 'surface') }, 'Take it as a surface without inside'));
+    if (!good && mesh) optionsBox.open = true;
     announce(`${file.name}: ${v.verdict}. ${v.message ?? ''}`, !good);
     if (!good) dialog.focus();
   } catch (e) {
-    state.textContent = abort.signal.aborted ? 'cancelled' : '✗';
+    rows.delete(one.number);
+    say(one, abort.signal.aborted ? 'cancelled' : '✗', true);
     if (!abort.signal.aborted) trouble(new Error(`${file.name}: ${e instanceof Error ? e.message : e}`));
   }
+}
+
+/// Of a bake.
+export function heardProgress({ upload: number, stage }: Progress): void {
+  const one = rows.get(number), ends: Record<string, string> = { done: '✓', failed: '✗', cancelled: 'cancelled' };
+  if (!one || one.abort.signal.aborted) { if (stage in ends) rows.delete(number); return; }
+  say(one, ends[stage] ?? 'baking …', stage in ends);
+  if (stage in ends) rows.delete(number);
 }
 /// Over the page while a file is dragged across it.
 export const zone = h('div', { class: 'dropzone', id: 'dropzone', hidden: true }, h('strong', {}, 'Drop meshes: they are checked, then baked. Or a model, names, a recording'));

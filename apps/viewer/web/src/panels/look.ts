@@ -6,7 +6,7 @@ import { panel } from '../layout';
 import { link } from '../net';
 import type { Range } from '../colours';
 import type { Hit } from '../objects';
-import { canvas, hint, onScale, sides, stage, world } from '../stage';
+import { canvas, hint, legend, onScale, sides, stage, world } from '../stage';
 import { changed, on, state } from '../state';
 import { card, check, choice } from './controls';
 import { inspectBox } from './inspect';
@@ -53,12 +53,17 @@ function showSides(): void {
 on(['mode', 'playing', 'scene', 'selected'], showSides);
 onScale(showSides);
 
+// The way back from parts that are left out, wherever they are.
+const showAll = h('button', { id: 'show-all', hidden: true, onclick: () => { world.objects.showAll(); canvas.focus(); } }, '');
+world.objects.onLeft = (count) => { showAll.hidden = count === 0; showAll.textContent = `Show all parts (${count} hidden)`; };
+on(['mode'], () => world.objects.leaveOut(state.mode === 'look'));
+
 const partCard = card('Part', partBox);
 partCard.hidden = true;
 export const lookPanel = h('div', {},
   card('Show',
     colourChoice, rangeRow, besideChoice,
-    choice('Surface', [['solid', 'Solid'], ['clear', 'See-through'], ['wire', 'Wireframe'], ['off', 'Hidden']], 'solid', (v) => { world.objects.surfaceAs = v as 'solid'; void world.objects.paint(); }, 'surface'),
+    choice('Surface', [['solid', 'Solid'], ['clear', 'See-through'], ['wire', 'Wireframe'], ['off', 'Hidden']], 'solid', (v) => { world.objects.surfaceAs = v as 'solid'; void world.objects.paint(); }, 'surface'), showAll,
     h('div', { class: 'checks', role: 'group', 'aria-label': 'Drawn as well' },
       check('Bounding superquadrics', false, (on) => { world.objects.withSuperquadrics = on; void world.objects.paint(); }, 'superquadrics'),
       check('Bounding spheres', false, (on) => { world.objects.withSpheres = on; void world.objects.paint(); }, 'spheres'),
@@ -66,9 +71,9 @@ export const lookPanel = h('div', {},
       check('Contact margin', false, (on) => { world.objects.withOffset = on; void world.objects.paint(); }, 'offset', 'The surface moved out by the stored offset: eq. 12'),
       check('Hidden surface', false, (on) => { world.objects.withHidden = on; void world.objects.paint(); }, 'hidden', 'What its part\u2019s projection does not see first: Q2 of section 5'))),
   ...measureCards, partCard);
-/// Above the models: what was picked.
-export const pickBox = h('div', {}, card('Point', numbers), inspectBox);
-on(['mode', 'playing'], () => { pickBox.hidden = state.mode !== 'look' || state.playing; });
+/// What was picked, and what the program answers there.
+export const pickBox = card('Point', numbers), answersBox = h('div', {}, inspectBox);
+on(['mode', 'playing'], () => { pickBox.hidden = answersBox.hidden = state.mode !== 'look' || state.playing; });
 on(['scene', 'selected'], () => { partCard.hidden = !state.selected; });
 
 function setNumbers(rows: [string, string][]): void {
@@ -113,6 +118,20 @@ function click(hit: Hit | null): void {
   changed('pick');
   announce(rows.slice(0, 2).map((r) => r[1]).join(', '));
 }
+
+// The worst depth error, and the way there.
+const worstButton = h('button', { id: 'worst', class: 'small', hidden: true, onclick: () => {
+  const worst = world.objects.worst();
+  if (!worst) return;
+  click(worst.hit);
+  world.closeTo(worst.hit.object, worst.hit.point, worst.hit.normal);
+} }, '');
+legend.append(worstButton);
+onScale(() => {
+  const worst = world.objects.colourBy === 'error' ? world.objects.worst() : null;
+  worstButton.hidden = !worst;
+  if (worst) worstButton.textContent = `Worst: ${worst.value === -1 ? 'missed' : `${digits(worst.value)} %`}, ${state.facts[worst.hit.object].name}: show it`;
+});
 
 let pressed: { x: number; y: number } | null = null;
 canvas.addEventListener('pointerdown', (e) => { pressed = { x: e.clientX, y: e.clientY }; if (state.mode === 'look') hint.hidden = true; });

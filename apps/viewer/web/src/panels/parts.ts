@@ -67,7 +67,7 @@ function showMap(object: number, part: number): void {
 
 /// In touch the map is that of the part which most contacts are on.
 function showMapCard(): void {
-  mapCard.hidden = state.playing || (state.mode !== 'touch' && (state.mode !== 'look' || !state.selected || state.selected.part < 0));
+  mapCard.hidden = state.playing || (saved && state.mode === 'touch') || (state.mode !== 'touch' && (state.mode !== 'look' || !state.selected || state.selected.part < 0));
   if (mapCard.hidden) return;
   map.setFeet([]);
   if (state.mode === 'look') showPart();

@@ -134,5 +134,5 @@ export function hear(frame: Frame): void {
   if (!recorder.replaying) show(frame);
 }
 
-export const recordingCard = card('Recording', h('div', { class: 'row wrap' }, recordButton, replayButton, toNow, againButton, saveButton, tableButton, h('button', { onclick: () => recordingInput.click() }, 'Open …'), recordingInput), timeline, recordingWords, againWords);
+export const recordingCard = card('Recording', h('div', { class: 'row wrap' }, recordButton, replayButton, toNow, againButton, saveButton, tableButton, h('button', { id: 'open-recording', onclick: () => recordingInput.click() }, 'Open …'), recordingInput), timeline, recordingWords, againWords);
 showRecorder();

@@ -3,9 +3,11 @@ import { h, save } from '../dom';
 import { fetchBytes, saved } from '../net';
 import { trouble, wait } from '../notices';
 import type { Saved } from '../program/program';
-import { hand, hint, showHint, world } from '../stage';
-import { on, state } from '../state';
-import { recorder } from './recording';
+import { setMode, tabs } from '../modes';
+import { hand, showHint, world } from '../stage';
+import { on, state, type Mode } from '../state';
+import { recorder, recordingCard } from './recording';
+import { touchPanel } from './touch';
 
 function base64(data: ArrayBuffer): string {
   const bytes = new Uint8Array(data), pieces: string[] = [];
@@ -42,11 +44,15 @@ export function restoreSaved(): void {
 /// Once the page stands.
 export function leaveOut(): void {
   if (!saved) return;
-  for (const id of ['open', 'link', 'stop']) document.getElementById(id)!.remove();
-  for (const id of ['tab-recognise', 'tab-dress']) document.getElementById(id)!.hidden = true;
+  for (const id of ['open', 'reading', 'link', 'stop']) document.getElementById(id)!.remove();
+  for (const id of ['recognise', 'dress']) tabs[id as Mode].hidden = true;
+  // Nothing is felt without the program: what was felt is replayed, and without a recording there is only to look.
+  if (!saved.recording) { tabs.touch.hidden = true; setMode('look'); return; }
+  tabs.touch.textContent = 'Replay';
+  for (const id of ['record', 'again', 'save-recording', 'open-recording']) recordingCard.querySelector(`#${id}`)!.remove();
+  for (const part of touchPanel.children) (part as HTMLElement).hidden = part !== recordingCard;
   on(['mode', 'status'], () => {
     hand.enabled = false;
-    if (state.mode === 'touch' && saved?.recording && !recorder.replaying) showHint('This is a recording: press Replay.');
-    else if (state.mode === 'touch') hint.hidden = true;
+    if (state.mode === 'touch' && !recorder.replaying) showHint('This is a recording: press Replay.');
   });
 }

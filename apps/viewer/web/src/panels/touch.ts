@@ -79,7 +79,7 @@ async function fetchTool(revision: number): Promise<void> {
   } catch (e) { toolShown = -1; trouble(e); }
 }
 
-const materialChoice = choice('Material', [['', 'As set below'], ...Object.entries(MATERIALS).map(([key, m]) => [key, m.name] as [string, string])], '', (v) => {
+const materialChoice = choice('Material', [...Object.entries(MATERIALS).map(([key, m]) => [key, m.name] as [string, string]), ['', 'As set below']], 'plain', (v) => {
   const m = MATERIALS[v];
   if (!m) return;
   Object.assign(state.settings, { stiffness: m.stiffness, damping: m.damping, friction: m.friction, texture: m.texture, law: 'coulomb', paperForce: false });
@@ -87,6 +87,7 @@ const materialChoice = choice('Material', [['', 'As set below'], ...Object.entri
   sliders.forEach((x) => x.set());
   showRows();
 }, 'material');
+materialChoice.querySelector<HTMLOptionElement>('option[value=""]')!.disabled = true;  // the sliders choose it
 /// The material whose numbers are set; none where they were changed.
 function showMaterial(): void {
   const s = state.settings, same = (a: number, b: number) => Math.abs(a - b) < 1e-9;

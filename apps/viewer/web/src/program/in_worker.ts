@@ -92,8 +92,8 @@ export class InWorker implements Program {
   }
 
   /// A model to the scene.
-  private async add(name: string, model: ArrayBuffer): Promise<void> {
-    const verdict = JSON.parse(textOf(await this.scene!.ask(`/api/upload?name=${encodeURIComponent(name)}`, model)).text);
+  private async add(name: string, model: ArrayBuffer, upload = 0): Promise<void> {
+    const verdict = JSON.parse(textOf(await this.scene!.ask(`/api/upload?name=${encodeURIComponent(name)}&upload=${upload}`, model)).text);
     if (!verdict.accepted) throw new Error(`${verdict.message}; ${verdict.cure}`);
   }
 
@@ -111,14 +111,15 @@ export class InWorker implements Program {
     if (file.size > LARGEST) return { status: 413, text: `larger than ${LARGEST / 1024 / 1024} MB` };
     const body = await file.arrayBuffer(), name = new URLSearchParams(path.slice(path.indexOf('?'))).get('name') ?? '';
     sent(1);
+    const upload = Number(new URLSearchParams(path.slice(path.indexOf('?'))).get('upload') ?? 0);
     if (/\.sqmap$|\.names\.json$|\.csv$/.test(name)) return textOf(await this.scene!.ask(path, body));
     await this.baking;
     if (signal.aborted) throw new Error('cancelled');
-    return new Promise((resolve, reject) => { this.baking = this.bake({ path, mesh: body, signal }, resolve).catch((e) => { reject(e); if (!signal.aborted) this.note({ say: 'trouble', text: `${name}: ${e instanceof Error ? e.message : e}` }); }); });
+    return new Promise((resolve, reject) => { this.baking = this.bake({ path, upload, mesh: body, signal }, resolve).catch((e) => { reject(e); if (!signal.aborted) this.note({ say: 'trouble', text: `${name}: ${e instanceof Error ? e.message : e}` }); }); });
   }
 
   /// found: told of the verdict, before the bake. Settles once the object stands in the scene, or will not.
-  private async bake({ path, mesh, signal }: { path: string; mesh: ArrayBuffer; signal: AbortSignal }, found: (verdict: Posted) => void): Promise<void> {
+  private async bake({ path, upload, mesh, signal }: { path: string; upload: number; mesh: ArrayBuffer; signal: AbortSignal }, found: (verdict: Posted) => void): Promise<void> {
     let name = '', done: () => void = () => {};
     const baked = new Promise<void>((resolve) => { done = resolve; });
     const fail = (why: string) => { this.note({ say: 'trouble', text: why }); done(); };
@@ -136,8 +137,8 @@ export class InWorker implements Program {
       found(verdict);
       if (!JSON.parse(verdict.text).accepted) return;
       await baked;
-      if (name) await this.add(`${name}.sqmap`, (await baker.ask('/api/object/0/sqmap')).body);
-      else this.note({ say: 'progress', name, stage: 'cancelled', done: 1 });
+      if (name && !signal.aborted) await this.add(`${name}.sqmap`, (await baker.ask('/api/object/0/sqmap')).body, upload);
+      else this.note({ say: 'progress', name, stage: signal.aborted ? 'cancelled' : 'failed', done: 1, upload });
     } finally {
       baker.end();
     }

@@ -8,19 +8,26 @@ export class Server implements Program {
   readonly kind = 'server';
   private socket: WebSocket | null = null;
   private wait = 250;
+  private told: 'opened' | 'lost' | 'stranger' | null = null;
 
   open(hears: Hears): void {
     const socket = new WebSocket(`ws://${location.host}${address('/ws')}`);
     this.socket = socket;
     socket.binaryType = 'arraybuffer';
     let opened = false;
-    socket.onopen = () => { opened = true; this.wait = 250; hears.opened(); };
+    // Each change once, however often it is tried.
+    const tell = (what: 'opened' | 'lost' | 'stranger') => {
+      if (what === this.told) return;
+      this.told = what;
+      if (what === 'opened') hears.opened(); else hears.lost(what === 'stranger');
+    };
+    socket.onopen = () => { opened = true; this.wait = 250; tell('opened'); };
     socket.onmessage = ({ data }) => { if (data instanceof ArrayBuffer) hears.bytes(data); else hears.text(data as string); };
     socket.onclose = async () => {
       if (this.socket !== socket) return;
-      hears.lost(false);
       // Refused: only who has read the new program's address may go on.
-      if (!opened && (await fetch(address('/api/tool'), { method: 'HEAD' }).then((r) => r.status, () => 0)) === 403) hears.lost(true);
+      if (!opened && (await fetch(address('/api/tool'), { method: 'HEAD' }).then((r) => r.status, () => 0)) === 403) tell('stranger');
+      else tell('lost');
       setTimeout(() => this.open(hears), this.wait);
       this.wait = Math.min(2 * this.wait, 4000);
     };
