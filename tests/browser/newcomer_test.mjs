@@ -38,11 +38,26 @@ test('nothing of the first minute needs scrolling, and each task takes five acti
   await until(page, () => window.sqmap.status().settings.stiffness === 1500);
   await page.selectOption('#material', 'rubber');
   await until(page, () => window.sqmap.status().settings.stiffness === 350 && window.sqmap.status().settings.friction === 0.9);
-  // The worst error: tab, colour, and it is coloured with a legend.
+  await page.selectOption('#material', 'plain');
+  await until(page, () => window.sqmap.status().settings.stiffness === 500 && window.sqmap.status().settings.friction === 0.3);
+  // The worst error: tab, colour, and the legend goes there. Its numbers come first in the panel.
   await page.click('#tab-look');
   await page.selectOption('#colour', 'error');
-  await page.waitForSelector('.legend .bar');
+  await page.waitForSelector('#worst:not([hidden])');
+  await settled(page);
+  const told = /^Worst: (missed|[\d.e-]+ %), (.+): show it$/.exec(await page.textContent('#worst'));
+  await page.click('#worst');
+  const numbers = await page.textContent('#numbers');
+  assert.ok(numbers.includes(`Object${told[2]}`) && numbers.includes(`Depth error${told[1]}`), `${told[0]}: ${numbers}`);
+  const seen = await page.evaluate(() => { const s = window.sqmap, p = s.world.tool.marked(), q = s.world.project(p), hit = s.world.cast(q.x, q.y), errors = s.facts().map((_, i) => { let worst = 0; for (let t = 0; t < s.facts()[i].triangles; ++t) { const e = s.world.objects.fieldAt(i, 'error', t); worst = e === -1 || worst === -1 ? -1 : Math.max(worst, e ?? 0); } return worst; }); return { q: [q.x, q.y], off: hit ? 1000 * hit.point.distanceTo(p) : 99, errors }; });
+  assert.ok(Math.hypot(...seen.q) < 0.2 && seen.off < 2, `it is in the middle, and nothing is before it: ${JSON.stringify(seen)}`);
+  assert.equal(told[1] === 'missed', seen.errors.includes(-1));
+  if (told[1] !== 'missed') assert.ok(Math.abs(parseFloat(told[1]) - Math.max(...seen.errors)) < 0.01 * Math.max(...seen.errors));
+  const first = await (await page.$('#numbers')).boundingBox();
+  assert.ok(first.y > 0 && first.y + first.height < 500, 'the numbers stand at the top');
   await page.selectOption('#colour', 'parts');
+  await page.focus('#stage');
+  await page.keyboard.press('Home');
   // Record and share: record, touch, stop, save.
   await page.click('#tab-touch');
   await settled(page);
@@ -70,6 +85,15 @@ test('STOP means the same everywhere, and two presses of Space do not undo it', 
   assert.ok(await page.evaluate(() => window.sqmap.status().stopped));
   await page.keyboard.press('Enter');
   await until(page, () => !window.sqmap.status().stopped);
+  // A slider that has the focus gives it up to Resume, and has it again.
+  await page.focus('#stage');
+  await page.keyboard.press('Enter');
+  await until(page, () => window.sqmap.frame()?.contacts > 0);
+  await page.focus('#s-stiffness');
+  await page.keyboard.press('Space');
+  await until(page, () => window.sqmap.status().stopped && document.activeElement.id === 'resume');
+  await page.keyboard.press('Enter');
+  await until(page, () => !window.sqmap.status().stopped && document.activeElement.id === 's-stiffness');
   await page.click('#tab-look');
   assert.ok(await page.isHidden('#stop'), 'where nothing can be felt it is not offered');
 });
@@ -109,13 +133,23 @@ test('several files are queued, and a dialog says how they are read', async () =
   await until(page, () => document.querySelectorAll('#queue li').length === 3);
   await until(page, () => window.sqmap.facts().length === 4 && document.querySelectorAll('#queue li')[2].textContent.includes('✗'));
   assert.match(await page.textContent('#queue'), /one\.obj.*✓.*two\.obj.*✓.*bad\.off.*✗/s);
-  // A sheet with a thickness is a plate.
-  await page.evaluate(() => { document.querySelector('#file-options').open = true; });
-  await page.fill('#thickness', '0.1');
+  assert.ok(!(await page.isVisible('#queue button')), 'what is baked or refused cannot be cancelled any more');
+  // The choices are there before a file is.
+  await page.click('#close-verdict');
+  await page.click('#reading');
+  assert.ok(await page.isVisible('#thickness') && (await page.evaluate(() => document.activeElement.id)) === 'repair');
+  assert.match(await page.textContent('#verdict'), /64 MB and 500,000 faces/);
+  // A sheet is refused, in the words of the choices; with a thickness it is a plate, and read again it stays one object.
   await drop(page, ['sheet.obj', 'v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n']);
-  await page.waitForSelector('#verdict.good');
-  await until(page, () => window.sqmap.facts().some((f) => f.name === 'sheet'));
-  assert.ok(await page.evaluate(() => window.sqmap.facts().find((f) => f.name === 'sheet').solid));
+  await page.waitForSelector('#verdict.bad');
+  const words = await page.textContent('#verdict');
+  assert.match(words, /What helps: say how thick it is under \u201cSheets are\u201d, [\d.e-]+ or more/);
+  assert.ok(!words.includes('--'), words);
+  for (const thick of ['0.1', '0.3']) {
+    await page.fill('#thickness', thick);
+    await page.click('text=Read sheet.obj again');
+    await until(page, (t) => { const all = window.sqmap.facts().filter((f) => f.name === 'sheet'), least = all.length && Math.min(...all[0].half) / Math.max(...all[0].half); return all.length === 1 && all[0].solid && Math.abs(least - t) < 0.02; }, Number(thick));
+  }
   await page.fill('#thickness', '');
   await until(page, () => window.sqmap.world.objects.focus === window.sqmap.facts().length - 1, undefined);
   await page.click('#close-verdict');
@@ -229,7 +263,21 @@ test('the page is saved as one file that needs no program', async () => {
   assert.ok(await alone.evaluate((f) => { const { recorder, world } = window.sqmap; for (let t = 0; t <= recorder.seconds; t += 0.02) { recorder.seek(t); if (world.tool.arrowNow().length > 0.01 * f) return true; } return false; }, force));
   await alone.screenshot({ path: path.join(folder, 'saved.png') });
   assert.deepEqual(asked, []);
+  // It offers what it can do: to look, and to replay.
+  assert.deepEqual(await alone.$$eval('.tabs button:not([hidden])', (all) => all.map((b) => b.textContent)), ['Replay', 'Look']);
+  assert.deepEqual(await alone.$$eval('#panel .card', (all) => all.filter((c) => c.checkVisibility()).map((c) => c.querySelector('h2, summary').textContent).slice(0, 1)), ['Recording']);
   await alone.close();
+  // Without a recording it opens on Look.
+  const fresh = await openPage(url, wide);
+  await until(fresh, () => window.sqmap.recorder.count > 0);  // which the program keeps
+  await fresh.evaluate(() => { window.sqmap.recorder.kept = []; document.querySelector('#export').open = true; });
+  const [still] = await Promise.all([fresh.waitForEvent('download'), fresh.click('#save-page')]);
+  await still.saveAs(file);
+  await fresh.close();
+  const seen = await openPage(`file://${path.resolve(file)}`, wide);
+  assert.deepEqual(await seen.$$eval('.tabs button:not([hidden])', (all) => all.map((b) => [b.textContent, b.getAttribute('aria-selected')])), [['Look', 'true']]);
+  assert.ok(await seen.isVisible('#colour'));
+  await seen.close();
 });
 
 test('a recording outlives the page and the program: opened later it is replayed, and computed over other objects', async () => {
@@ -324,7 +372,20 @@ test('a slice has the signed distance, parts are left out, two clicks are measur
   const gone = await page.evaluate(() => window.sqmap.world.cast(0, 0));
   assert.equal(gone, null, 'the only part of the object is left out');
   await page.click('#show-parts');
-  assert.ok(await page.evaluate(() => window.sqmap.world.objects.cast !== null && !window.sqmap.world.objects.isLeft(0, 0)));
+  assert.ok(await page.isHidden('#show-all'));
+  assert.ok((await page.evaluate(() => window.sqmap.world.cast(...window.sqmap.world.project(window.sqmap.world.tool.marked()).toArray()))) !== null);
+  // With nothing selected there is a way back, too; and what is touched is whole.
+  await page.click('#hide-part');
+  await page.mouse.click(x - 0.4 * (await page.evaluate(() => window.sqmap.world.size.x)), y);
+  assert.match(await page.textContent('#show-all'), /\(1 hidden\)/);
+  const there = () => page.evaluate(() => { const s = window.sqmap.world, look = s.objects.surfaces()[0].geometry.attributes.look.array; return look.filter((_, i) => i % 2 === 0).every((v) => v === 255); });
+  assert.ok(!(await there()));
+  await page.click('#tab-touch');
+  assert.ok(await there());
+  await page.click('#tab-look');
+  assert.ok(!(await there()));
+  await page.click('#show-all');
+  assert.ok((await there()) && (await page.isHidden('#show-all')));
   const before = await page.evaluate(() => window.sqmap.world.pose());
   await page.focus('#stage');
   await page.keyboard.press('5');
@@ -354,6 +415,11 @@ test('a restart on the same port keeps the address; another token says where to 
   const three = await start('--port', port);
   assert.notEqual(three.url, one.url);
   await until(lost, () => /only the address that it printed opens it/.test(document.querySelector('#notice').textContent));
+  // It is said once, however often the page tries again.
+  await lost.click('#answer');
+  await lost.evaluate(() => { window.said = 0; new MutationObserver(() => { ++window.said; }).observe(document.querySelector('#live'), { childList: true }); });
+  await lost.waitForTimeout(9000);
+  assert.deepEqual(await lost.evaluate(() => [window.said, document.querySelector('#notice').hidden, document.querySelector('#connection').textContent]), [0, true, 'another program is running here']);
   await lost.close();
   three.program.kill();
 });
