@@ -76,7 +76,7 @@ function connected(yes: boolean): void {
   announce('The connection is lost. There is no force.', true);
 }
 
-setMode('touch');
+setMode(saved && !saved.recording ? 'look' : 'touch');
 applyTheme();
 link.open({
   scene,

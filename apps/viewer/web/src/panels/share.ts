@@ -3,7 +3,7 @@ import { h, save } from '../dom';
 import { fetchBytes, saved } from '../net';
 import { trouble, wait } from '../notices';
 import type { Saved } from '../program/program';
-import { setMode, tabs } from '../modes';
+import { tabs } from '../modes';
 import { hand, showHint, world } from '../stage';
 import { on, state, type Mode } from '../state';
 import { recorder, recordingCard } from './recording';
@@ -47,7 +47,7 @@ export function leaveOut(): void {
   for (const id of ['open', 'reading', 'link', 'stop']) document.getElementById(id)!.remove();
   for (const id of ['recognise', 'dress']) tabs[id as Mode].hidden = true;
   // Nothing is felt without the program: what was felt is replayed, and without a recording there is only to look.
-  if (!saved.recording) { tabs.touch.hidden = true; setMode('look'); return; }
+  if (!saved.recording) { tabs.touch.hidden = true; return; }
   tabs.touch.textContent = 'Replay';
   for (const id of ['record', 'again', 'save-recording', 'open-recording']) recordingCard.querySelector(`#${id}`)!.remove();
   for (const part of touchPanel.children) (part as HTMLElement).hidden = part !== recordingCard;
