@@ -43,6 +43,7 @@ export const sequentialColour = (t: number): Rgb => ramp([0x440154, 0x3b528b, 0x
 /// Black to white in even steps to the eye.
 export const greyColour = (t: number): Rgb => ramp([0x000000, 0xffffff], t);
 export const divergingColour = (t: number): Rgb => ramp([0x2166ac, 0x92c5de, 0xf7f7f7, 0xf4a582, 0xb2182b], (t + 1) / 2);
+export const MISS = -1;  // the error of a triangle that a layer misses
 export const MISSED: Rgb = [0.14, 0.34, 0.84];
 export const UNKNOWN: Rgb = [0.54, 0.56, 0.6];
 
@@ -76,7 +77,7 @@ export function colourField(kind: string, values: Float32Array, chosen: Range): 
     const [low, high] = chosen ?? ERRORS, least = Math.max(low, 1e-6), at = (v: number) => Math.log(Math.max(v, least) / least) / Math.log(Math.max(high / least, 1.0001));
     return {
       title, colour: errorColour, ticks: [[0, `< ${shown(least)}`], [0.5, shown(Math.sqrt(least * high))], [1, `> ${shown(high)}`]], range: [least, high], key: `${low} ${high}`,
-      of: (v) => (v === -1 ? MISSED : v < 0 ? UNKNOWN : errorColour(at(v))), known: (v) => v >= 0,
+      of: (v) => (v === MISS ? MISSED : v < 0 ? UNKNOWN : errorColour(at(v))), known: (v) => v >= 0,
     };
   }
   if (kind === 'protrusion') {

@@ -8,7 +8,7 @@ import type { Frame } from './net';
 import { rumble, sound, voice } from './panels/senses';
 import { forceRead, forceTag, hand, world } from './stage';
 import { state } from './state';
-import { onStop, showResume } from './stop';
+import { heardStop, onStop } from './stop';
 import { onTheme } from './theme';
 
 export const charts = new Charts();
@@ -37,7 +37,7 @@ export function show(frame: Frame, replayed = false, again: Float32Array | null 
   for (const witness of witnesses) witness(frame);
   const name = frame.contacts > 0 ? touchedName(frame) : '';
   voice.touch(state.mode === 'recognise' && !state.playing ? '' : name);
-  if (frame.faults & 16 && !replayed) showResume();
+  if (frame.faults & 16 && !replayed) heardStop();
 }
 const toolPoint = new THREE.Vector3();
 /// While somebody guesses, names would tell.

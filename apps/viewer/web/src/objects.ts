@@ -1,7 +1,7 @@
 // The objects as three.js draws them: surfaces, superquadrics, spheres and overlays, coloured by part or by field.
 import * as THREE from 'three';
 import { acceleratedRaycast, computeBoundsTree, disposeBoundsTree } from 'three-mesh-bvh';
-import { colourField, distinctColours, partColour, type Range, type Rgb, type Scale } from './colours';
+import { colourField, distinctColours, MISS, partColour, type Range, type Rgb, type Scale } from './colours';
 import { meter } from './meter';
 import { fetchBytes, type ObjectFacts } from './net';
 import { linear, Surface } from './surface';
@@ -341,7 +341,7 @@ export class Objects {
   worst(): { hit: Hit; value: number } | null {
     let best: { object: number; triangle: number; value: number } | null = null;
     this.shown.forEach((s, object) => s?.fields.get(this.colourBy)?.forEach((value, triangle) => {
-      if ((value === -1 || value >= 0) && (!best || (best.value !== -1 && (value === -1 || value > best.value)))) best = { object, triangle, value };
+      if ((value === MISS || value >= 0) && (!best || (best.value !== MISS && (value === MISS || value > best.value)))) best = { object, triangle, value };
     }));
     const found = best as { object: number; triangle: number; value: number } | null, surface = found && this.shown[found.object]?.surface;
     if (!found || !surface) return null;

@@ -25,7 +25,8 @@ function stop(): void {
   for (const end of atStop) end();
   announce('Stopped. No force.', true);
 }
-function resume(): void { link.say({ say: 'resume' }); announce('Going on.'); (before?.isConnected && before !== document.body && before !== stopButton ? before : canvas).focus(); }
+let resumed = -1e9;  // when
+function resume(): void { resumed = performance.now(); link.say({ say: 'resume' }); announce('Going on.'); (before?.isConnected && before !== document.body && before !== stopButton ? before : canvas).focus(); }
 
 document.addEventListener('keydown', (e) => {
   if (e.code !== 'Space') return;
@@ -41,13 +42,15 @@ document.addEventListener('keydown', (e) => {
 });
 window.addEventListener('blur', () => hand.letGo());
 
-export function showResume(text = state.mode === 'dress' ? 'Stopped: nothing is held.' : 'Stopped: there is no force.'): void {
+function showResume(text = state.mode === 'dress' ? 'Stopped: nothing is held.' : 'Stopped: there is no force.'): void {
   const shown = stage.querySelector('.stopped');
   if (shown) { shown.setAttribute('aria-label', text); shown.querySelector('p')!.textContent = text; return; }
   const button = h('button', { id: 'resume', class: 'primary', onclick: () => resume() }, 'Resume ', h('kbd', {}, 'Enter'));
   stage.append(h('div', { class: 'stopped', role: 'alertdialog', 'aria-label': text }, h('p', {}, text), button));
   button.focus();
 }
+/// A frame says that the filter has stopped the force; those that were on their way when it went on do not count.
+export function heardStop(): void { if (performance.now() - resumed > 500) showResume(); }
 function hideResume(): void { stage.querySelector('.stopped')?.remove(); }
 /// Where nothing is felt it is in nobody's way.
 function showStopped(): void { if (state.status?.stopped && state.mode !== 'look') showResume(); else hideResume(); }

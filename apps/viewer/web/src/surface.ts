@@ -1,7 +1,7 @@
 // A surface as it is drawn. Vertices are shared within a part and double between parts: colours end where parts do, and within a
 // part a field runs smoothly from vertex to vertex.
 import * as THREE from 'three';
-import type { Rgb, Scale } from './colours';
+import { MISS, type Rgb, type Scale } from './colours';
 import { meter } from './meter';
 import { look } from './skin';
 
@@ -71,14 +71,15 @@ export class Surface {
   }
 
   /// Of each vertex that is drawn the mean over its triangles that have a value; where most of them have none, what one of those says.
+  /// A missed triangle is never smoothed away.
   private atVertices(values: Float32Array, known: (value: number) => boolean): Float32Array {
     const n = this.from.length, sum = new Float32Array(n), some = new Uint16Array(n), all = new Uint16Array(n), none = new Float32Array(n);
     this.corners.forEach((v, i) => {
       const x = values[Math.floor(i / 3)];
       ++all[v];
-      if (known(x)) { sum[v] += x; ++some[v]; } else none[v] = x;
+      if (known(x)) { sum[v] += x; ++some[v]; } else if (none[v] !== MISS) none[v] = x;
     });
-    return sum.map((x, v) => (2 * some[v] >= all[v] ? x / some[v] : none[v]));
+    return sum.map((x, v) => (none[v] !== MISS && 2 * some[v] >= all[v] ? x / some[v] : none[v]));
   }
 
   /// Its colours beside the first ones, for a second view; null: the same.

@@ -71,6 +71,8 @@ export class Tool {
     this.marker.renderOrder = 11;
     this.marker.scale.setScalar(0.0022);
     this.marker.visible = false;
+    // Close by no larger on the screen than from where the whole object is seen.
+    this.marker.onBeforeRender = (_renderer, _scene, camera) => { this.marker.scale.setScalar(0.0022 * Math.min(1, this.marker.position.distanceTo(camera.getWorldPosition(new THREE.Vector3())) / 0.4)); this.marker.updateMatrixWorld(); this.marker.modelViewMatrix.multiplyMatrices(camera.matrixWorldInverse, this.marker.matrixWorld); };
     scene.add(this.marker);
   }
 

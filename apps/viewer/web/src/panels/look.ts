@@ -4,7 +4,7 @@ import { announce, digits, fill, h } from '../dom';
 import { lookAt } from '../first';
 import { panel } from '../layout';
 import { link } from '../net';
-import type { Range } from '../colours';
+import { MISS, type Range } from '../colours';
 import type { Hit } from '../objects';
 import { canvas, hint, legend, onScale, sides, stage, world } from '../stage';
 import { changed, on, state } from '../state';
@@ -96,6 +96,7 @@ on(['pick', 'mode', 'playing'], showTag);
 
 function click(hit: Hit | null): void {
   if (state.playing) return;  // what is hidden is not told
+  hint.hidden = true;
   panel.scrollTop = 0;
   state.pick = hit;
   if (!hit) { select(-1, -1); lookAt(-1); world.tool.mark(null); setNumbers([]); changed('pick'); return; }
@@ -110,7 +111,7 @@ function click(hit: Hit | null): void {
   const error = world.objects.fieldAt(hit.object, 'error', hit.triangle);
   const rows: [string, string][] = [['Object', f.name], ['Part', `${hit.part}: ${f.parts[hit.part].name}`], ['Point', `${mm(hit.point)} mm`]];
   if (hit.triangle >= 0) rows.push(['Triangle', String(hit.triangle)], ['Normal', hit.normal.toArray().map((x) => x.toFixed(2)).join(', ')]);
-  if (error !== undefined) rows.push(['Depth error', error === -1 ? 'missed' : error < 0 ? 'too thin to say' : `${digits(error)} % of its size`]);
+  if (error !== undefined) rows.push(['Depth error', error === MISS ? 'missed' : error < 0 ? 'too thin to say' : `${digits(error)} % of its size`]);
   for (const kind of ['protrusion', 'curvature']) { const v = world.objects.fieldAt(hit.object, kind, hit.triangle); if (v !== undefined) rows.push([kind[0].toUpperCase() + kind.slice(1), digits(v)]); }
   setNumbers(rows);
   const value = rows.slice(3).find(([k]) => k !== 'Triangle' && k !== 'Normal');
@@ -130,7 +131,7 @@ legend.append(worstButton);
 onScale(() => {
   const worst = world.objects.colourBy === 'error' ? world.objects.worst() : null;
   worstButton.hidden = !worst;
-  if (worst) worstButton.textContent = `Worst: ${worst.value === -1 ? 'missed' : `${digits(worst.value)} %`}, ${state.facts[worst.hit.object].name}: show it`;
+  if (worst) worstButton.textContent = `Worst: ${worst.value === MISS ? 'missed' : `${digits(worst.value)} %`}, ${state.facts[worst.hit.object].name}: show it`;
 });
 
 let pressed: { x: number; y: number } | null = null;
