@@ -236,7 +236,9 @@ def door_debian13(cases):
         (inside / name).parent.mkdir(parents=True, exist_ok=True)
         if (ROOT / name).exists():
             shutil.copy2(ROOT / name, inside / name)
-    enter = ("unshare", "--mount", "bash", "-c", 'mount -t proc proc "$0/proc" && mount --rbind /dev "$0/dev" && exec chroot "$0" "$@"', root)
+    enter = ("unshare", "--mount", "bash", "-c", 'mount -t proc proc "$0/proc" && mount --rbind /dev "$0/dev" && exec chroot "$0" "$@"', root,
+             "env", "-i", "HOME=/root", "PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin",
+             *(f"SQMAP_JOBS={jobs}" for jobs in [os.environ.get("SQMAP_JOBS")] if jobs))  # nothing else of this system
     run(*enter, "bash", "-c", "cd /sqmap && ./dev test quick > /test.log 2>&1 || { tail -30 /test.log; exit 1; }")
     said = [line for line in (root / "test.log").read_text().splitlines() if " tests passed" in line]
     script = ("set -e; cd /sqmap; rm -rf /venv; python3 -m venv --system-site-packages /venv; "

@@ -338,7 +338,7 @@ void add_batch(CommandLine& line)
     const auto options = std::make_shared<Options>();
     Command command = line.add("batch", "Bake a library of meshes: resumable, in shards, a row for every item");
     command
-        .option("manifest", options->manifest,
+        .option("items", options->manifest,
                 "A folder, a mesh, an archive, or a list: .csv with a column path, .jsonl with \"path\", .txt")
         .type_name("MANIFEST");
     command.option("-o,--output", options->output, "Folder of the library; whatever is finished there is not baked again")
