@@ -125,6 +125,28 @@ test('what was recorded is computed again to the bit', async () => {
   await until(page, () => /the same to the bit/.test(document.querySelector('#again-words').textContent));
 });
 
+test('saved as one file it has its program, its models and the recording inside, and is touched without any host', async () => {
+  await page.evaluate(() => { document.querySelector('#export').open = true; });
+  const [download] = await Promise.all([page.waitForEvent('download'), page.click('#save-page')]);
+  const file = path.join(folder, 'whole.html');
+  await download.saveAs(file);
+  await page.evaluate(() => { document.querySelector('#export').open = false; });
+  const before = asked.length, alone = await openPage(`file://${path.resolve(file)}`), from = page;
+  try {
+    assert.deepEqual(await alone.evaluate(() => window.sqmap.facts().map((f) => f.hash)), (await facts()).map((f) => f.hash));
+    await until(alone, () => window.sqmap.recorder.known > 0 && !document.querySelector('#again').disabled);
+    await alone.click('#again');
+    await until(alone, () => /the same to the bit/.test(document.querySelector('#again-words').textContent));
+    page = alone;
+    await frame(0);
+    await feel(alone, 0, 0.2);
+    await alone.mouse.up();
+    await drop(alone, ['ring.obj', torus(24, 12)]);
+    await until(alone, () => window.sqmap.facts().length === 2 && window.sqmap.facts()[1].name === 'ring');
+    assert.equal(asked.length, before, 'no host was asked');
+  } finally { page = from; await alone.close(); }
+});
+
 test('a dropped mesh is checked, baked and felt', async () => {
   await drop(page, ['ring.obj', torus(40, 20)]);
   await page.waitForSelector('#verdict.good');

@@ -1,6 +1,6 @@
 // A worker that runs the viewer's program, compiled to WebAssembly, for the page that started it. Messages to it: {open} once the
 // page listens, {text} that it says, {id, target, body} that it fetches or posts; from it: {ready}, {text}, {bytes},
-// {id, status, type, body}, {broken}.
+// {id, status, type, body}, {broken}. A worker's name may be the addresses of its program, as JSON: {script, wasm}.
 const waiting = [];
 let program = null;
 self.onmessage = ({ data }) => { if (program) take(data); else waiting.push(data); };
@@ -37,8 +37,10 @@ function take({ open, text, id, target, body }) {
 function work() { if (guarded(() => program._page_work())) setTimeout(work); }
 
 try {
-  const { default: load } = await import('./program.mjs');
+  const { script = './program.mjs', wasm } = self.name ? JSON.parse(self.name) : {};
+  const { default: load } = await import(script);
   const loaded = await load({
+    ...(wasm ? { locateFile: () => wasm } : {}),
     onText: (text) => self.postMessage({ text }),
     onBytes: ({ buffer }) => self.postMessage({ bytes: buffer }, [buffer]),
     onAnswer: (id, status, type, { buffer }) => self.postMessage({ id, status, type, body: buffer }, [buffer]),

@@ -6,7 +6,7 @@ import { help } from './help';
 import { edge, main, panel, sheet } from './layout';
 import { meter } from './meter';
 import { modePanel, setMode, tabList, tabs } from './modes';
-import { link, program, saved, type ObjectFacts } from './net';
+import { link, packed, program, saved, type ObjectFacts } from './net';
 import { notice, progressBox, question, showProgress, trouble, wait } from './notices';
 import { folded } from './panels/controls';
 import { costume } from './panels/dress';
@@ -21,7 +21,7 @@ import { map, mapCard, showFeet } from './panels/parts';
 import { game } from './panels/recognise';
 import { hear, recorder } from './panels/recording';
 import { sound, soundButton } from './panels/senses';
-import { leaveOut, restoreSaved } from './panels/share';
+import { leaveOut, restorePacked, restoreSaved } from './panels/share';
 import { again, counters } from './panels/touch';
 import { hand, stage, world } from './stage';
 import { changed, on, state } from './state';
@@ -56,6 +56,7 @@ function scene(objects: ObjectFacts[]): void {
     else if (objects.length > before.length) { world.frame(objects.length - 1); lookAt(objects.length - 1); }
     else if (objects.length < before.length) { world.frame(); lookAt(-1); }
     if (first && saved) restoreSaved();
+    else if (first && packed) void restorePacked().catch(trouble);
     else if (first) restoreView();
     first = false;
     document.body.dataset.ready = String(state.frames);

@@ -1,8 +1,8 @@
 // What the page and the program say to one another: JSON both ways, and a binary stream of what is felt.
 import { meter } from './meter';
-import { program, saved } from './program/program';
+import { packed, program, saved } from './program/program';
 
-export { program, saved };
+export { packed, program, saved };
 
 export interface Part {
   name: string; sphere: number[]; neighbours: number[]; triangles: number; area: number; certified: boolean; largestF: number | null;

@@ -1,12 +1,12 @@
 // The page as one file that needs no program: its script and style, the objects, the view, and the recording where there is one.
 import { h, save } from '../dom';
-import { fetchBytes, saved } from '../net';
+import { fetchBytes, packed, program, saved } from '../net';
 import { trouble, wait } from '../notices';
-import type { Saved } from '../program/program';
+import { bytesOf, type Packed, type Saved } from '../program/program';
 import { tabs } from '../modes';
 import { hand, showHint, world } from '../stage';
 import { on, state, type Mode } from '../state';
-import { recorder, recordingCard } from './recording';
+import { openRecording, recorder, recordingCard } from './recording';
 import { touchPanel } from './touch';
 
 function base64(data: ArrayBuffer): string {
@@ -18,20 +18,33 @@ function base64(data: ArrayBuffer): string {
 /// Nothing that stands in a script may end it.
 const inScript = (text: string): string => text.replaceAll('</script', '<\\/script').replaceAll('<!--', '<\\!--');
 
-async function page(): Promise<string> {
+/// What the program said, for who only looks and replays.
+async function said(): Promise<Saved> {
   const bytes: Saved['bytes'] = {};
   for (let i = 0; i < state.facts.length; ++i) for (const what of ['mesh', 'superquadrics']) bytes[`/api/object/${i}/${what}`] = base64(await fetchBytes(`/api/object/${i}/${what}`));
   const status = { ...state.status!, touching: false, stopped: false, recorded: 0, devices: [], device: 0, counters: undefined, cloth: { here: false, worn: null }, settings: { ...state.settings, tool: 'ball' } };
-  const content: Saved = { scene: state.facts, status, bytes, recording: recorder.count ? recorder.csv() : '', pose: world.pose() };
-  const [script, style] = await Promise.all(['app.js', 'app.css'].map(async (name) => (await fetch(name)).text()));
-  return `<!doctype html><html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1"><title>sqmap: ${state.facts.map((f) => f.name.replace(/[^\w -]/g, '')).join(', ')}</title><style>${style.replaceAll('</style', '')}</style></head>` +
-    `<body><div id="app"></div><script>window.sqmapSaved=${inScript(JSON.stringify(content))}</script><script type="module">${inScript(script)}</script></body></html>`;
+  return { scene: state.facts, status, bytes, recording: recorder.count ? recorder.csv() : '', pose: world.pose() };
 }
 
-export const pageButton = h('button', { id: 'save-page', hidden: !!saved, onclick: async () => {
+/// The program itself, where it is a worker: the page can then do all that this one can.
+async function whole(worker: string): Promise<Packed> {
+  const files: Packed['files'] = [], part = async (name: string) => base64(await (await fetch(name)).arrayBuffer());
+  for (const [i, { name }] of state.facts.entries()) for (const [what, ending] of [['sqmap', 'sqmap'], ['names', 'names.json']]) files.push([`${name}.${ending}`, base64(await fetchBytes(`/api/object/${i}/${what}`))]);
+  const [script, wasm] = await Promise.all(['program.mjs', 'program.wasm'].map(part));
+  return { program: { worker: await part(worker), script, wasm }, files, recording: recorder.known ? base64(await fetchBytes('/api/recording')) : '', pose: world.pose() };
+}
+
+async function page(): Promise<string> {
+  const { worker } = document.documentElement.dataset, content = worker ? `sqmapPacked=${JSON.stringify(await whole(worker))}` : `sqmapSaved=${JSON.stringify(await said())}`;
+  const [script, style] = await Promise.all(['app.js', 'app.css'].map(async (name) => (await fetch(name)).text()));
+  return `<!doctype html><html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1"><title>sqmap: ${state.facts.map((f) => f.name.replace(/[^\w -]/g, '')).join(', ')}</title><style>${style.replaceAll('</style', '')}</style></head>` +
+    `<body><div id="app"></div><script>window.${inScript(content)}</script><script type="module">${inScript(script)}</script></body></html>`;
+}
+
+export const pageButton = h('button', { id: 'save-page', hidden: !!(saved || packed), onclick: async () => {
   if (state.facts.some((f) => f.edited)) { trouble('Bake the edited parts first.'); return; }
   wait('Writing the page …');
-  try { save('sqmap.html', await page(), 'text/html'); wait(recorder.count ? 'Saved, with the recording: it opens in any browser, without the program.' : 'Saved: it opens in any browser, without the program.'); } catch (e) { trouble(e); }
+  try { save('sqmap.html', await page(), 'text/html'); wait(`Saved${recorder.count ? ', with the recording' : ''}: it opens in any browser${program.kind === 'worker' ? ', and is touched there' : ', without the program'}.`); } catch (e) { trouble(e); }
 } }, 'Page in one file');
 
 /// What a saved page shows, and leaves out.
@@ -40,6 +53,12 @@ export function restoreSaved(): void {
   world.setPose(saved.pose);
   if (saved.recording) recorder.open(saved.recording);
   recorder.onEnd();
+}
+/// What a page begins with that has its program inside.
+export async function restorePacked(): Promise<void> {
+  if (!packed) return;
+  world.setPose(packed.pose);
+  if (packed.recording) await openRecording(new File([bytesOf(packed.recording)], 'recording.csv'), () => {}, new AbortController().signal);
 }
 /// Once the page stands.
 export function leaveOut(): void {

@@ -15,8 +15,9 @@ class Thread {
   runs = true;
 
   /// heard: what it says unasked; ended: why it runs no more, of itself.
-  constructor(script: string, heard: (message: Exclude<Message, Answer>) => void, ended: (why: string) => void) {
-    this.worker = new Worker(new URL(script, document.baseURI), { type: 'module' });
+  /// name: what the script is told, see worker.js.
+  constructor(script: string, name: string, heard: (message: Exclude<Message, Answer>) => void, ended: (why: string) => void) {
+    this.worker = new Worker(new URL(script, document.baseURI), { type: 'module', name });
     this.worker.onerror = (e) => { this.end(); ended(e.message || 'its script cannot be loaded'); };
     this.worker.onmessage = ({ data }: MessageEvent<Message>) => {
       if ('id' in data) this.waiting.get(data.id)?.(data);
@@ -43,10 +44,17 @@ class Thread {
   }
 }
 
-/// Models that the page begins with: those of ?model=, else those that its file names.
-function firstModels(): string[] {
+/// A file's name, and how its bytes are had.
+type Source = [string, () => Promise<ArrayBuffer>];
+
+/// Models of the host that the page begins with: those of ?model=, else those that its file names.
+export function hostedModels(): Source[] {
   const named = new URLSearchParams(location.search).getAll('model');
-  return named.length ? named : (document.documentElement.dataset.models ?? '').split(' ').filter((name) => name);
+  return (named.length ? named : (document.documentElement.dataset.models ?? '').split(' ').filter((name) => name)).map((model) => [model, async () => {
+    const reply = await fetch(model);
+    if (!reply.ok) throw new Error(`the host answers ${reply.status}`);
+    return reply.arrayBuffer();
+  }]);
 }
 
 const textOf = ({ status, body }: Answer): Posted => ({ status, text: new TextDecoder().decode(body) });
@@ -57,11 +65,12 @@ export class InWorker implements Program {
   private baking: Promise<unknown> = Promise.resolve();
   private hears!: Hears;
 
-  constructor(private script: string) {}
+  /// files: what the page begins with; name: of its workers.
+  constructor(private script: string, private files: Source[], private name = '') {}
 
   open(hears: Hears): void {
     this.hears = hears;
-    this.scene = new Thread(this.script, (message) => {
+    this.scene = new Thread(this.script, this.name, (message) => {
       if ('ready' in message) void this.begin();
       else if ('text' in message) hears.text(message.text);
       else if ('bytes' in message) hears.bytes(message.bytes);
@@ -79,19 +88,14 @@ export class InWorker implements Program {
   /// The page hears of the scene once it has its models.
   private async begin(): Promise<void> {
     const failed: string[] = [];
-    for (const model of firstModels()) {
-      try {
-        const reply = await fetch(model);
-        if (!reply.ok) throw new Error(`the host answers ${reply.status}`);
-        await this.add(model.replace(/^.*\//, ''), await reply.arrayBuffer());
-      } catch (e) { failed.push(`${model}: ${e instanceof Error ? e.message : e}`); }
-    }
+    for (const [name, bytes] of this.files)
+      try { await this.add(name.replace(/^.*\//, ''), await bytes()); } catch (e) { failed.push(`${name}: ${e instanceof Error ? e.message : e}`); }
     this.hears.opened();
     this.scene!.tell({ open: true });
     for (const text of failed) this.note({ say: 'trouble', text });
   }
 
-  /// A model to the scene.
+  /// A model to the scene, or names of its parts.
   private async add(name: string, model: ArrayBuffer, upload = 0): Promise<void> {
     const verdict = JSON.parse(textOf(await this.scene!.ask(`/api/upload?name=${encodeURIComponent(name)}&upload=${upload}`, model)).text);
     if (!verdict.accepted) throw new Error(`${verdict.message}; ${verdict.cure}`);
@@ -123,7 +127,7 @@ export class InWorker implements Program {
     let name = '', done: () => void = () => {};
     const baked = new Promise<void>((resolve) => { done = resolve; });
     const fail = (why: string) => { this.note({ say: 'trouble', text: why }); done(); };
-    const baker = new Thread(this.script, (message) => {
+    const baker = new Thread(this.script, this.name, (message) => {
       if (!('text' in message)) return;
       const said = JSON.parse(message.text);
       if (said.say === 'progress') this.hears.text(message.text);

@@ -1,7 +1,7 @@
 // The program behind the page: the server that sent it, a worker of the page itself, or what a saved page kept of one.
 import { Kept } from './kept';
 import { Server } from './server';
-import { InWorker } from './in_worker';
+import { hostedModels, InWorker } from './in_worker';
 import type { ObjectFacts, Status } from '../net';
 
 /// What the page hears of it.
@@ -31,10 +31,20 @@ export interface Program {
 
 /// What a page saved as one file holds instead of the program: what it said last, bytes that it served, a recording.
 export interface Saved { scene: ObjectFacts[]; status: Status; bytes: Record<string, string>; recording: string; pose: number[]; }
-declare global { interface Window { sqmapSaved?: Saved } }
-export const saved = window.sqmapSaved;
+/// What a page holds that was saved where the program is a worker: the program itself, its files (models, names), a recording.
+/// All are base64.
+export interface Packed { program: { worker: string; script: string; wasm: string }; files: [string, string][]; recording: string; pose: number[]; }
+declare global { interface Window { sqmapSaved?: Saved; sqmapPacked?: Packed } }
+export const saved = window.sqmapSaved, packed = window.sqmapPacked;
+
+export function bytesOf(base64: string): ArrayBuffer { return Uint8Array.from(atob(base64), (c) => c.charCodeAt(0)).buffer; }
+function unpacked({ program: parts, files }: Packed): InWorker {
+  const url = (text: string, type: string) => URL.createObjectURL(new Blob([bytesOf(text)], { type }));
+  const script = url(parts.script, 'text/javascript'), wasm = url(parts.wasm, 'application/wasm');
+  return new InWorker(url(parts.worker, 'text/javascript'), files.map(([name, text]) => [name, async () => bytesOf(text)]), JSON.stringify({ script, wasm }));
+}
 
 /// The script of the worker, where the page names one: it has no server then.
 const { worker } = document.documentElement.dataset;
 
-export const program: Program = saved ? new Kept(saved) : worker ? new InWorker(worker) : new Server();
+export const program: Program = saved ? new Kept(saved) : packed ? unpacked(packed) : worker ? new InWorker(worker, hostedModels()) : new Server();
