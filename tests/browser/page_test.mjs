@@ -760,6 +760,7 @@ test('a round of recognition is played by keyboard alone', async () => {
       await page.keyboard.press('Enter');
       await until(page, () => window.sqmap.frame().contacts === 0);  // till then Space stops
     }
+    if (round === 1) await page.selectOption('#confidence', '4');
     await tab('input[name=guess]');
     // Right in all rounds but the last.
     const wanted = round < rounds - 1 ? target : (target + 1) % objects;
@@ -776,6 +777,7 @@ test('a round of recognition is played by keyboard alone', async () => {
   assert.equal(rows.length, rounds + 1);
   assert.match(rows[0], /^participant,date,round,practice,object,hash,guess,right,confidence,seconds,servo_seconds,touched_seconds/);
   const cells = rows[2].split(',');
+  assert.deepEqual(rows.slice(1, 4).map((r) => r.split(',')[8]), ['', '4', '']);
   assert.ok(Number(cells[11]) > 0 && Number(cells[10]) >= Number(cells[11]), 'time in touch is the servo\'s');
   assert.deepEqual(rows.slice(1).map((r) => r.split(',')[3]), ['1', '0', '0', '0', '0']);
 });

@@ -96,6 +96,20 @@ test('charts and stage have one moment: a click on a chart moves the replay ther
   await page.click('#to-now');
 });
 
+test('contact, limit and fault are marked on the timeline', async () => {
+  await page.click('#record');
+  await pressed(0, 12);
+  await page.keyboard.press('Space');
+  await until(page, () => window.sqmap.status().stopped && window.sqmap.frame().faults !== 0);
+  await page.mouse.up();
+  await page.click('#resume');
+  await until(page, () => !window.sqmap.status().stopped);
+  await page.click('#record');
+  const kinds = await page.evaluate(() => window.sqmap.recorder.marks().map((m) => m.kind));
+  assert.deepEqual([...new Set(kinds)], ['contact', 'limit', 'fault']);
+  assert.deepEqual(await page.$$eval('.marks i', (all) => all.map((e) => e.className)), kinds);
+});
+
 test('a file that waits in the queue is taken out of it', async () => {
   const file = path.join(folder, 'torus.obj');
   execFileSync(sqmap, ['shapes', 'torus', '-o', file]);
