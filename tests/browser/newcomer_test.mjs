@@ -109,6 +109,7 @@ test('nothing streams in Look', async () => {
 test('tab, view and selection survive a reload, and Back goes back', async () => {
   await page.click('#tab-look');
   await page.evaluate(() => { window.sqmap.world.frame(1); });
+  await page.selectOption('#colour', 'protrusion');
   await settled(page);
   await page.mouse.click(...(await onSurface(page, 1)));
   await until(page, () => document.querySelector('#part-name'));
@@ -118,6 +119,8 @@ test('tab, view and selection survive a reload, and Back goes back', async () =>
   assert.equal(await page.getAttribute('#tab-look', 'aria-selected'), 'true');
   (await page.evaluate(() => window.sqmap.world.pose())).forEach((c, i) => assert.ok(Math.abs(c - pose[i]) < 2e-3));
   assert.ok(await page.isVisible('#part-name'));
+  assert.equal(await page.evaluate(() => window.sqmap.world.objects.colourBy), 'protrusion');
+  await page.selectOption('#colour', 'parts');
   await page.click('#tab-recognise');
   await page.goBack();
   assert.equal(await page.getAttribute('#tab-look', 'aria-selected'), 'true');
@@ -276,7 +279,13 @@ test('the page is saved as one file that needs no program', async () => {
   await fresh.close();
   const seen = await openPage(`file://${path.resolve(file)}`, wide);
   assert.deepEqual(await seen.$$eval('.tabs button:not([hidden])', (all) => all.map((b) => [b.textContent, b.getAttribute('aria-selected')])), [['Look', 'true']]);
-  assert.ok(await seen.isVisible('#colour'));
+  // The worst error is found there, too; what needs the program is not offered.
+  await seen.selectOption('#colour', 'error');
+  await seen.waitForSelector('#worst:not([hidden])');
+  await seen.click('#worst');
+  assert.match(await seen.textContent('#numbers'), /Depth error/);
+  assert.ok(await seen.isHidden('#notice'));
+  assert.deepEqual(await seen.$$eval('#split, #merge, #remove, #remove-all, #slice, #samples, #inspect:not([hidden])', (all) => all.map((e) => e.id)), []);
   await seen.close();
 });
 

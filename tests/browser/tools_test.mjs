@@ -14,6 +14,8 @@ let page = await openPage(url, wide);
 const press = (mm) => page.evaluate((x) => { window.sqmap.hand.press = x / 1000; window.sqmap.hand.deeper(0); }, mm);
 /// A frame once the force stands still; null where a busy machine has ended it.
 const still = async () => {
+  await page.evaluate(() => { window.same = 0; window.before = -1; });  // what stood still before does not count
+  await page.waitForTimeout(150);
   const found = await until(page, () => {
     const s = window.sqmap, f = s.frame();
     if (!f || f.faults || (f.contacts > 0 && !f.engaged)) return 'none';
@@ -96,7 +98,27 @@ test('charts and stage have one moment: a click on a chart moves the replay ther
   await page.click('#to-now');
 });
 
+test('a tool that is let go is never caught: the force ends, whatever lies between it and the hand', async () => {
+  await page.evaluate(() => window.sqmap.world.frame(0));
+  await settled(page);
+  await pressed(0, 6);
+  await page.mouse.up();
+  await until(page, () => window.sqmap.frame().contacts === 0);
+  await pressed(0, 6);
+  // Let go with the hand on the other side of the object.
+  await page.evaluate(() => {
+    const { frame, link, hand } = window.sqmap, f = frame();
+    hand.held = hand.drags = false;
+    link.say({ say: 'touch', p: f.tool.map((x, i) => Number((x - 0.1 * f.normal[i]).toFixed(6))), held: false });
+  });
+  await page.waitForTimeout(200);
+  await until(page, () => window.sqmap.frame().contacts === 0 && Math.hypot(...window.sqmap.frame().force) === 0);
+  await page.mouse.up();
+});
+
 test('contact, limit and fault are marked on the timeline', async () => {
+  await page.evaluate(() => window.sqmap.world.frame(0));
+  await settled(page);
   await page.click('#record');
   await pressed(0, 12);
   await page.keyboard.press('Space');

@@ -70,7 +70,7 @@ TEST(Names, PartsOfOneNameAreToldApartAlongTheObjectsOwnAxes)
     EXPECT_EQ(names_with(words)[part_at({0, 0, 2.8})], "ball, back");
     words.up = {0, 0, 1};
     words.forward = {1, 0, 0};
-    EXPECT_EQ(names_with(words)[part_at({0, 0, 2.8})], "ball, upper");
+    EXPECT_EQ(names_with(words)[part_at({0, 0, 2.8})], "ball, the upper one");
     words.up = {0, 1, 0};  // left is up x forward: -z
     EXPECT_EQ(names_with(words)[part_at({0, 0, 2.8})], "ball, right");
 }

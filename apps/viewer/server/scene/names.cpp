@@ -119,7 +119,7 @@ void distinguish(std::vector<std::string>& names, const Middles& m, const Words&
             if (n > 3)
                 names[parts[i]] += ", " + std::to_string(i + 1) + " from " + (best == 0 ? "below" : low);
             else
-                names[parts[i]] += std::string(", ") + (i == 0 ? low : i + 1 == n ? high : "middle");
+                names[parts[i]] += std::string(", the ") + (i == 0 ? low : i + 1 == n ? high : "middle") + " one";
         }
     }
     // Whatever is still alike, by someone's choice of words.

@@ -218,9 +218,22 @@ void Touching::begin_or_restart(bool begin)
 void Touching::stream(std::uint64_t frame_number)
 {
     if (touch_ == nullptr || !touch_->frame(frame_)) return;
+    clear_tool();
     const bool keeps = recorder_.recording() && !frame_.cut && !recorder_.full();
     stream_floats(frame_floats(frame_, frame_number, keeps ? recorder_.ticks() : 0));
     if (frame_number % k_feet_every == 0) stream_feet();
+}
+
+/// A tool that nobody holds and that still touches is caught: between the hand, which was lifted from the last surface under the
+/// pointer, and the tool there is another surface. The hand then goes to the tool, and a little off what it touches.
+void Touching::clear_tool()
+{
+    constexpr int k_patience = 12;    // frames: time to be lifted
+    constexpr double k_off = 0.002;   // m
+    caught_ = holder_ == 0 && device_ == 0 && frame_.contacts > 0 ? caught_ + 1 : 0;
+    if (caught_ < k_patience) return;
+    target_ = frame_.tool + k_off * frame_.normal;
+    touch_->aim(target_);
 }
 
 void Touching::stream_floats(const std::vector<float>& values)

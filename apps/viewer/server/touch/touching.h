@@ -60,6 +60,7 @@ private:
     void begin_or_restart(bool begin);
     void move(ConnectionId connection, const Message& message);
     void drop_tool();
+    void clear_tool();
     [[nodiscard]] bool has_wanted_force();
     void stream_floats(const std::vector<float>& values);
     void stream_feet();
@@ -76,6 +77,7 @@ private:
     bool stopped_ = false;
     Recorder recorder_;
     bool feet_shown_ = false;
+    int caught_ = 0;  ///< frames in which a tool that nobody holds has touched
     TouchFrame frame_{};
     nlohmann::ordered_json devices_ = nlohmann::ordered_json::array();
     std::vector<std::string> device_specs_;

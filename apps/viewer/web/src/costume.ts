@@ -44,6 +44,7 @@ export class Costume {
   frames = 0;
   last: ClothFrame | null = null;
   onReady: () => void = () => {};
+  onPull: (force: number, at: THREE.Vector3) => void = () => {};  ///< N; of every frame, once its arrow is drawn
   stopped: () => boolean = () => false;  ///< then nothing can be taken, pinned or cut
 
   constructor(private world: World, private canvas: HTMLCanvasElement, private say: (message: object) => boolean) {
@@ -148,6 +149,7 @@ export class Costume {
     const pull = new THREE.Vector3(...(f.tension as [number, number, number])), size = pull.length();
     const body = new THREE.Vector3(...(f.body as [number, number, number])), pushed = body.length();
     this.world.tool.showArrow(f.held ? this.at : null, pull.add(body), 3);
+    this.onPull(pull.length(), this.at);
     this.world.redraw();
     if (performance.now() < this.factsDue) return;
     this.factsDue = performance.now() + 250;

@@ -46,12 +46,12 @@ const touchedName = (frame: Frame): string => state.playing ? (frame.part >= 0 ?
 export function hideTool(): void { toDraw = null; setDent(null); world.tool.show(null); forceRead.textContent = ''; forceTag.hidden = true; }
 
 /// Beside the arrow's head.
-function showTag(force: number): void {
+export function showTag(force: number, from = toolPoint): void {
   const tip = world.tool.tipOfArrow();
   if (forceTag.hidden !== !tip) forceTag.hidden = !tip;
   if (!tip) return;
   // Beyond the tip, as the arrow points on the screen.
-  const p = world.pixel(tip), { x: wide, y: high } = world.size, away = p.clone().sub(world.pixel(toolPoint)).setLength(30);
+  const p = world.pixel(tip), { x: wide, y: high } = world.size, away = p.clone().sub(world.pixel(from)).setLength(30);
   const x = Math.min(Math.max(p.x + away.x, 36), wide - 36), y = Math.min(Math.max(p.y + 0.7 * away.y, 14), high - 14);
   forceTag.style.transform = `translate(${x.toFixed(0)}px, ${y.toFixed(0)}px) translate(-50%, -50%)`;
   const text = `${force.toFixed(1)} N`;

@@ -8,6 +8,7 @@ export function lookAt(object: number): void {
   if (world.objects.focus === object) return;
   world.objects.focus = object;
   void world.objects.paint();
+  follow();
 }
 
 let invites = !saved;
@@ -25,7 +26,8 @@ function follow(): void {
   invite.hidden = !invites || state.mode !== 'touch' || state.playing || !state.facts[object];
   if (invite.hidden) return;
   const top = world.highest(object), half = 0.5 * invite.offsetWidth + 8;
-  const x = Math.min(Math.max(0.5 * (top.x + 1) * world.size.x, half), world.size.x - half);
+  const at = 0.5 * (top.x + 1) * world.size.x, x = Math.min(Math.max(at, half), world.size.x - half);
+  invite.style.setProperty('--tip', `${Math.min(Math.max(at - x, 24 - half), half - 24).toFixed(0)}px`);
   invite.style.transform = `translate(${x.toFixed(0)}px, ${Math.max(0.5 * (1 - top.y) * world.size.y - 16, 58).toFixed(0)}px) translate(-50%, -100%)`;
 }
 

@@ -10,7 +10,7 @@ import { link, packed, program, saved, type ObjectFacts } from './net';
 import { notice, progressBox, question, showProgress, trouble, wait } from './notices';
 import { folded } from './panels/controls';
 import { costume } from './panels/dress';
-import { firstMinute, lookAt } from './first';
+import { endInvitation, firstMinute, lookAt } from './first';
 import { dialog, exportMenu, heardProgress, openButton, readingButton, zone } from './panels/files';
 import { restoreView } from './session';
 import { inspected } from './panels/inspect';
@@ -53,7 +53,7 @@ function scene(objects: ObjectFacts[]): void {
   changed('scene');
   void world.setScene(objects).then(() => {
     if (first) firstMinute();
-    else if (objects.length > before.length) { world.frame(objects.length - 1); lookAt(objects.length - 1); }
+    else if (objects.length > before.length) { lookAt(objects.length - 1); world.frameClosely(objects.length - 1); }
     else if (objects.length < before.length) { world.frame(); lookAt(-1); }
     if (first && saved) restoreSaved();
     else if (first && packed) void restorePacked().catch(trouble);
@@ -100,6 +100,7 @@ link.open({
   connected,
   stranger() {
     connection.textContent = 'another program is running here';
+    endInvitation();
     question('A new program is running at this address, and only the address that it printed opens it: look where sqmap view was started.', 'I have read it', () => {});
   },
   held() { question('Another window has the tool in hand.', 'Take it over', () => link.say({ say: 'take' })); },

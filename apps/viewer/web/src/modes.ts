@@ -2,7 +2,7 @@
 import { h } from './dom';
 import { hideTool } from './felt';
 import { main, panel } from './layout';
-import { link } from './net';
+import { link, saved } from './net';
 import { costume, dressPanel } from './panels/dress';
 import { lookPanel } from './panels/look';
 import { gamePanel, HIDDEN_HINT } from './panels/recognise';
@@ -27,7 +27,7 @@ export const tabList = h('div', { class: 'tabs', role: 'tablist', 'aria-label': 
 /// The panel of the mode.
 export const modePanel = h('div', { id: 'mode-panel' });
 const hints: Record<Mode, string> = {
-  look: 'Drag to turn it. Click it for numbers. Drop a mesh here to bake it.',
+  look: `Drag to turn it. Click it for numbers.${saved ? '' : ' Drop a mesh here to bake it.'}`,
   touch: '',
   recognise: 'Press Begin, then feel for the hidden object with sound on.',
   dress: 'The figure is being prepared: some seconds.',

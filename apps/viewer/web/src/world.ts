@@ -263,7 +263,7 @@ export class World {
 
   /// Near a point of an object's surface, from a side from which it is seen.
   closeTo(object: number, p: THREE.Vector3, normal: THREE.Vector3): void {
-    const size = 0.12 * this.objects.box(object).getSize(new THREE.Vector3()).length(), box = new THREE.Box3().setFromCenterAndSize(p, new THREE.Vector3(size, size, size));
+    const size = 0.25 * this.objects.box(object).getSize(new THREE.Vector3()).length(), box = new THREE.Box3().setFromCenterAndSize(p, new THREE.Vector3(size, size, size));
     const sides = [normal.clone().normalize()];
     for (let k = 0; k < 60; ++k) {
       // Evenly over the sphere; those nearer to the normal are tried first.

@@ -1,6 +1,7 @@
 // The figure and what it wears.
 import { Costume } from '../costume';
 import { h } from '../dom';
+import { showTag } from '../felt';
 import { link } from '../net';
 import { canvas, hint, showHint, world } from '../stage';
 import { on, state } from '../state';
@@ -15,6 +16,7 @@ costume.onReady = () => {
   setTimeout(() => { if (state.mode === 'dress') hint.hidden = true; }, 6000);
 };
 onStop(() => costume.release());
+costume.onPull = showTag;
 costume.stopped = () => state.status?.stopped ?? false;
 whileFelt(() => costume.held);
 on(['status'], () => { if (state.status) costume.status(state.status); });

@@ -69,6 +69,7 @@ const verdictBox = h('div', {});
 const againButton = h('button', { id: 'read-again', hidden: true, onclick: () => { if (newest) readAgain(newest, ''); } }, '');
 const optionsBox = folded('How a file is read', 'file-options', repairChoice, h('label', { class: 'field' }, h('span', {}, 'Sheets are'), thicknessInput), unitChoice, projectionChoice,
   h('p', { class: 'note' }, 'Sheets: open surfaces become plates of this thickness, in units of the file.'), againButton);
+dialog.addEventListener('keydown', (e) => { if (e.key === 'Escape') { dialog.hidden = true; readingButton.focus(); } });
 fill(dialog, queueList, verdictBox, optionsBox, h('p', { class: 'note' }, 'A file may have 64 MB and 500,000 faces, the scene 16 objects; sqmap bake has no such limits.'),
   h('div', { class: 'row wrap' }, h('button', { id: 'close-verdict', onclick: () => { dialog.hidden = true; readingButton.focus(); } }, 'Close')));
 
@@ -89,7 +90,9 @@ const rows = new Map<number, Waiting>();  ///< of what is being baked, by its nu
 function cancel(one: Waiting): void {
   one.abort.abort();
   link.say({ say: 'cancel', upload: one.number });
+  const held = one.row.contains(document.activeElement);
   say(one, 'cancelled', true);
+  if (held) (queueList.querySelector<HTMLElement>('button:not([hidden])') ?? dialog).focus();
 }
 /// With the choices of now, in place of what it has become.
 function readAgain(one: Waiting, repair: string): void {

@@ -3,7 +3,7 @@ import * as THREE from 'three';
 import { announce, digits, fill, h } from '../dom';
 import { lookAt } from '../first';
 import { panel } from '../layout';
-import { link } from '../net';
+import { link, saved } from '../net';
 import { MISS, type Range } from '../colours';
 import type { Hit } from '../objects';
 import { canvas, hint, legend, onScale, sides, stage, world } from '../stage';
@@ -111,7 +111,7 @@ function click(hit: Hit | null): void {
   const error = world.objects.fieldAt(hit.object, 'error', hit.triangle);
   const rows: [string, string][] = [['Object', f.name], ['Part', `${hit.part}: ${f.parts[hit.part].name}`], ['Point', `${mm(hit.point)} mm`]];
   if (hit.triangle >= 0) rows.push(['Triangle', String(hit.triangle)], ['Normal', hit.normal.toArray().map((x) => x.toFixed(2)).join(', ')]);
-  if (error !== undefined) rows.push(['Depth error', error === MISS ? 'missed' : error < 0 ? 'too thin to say' : `${digits(error)} % of its size`]);
+  if (error !== undefined) rows.push(['Depth error', error === MISS ? 'missed: layer 3 finds no contact here' : error < 0 ? 'too thin to say' : `${digits(error)} % of its size`]);
   for (const kind of ['protrusion', 'curvature']) { const v = world.objects.fieldAt(hit.object, kind, hit.triangle); if (v !== undefined) rows.push([kind[0].toUpperCase() + kind.slice(1), digits(v)]); }
   setNumbers(rows);
   const value = rows.slice(3).find(([k]) => k !== 'Triangle' && k !== 'Normal');
@@ -185,7 +185,7 @@ const nameOf = (object: number): string => { const f = state.facts[object]; retu
 on(['pick'], () => { picked = state.pick ? nameOf(state.pick.object) : ''; });
 on(['scene'], () => {
   const colour = lookPanel.querySelector<HTMLSelectElement>('#colour')!;
-  for (const [kind, there] of [['made-up', state.facts.some((f) => f.cure !== null)], ['difference', state.facts.some((f) => f.twin !== null)]] as const) {
+  if (!saved) for (const [kind, there] of [['made-up', state.facts.some((f) => f.cure !== null)], ['difference', state.facts.some((f) => f.twin !== null)]] as const) {
     colour.querySelector<HTMLOptionElement>(`option[value=${kind}]`)!.disabled = !there;
     if (!there && colour.value === kind) { colour.value = world.objects.colourBy = 'parts'; void world.objects.paint(); }
   }

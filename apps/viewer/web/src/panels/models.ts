@@ -1,7 +1,7 @@
 // What is open: a line that stays in sight, and a list of the models.
 import { bytes, digits, h } from '../dom';
 import { lookAt } from '../first';
-import { link } from '../net';
+import { link, saved } from '../net';
 import { question } from '../notices';
 import { factsLine, world } from '../stage';
 import type { ObjectFacts } from '../net';
@@ -55,7 +55,7 @@ function showFacts(): void {
   });
   factsBox.replaceChildren(h('section', { class: 'card' }, h('h2', {}, state.facts.length === 1 ? 'Model' : `Models (${state.facts.length})`),
     state.facts.length ? h('ul', { class: 'objects' }, ...rows) : h('p', {}, 'Nothing is open: drop a mesh, or press Open.'),
-    state.facts.length > 1 && h('button', { id: 'remove-all', onclick: () => question(`Remove all ${state.facts.length} objects?`, 'Remove them', () => { select(-1, -1); for (let i = state.facts.length - 1; i >= 0; --i) link.say({ say: 'remove', object: i }); }) }, 'Remove all')));
+    state.facts.length > 1 && !saved && h('button', { id: 'remove-all', onclick: () => question(`Remove all ${state.facts.length} objects?`, 'Remove them', () => { select(-1, -1); for (let i = state.facts.length - 1; i >= 0; --i) link.say({ say: 'remove', object: i }); }) }, 'Remove all')));
   hideFacts();
 }
 

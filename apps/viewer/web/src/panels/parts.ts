@@ -28,7 +28,7 @@ function showPart(): void {
   const say = (name: string, more: object = {}) => link.say({ say: name, object: s.object, ...more });
   const edits = h('div', { class: 'row wrap', role: 'group', 'aria-label': 'Edit the parts' });
   const p = f.parts[s.part];
-  if (p) {
+  if (p && !saved) {
     const neighbours = p.neighbours.length ? p.neighbours : f.parts.map((_, i) => i).filter((i) => i !== s.part);
     const other = h('select', { id: 'other', 'aria-label': 'The other part' }, ...neighbours.map((i) => h('option', { value: String(i) }, f.parts[i].name)));
     if (neighbours.includes(chosenOther)) other.value = String(chosenOther);
@@ -43,11 +43,11 @@ function showPart(): void {
         h('button', { id: 'merge', onclick: () => { wait('Joining …'); say('merge', { part: s.part, other: Number(other.value) }); } }, 'Merge'))));
     edits.append(h('button', { id: 'refit', onclick: () => { wait('Fitting …'); say('refit', { part: s.part }); } }, 'Refit'));
   }
-  if (p) edits.append(h('button', { id: 'isolate', onclick: () => world.objects.isolate(s.object, s.part) }, 'Show it alone'), h('button', { id: 'hide-part', onclick: () => world.objects.showPart(s.object, s.part, false) }, 'Hide it'), h('button', { id: 'show-parts', onclick: () => world.objects.isolate(s.object, -1) }, 'Show all'));
-  edits.append(h('button', { id: 'undo', disabled: !f.canUndo, onclick: () => say('undo') }, 'Undo'), h('button', { id: 'redo', disabled: !f.canRedo, onclick: () => say('redo') }, 'Redo'));
+  if (p) edits.append(h('button', { id: 'isolate', onclick: () => world.objects.isolate(s.object, s.part) }, 'Show it alone'), h('button', { id: 'hide-part', onclick: () => { world.objects.showPart(s.object, s.part, false); state.pick = null; world.tool.mark(null); changed('pick'); } }, 'Hide it'), h('button', { id: 'show-parts', onclick: () => world.objects.isolate(s.object, -1) }, 'Show all'));
+  if (!saved) edits.append(h('button', { id: 'undo', disabled: !f.canUndo, onclick: () => say('undo') }, 'Undo'), h('button', { id: 'redo', disabled: !f.canRedo, onclick: () => say('redo') }, 'Redo'));
   if (f.edited) edits.append(h('button', { id: 'bake', class: 'primary', onclick: () => say('bake') }, 'Bake the edited parts'));
-  edits.append(h('button', { id: 'remove', onclick: () => { say('remove'); select(-1, -1); } }, 'Remove object'));
-  const name = p && h('input', { type: 'text', id: 'part-name', value: p.name, maxLength: 60, 'aria-label': 'Name of the part', onchange: (e: Event) => say('name', { part: s.part, name: (e.target as HTMLInputElement).value.trim().slice(0, 60) }) });
+  if (!saved) edits.append(h('button', { id: 'remove', onclick: () => { say('remove'); select(-1, -1); } }, 'Remove object'));
+  const name = p && h('input', { type: 'text', id: 'part-name', value: p.name, maxLength: 60, 'aria-label': 'Name of the part', disabled: !!saved, onchange: (e: Event) => say('name', { part: s.part, name: (e.target as HTMLInputElement).value.trim().slice(0, 60) }) });
   const list = h('details', {}, h('summary', {}, `All ${f.parts.length} parts`), h('ol', { class: 'parts', start: 0 }, ...f.parts.map((q, i) =>
     h('li', {}, h('button', { class: 'part', 'aria-pressed': String(i === s.part), onclick: () => select(s.object, i) }, h('i', { style: `background:${css(world.objects.colourOf(s.object, i))}`, 'aria-hidden': 'true' }), q.name, q.certified ? '' : ' (not certified)')))));
   fill(partBox,

@@ -50,7 +50,7 @@ export class Recognise {
   private lastTime = -1;
   private participant = h('input', { id: 'participant', type: 'text', maxLength: 40, autocomplete: 'off', placeholder: 'e.g. P01' });
   private count = h('select', { id: 'rounds' }, ...ROUNDS.map((n) => h('option', { value: String(n) }, `${n} rounds`)));
-  private drawn = h('select', { id: 'order' }, h('option', { value: 'drawn' }, 'drawn anew every round'), h('option', { value: 'balanced' }, 'balanced, by the number in the name'));
+  private drawn = h('select', { id: 'order' }, h('option', { value: 'drawn' }, 'drawn every round'), h('option', { value: 'balanced' }, 'balanced, by the number in the name'));
   private practice = h('input', { id: 'practice', type: 'checkbox', checked: true });
   private guessed = false;  ///< in this round
   target = -1;

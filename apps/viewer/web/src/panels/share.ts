@@ -6,6 +6,7 @@ import { bytesOf, type Packed, type Saved } from '../program/program';
 import { tabs } from '../modes';
 import { hand, showHint, world } from '../stage';
 import { on, state, type Mode } from '../state';
+import { lookPanel } from './look';
 import { openRecording, recorder, recordingCard } from './recording';
 import { touchPanel } from './touch';
 
@@ -21,7 +22,7 @@ const inScript = (text: string): string => text.replaceAll('</script', '<\\/scri
 /// What the program said, for who only looks and replays.
 async function said(): Promise<Saved> {
   const bytes: Saved['bytes'] = {};
-  for (let i = 0; i < state.facts.length; ++i) for (const what of ['mesh', 'superquadrics']) bytes[`/api/object/${i}/${what}`] = base64(await fetchBytes(`/api/object/${i}/${what}`));
+  for (let i = 0; i < state.facts.length; ++i) for (const what of ['mesh', 'superquadrics', 'field/error']) bytes[`/api/object/${i}/${what}`] = base64(await fetchBytes(`/api/object/${i}/${what}`));
   const status = { ...state.status!, touching: false, stopped: false, recorded: 0, devices: [], device: 0, counters: undefined, cloth: { here: false, worn: null }, settings: { ...state.settings, tool: 'ball' } };
   return { scene: state.facts, status, bytes, recording: recorder.count ? recorder.csv() : '', pose: world.pose() };
 }
@@ -65,6 +66,9 @@ export function leaveOut(): void {
   if (!saved) return;
   for (const id of ['open', 'reading', 'link', 'stop']) document.getElementById(id)!.remove();
   for (const id of ['recognise', 'dress']) tabs[id as Mode].hidden = true;
+  for (const o of lookPanel.querySelectorAll<HTMLOptionElement>('#colour option')) if (o.value !== 'parts' && o.value !== 'error') o.remove();
+  for (const id of ['beside', 'samples', 'offset', 'hidden']) lookPanel.querySelector(`#${id}`)!.closest('label')!.remove();
+  lookPanel.querySelector('#slice')!.remove();
   // Nothing is felt without the program: what was felt is replayed, and without a recording there is only to look.
   if (!saved.recording) { tabs.touch.hidden = true; return; }
   tabs.touch.textContent = 'Replay';
