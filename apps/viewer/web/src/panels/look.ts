@@ -88,7 +88,9 @@ function showTag(): void {
   if (tag.hidden) return;
   const { x, y } = world.pixel(state.pick!.point), { x: wide, y: high } = world.size;
   tag.hidden = x < 0 || y < 0 || x > wide || y > high;
-  tag.style.transform = `translate(${Math.max(Math.min(x > 0.6 * wide ? x - 14 - tag.offsetWidth : x + 14, wide - tag.offsetWidth - 6), 6).toFixed(0)}px, ${Math.min(Math.max(y - 34, 6), high - 40).toFixed(0)}px)`;
+  // Above the point, else below it: it never covers it.
+  const { offsetWidth: w, offsetHeight: h } = tag, above = y - h - 14;
+  tag.style.transform = `translate(${Math.max(Math.min(x - 0.5 * w, wide - w - 6), 6).toFixed(0)}px, ${(above < 6 ? y + 14 : above).toFixed(0)}px)`;
 }
 world.controls.addEventListener('change', showTag);
 new ResizeObserver(() => requestAnimationFrame(showTag)).observe(stage);
@@ -115,7 +117,7 @@ function click(hit: Hit | null): void {
   for (const kind of ['protrusion', 'curvature']) { const v = world.objects.fieldAt(hit.object, kind, hit.triangle); if (v !== undefined) rows.push([kind[0].toUpperCase() + kind.slice(1), digits(v)]); }
   setNumbers(rows);
   const value = rows.slice(3).find(([k]) => k !== 'Triangle' && k !== 'Normal');
-  fill(tag, h('strong', {}, f.parts[hit.part].name), ` ${value ? `${value[0].toLowerCase()} ${value[1]}` : `${mm(hit.point)} mm`}`);
+  fill(tag, h('strong', {}, f.parts[hit.part].name), ` ${value ? `${value[0].toLowerCase()} ${value[1].replace(/:.*/, '')}` : `${mm(hit.point)} mm`}`);
   changed('pick');
   announce(rows.slice(0, 2).map((r) => r[1]).join(', '));
 }
