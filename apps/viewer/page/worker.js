@@ -1,9 +1,10 @@
 // A worker that runs the viewer's program, compiled to WebAssembly, for the page that started it. Messages to it: {open} once the
 // page listens, {text} that it says, {id, target, body} that it fetches or posts; from it: {ready}, {text}, {bytes},
-// {id, status, type, body}, {broken}. A worker's name may be the addresses of its program, as JSON: {script, wasm}.
+// {id, status, type, body}, {broken}. In a page that is one file the first message to it is {parts}.
 const waiting = [];
-let program = null;
-self.onmessage = ({ data }) => { if (program) take(data); else waiting.push(data); };
+let program = null, told;
+const parts = new Promise((resolve) => { told = resolve; });
+self.onmessage = ({ data }) => { if (data.parts) told(data.parts); else if (program) take(data); else waiting.push(data); };
 
 const FRAME = 1000 / 60;  // ms
 
@@ -37,10 +38,10 @@ function take({ open, text, id, target, body }) {
 function work() { if (guarded(() => program._page_work())) setTimeout(work); }
 
 try {
-  const { script = './program.mjs', wasm } = self.name ? JSON.parse(self.name) : {};
+  const { script, wasm } = self.location.protocol === 'data:' ? await parts : { script: './program.mjs' };
   const { default: load } = await import(script);
   const loaded = await load({
-    ...(wasm ? { locateFile: () => wasm } : {}),
+    ...(wasm ? { wasmBinary: wasm, locateFile: (name) => name } : {}),
     onText: (text) => self.postMessage({ text }),
     onBytes: ({ buffer }) => self.postMessage({ bytes: buffer }, [buffer]),
     onAnswer: (id, status, type, { buffer }) => self.postMessage({ id, status, type, body: buffer }, [buffer]),

@@ -2,7 +2,7 @@
 import { h, save } from '../dom';
 import { fetchBytes, packed, program, saved } from '../net';
 import { trouble, wait } from '../notices';
-import { bytesOf, type Packed, type Saved } from '../program/program';
+import type { Packed, Saved } from '../program/program';
 import { tabs } from '../modes';
 import { hand, showHint, world } from '../stage';
 import { on, state, type Mode } from '../state';
@@ -32,7 +32,7 @@ async function whole(worker: string): Promise<Packed> {
   const files: Packed['files'] = [], part = async (name: string) => base64(await (await fetch(name)).arrayBuffer());
   for (const [i, { name }] of state.facts.entries()) for (const [what, ending] of [['sqmap', 'sqmap'], ['names', 'names.json']]) files.push([`${name}.${ending}`, base64(await fetchBytes(`/api/object/${i}/${what}`))]);
   const [script, wasm] = await Promise.all(['program.mjs', 'program.wasm'].map(part));
-  return { program: { worker: await part(worker), script, wasm }, files, recording: recorder.known ? base64(await fetchBytes('/api/recording')) : '', pose: world.pose() };
+  return { program: { worker: await part(worker), script, wasm }, files, recording: recorder.count ? recorder.csv() : '', pose: world.pose() };
 }
 
 async function page(): Promise<string> {
@@ -59,7 +59,7 @@ export function restoreSaved(): void {
 export async function restorePacked(): Promise<void> {
   if (!packed) return;
   world.setPose(packed.pose);
-  if (packed.recording) await openRecording(new File([bytesOf(packed.recording)], 'recording.csv'), () => {}, new AbortController().signal);
+  if (packed.recording) await openRecording(new File([packed.recording], 'recording.csv'), () => {}, new AbortController().signal);
 }
 /// Once the page stands.
 export function leaveOut(): void {

@@ -7,6 +7,9 @@ const LARGEST = 64 * 1024 * 1024;  // bytes of a file, as the server has it
 interface Answer { id: number; status: number; type: string; body: ArrayBuffer; }
 type Message = { ready: true } | { text: string } | { bytes: ArrayBuffer } | { broken: string } | Answer;
 
+/// The program, where the worker's script has no folder to find it in: its script's address, and what that runs.
+interface Parts { script: string; wasm: ArrayBuffer; }
+
 /// A worker and what it has been asked.
 class Thread {
   private worker: Worker;
@@ -15,9 +18,9 @@ class Thread {
   runs = true;
 
   /// heard: what it says unasked; ended: why it runs no more, of itself.
-  /// name: what the script is told, see worker.js.
-  constructor(script: string, name: string, heard: (message: Exclude<Message, Answer>) => void, ended: (why: string) => void) {
-    this.worker = new Worker(new URL(script, document.baseURI), { type: 'module', name });
+  constructor(script: string, parts: Parts | null, heard: (message: Exclude<Message, Answer>) => void, ended: (why: string) => void) {
+    this.worker = new Worker(new URL(script, document.baseURI), { type: 'module' });
+    if (parts) this.worker.postMessage({ parts });
     this.worker.onerror = (e) => { this.end(); ended(e.message || 'its script cannot be loaded'); };
     this.worker.onmessage = ({ data }: MessageEvent<Message>) => {
       if ('id' in data) this.waiting.get(data.id)?.(data);
@@ -65,12 +68,12 @@ export class InWorker implements Program {
   private baking: Promise<unknown> = Promise.resolve();
   private hears!: Hears;
 
-  /// files: what the page begins with; name: of its workers.
-  constructor(private script: string, private files: Source[], private name = '') {}
+  /// files: what the page begins with.
+  constructor(private script: string, private files: Source[], private parts: Parts | null = null) {}
 
   open(hears: Hears): void {
     this.hears = hears;
-    this.scene = new Thread(this.script, this.name, (message) => {
+    this.scene = new Thread(this.script, this.parts, (message) => {
       if ('ready' in message) void this.begin();
       else if ('text' in message) hears.text(message.text);
       else if ('bytes' in message) hears.bytes(message.bytes);
@@ -127,7 +130,7 @@ export class InWorker implements Program {
     let name = '', done: () => void = () => {};
     const baked = new Promise<void>((resolve) => { done = resolve; });
     const fail = (why: string) => { this.note({ say: 'trouble', text: why }); done(); };
-    const baker = new Thread(this.script, this.name, (message) => {
+    const baker = new Thread(this.script, this.parts, (message) => {
       if (!('text' in message)) return;
       const said = JSON.parse(message.text);
       if (said.say === 'progress') this.hears.text(message.text);

@@ -32,16 +32,16 @@ export interface Program {
 /// What a page saved as one file holds instead of the program: what it said last, bytes that it served, a recording.
 export interface Saved { scene: ObjectFacts[]; status: Status; bytes: Record<string, string>; recording: string; pose: number[]; }
 /// What a page holds that was saved where the program is a worker: the program itself, its files (models, names), a recording.
-/// All are base64.
+/// Bytes are base64.
 export interface Packed { program: { worker: string; script: string; wasm: string }; files: [string, string][]; recording: string; pose: number[]; }
 declare global { interface Window { sqmapSaved?: Saved; sqmapPacked?: Packed } }
 export const saved = window.sqmapSaved, packed = window.sqmapPacked;
 
-export function bytesOf(base64: string): ArrayBuffer { return Uint8Array.from(atob(base64), (c) => c.charCodeAt(0)).buffer; }
+function bytesOf(base64: string): ArrayBuffer { return Uint8Array.from(atob(base64), (c) => c.charCodeAt(0)).buffer; }
 function unpacked({ program: parts, files }: Packed): InWorker {
-  const url = (text: string, type: string) => URL.createObjectURL(new Blob([bytesOf(text)], { type }));
-  const script = url(parts.script, 'text/javascript'), wasm = url(parts.wasm, 'application/wasm');
-  return new InWorker(url(parts.worker, 'text/javascript'), files.map(([name, text]) => [name, async () => bytesOf(text)]), JSON.stringify({ script, wasm }));
+  // Not blobs: a page that is a file may start no worker from one. And no address may be as long as the program.
+  const url = (text: string) => `data:text/javascript;base64,${text}`;
+  return new InWorker(url(parts.worker), files.map(([name, text]) => [name, async () => bytesOf(text)]), { script: url(parts.script), wasm: bytesOf(parts.wasm) });
 }
 
 /// The script of the worker, where the page names one: it has no server then.
