@@ -65,14 +65,14 @@ TEST(Names, WholeWordsNameWhatLiesBetweenAfterTheNearest)
 TEST(Names, PartsOfOneNameAreToldApartAlongTheObjectsOwnAxes)
 {
     Words words{.landmarks = {{"ball", {0, 0, 2.8}}, {"ball", {0, 0, -2.8}}}, .forward = {0, 0, 1}};
-    EXPECT_EQ(names_with(words)[part_at({0, 0, 2.8})], "ball, front");
+    EXPECT_EQ(names_with(words)[part_at({0, 0, 2.8})], "ball, the front one");
     words.forward = {0, 0, -1};
-    EXPECT_EQ(names_with(words)[part_at({0, 0, 2.8})], "ball, back");
+    EXPECT_EQ(names_with(words)[part_at({0, 0, 2.8})], "ball, the back one");
     words.up = {0, 0, 1};
     words.forward = {1, 0, 0};
     EXPECT_EQ(names_with(words)[part_at({0, 0, 2.8})], "ball, the upper one");
     words.up = {0, 1, 0};  // left is up x forward: -z
-    EXPECT_EQ(names_with(words)[part_at({0, 0, 2.8})], "ball, right");
+    EXPECT_EQ(names_with(words)[part_at({0, 0, 2.8})], "ball, the right one");
 }
 
 TEST(Names, RenamingReplacesWhatWasThereAndAnEmptyNameTakesItAway)

@@ -31,12 +31,12 @@ bool number(const json& in, const char* key, double least, double max, double& o
     return true;
 }
 
-bool index(const json& in, const char* key, std::uint32_t& out, std::uint32_t most = 0xffff)
+bool index(const json& in, const char* key, std::uint32_t& out, std::uint32_t max = 0xffff)
 {
     const auto at = in.find(key);
     if (at == in.end() || !at->is_number_unsigned()) return false;
     const auto value = at->get<std::uint64_t>();
-    if (value > most) return false;
+    if (value > max) return false;
     out = static_cast<std::uint32_t>(value);
     return true;
 }

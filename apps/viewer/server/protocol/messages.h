@@ -93,8 +93,8 @@ struct Message {
     Settings settings{};
     std::uint32_t device = 0, object = 0, part = 0, other = 0;
     std::uint32_t upload = 0;  ///< the page's number of it
-    double distance = 0;  ///< m, of MoveCut, 0 to 0.1
-    std::string name{};   ///< of a part, at most k_max_name bytes, no control characters
+    double distance = 0;       ///< m, of MoveCut, 0 to 0.1
+    std::string name{};        ///< of a part, at most k_max_name bytes, no control characters
     std::string garment{}, fabric{};
     bool walks = false;
     Handling handling = Handling::Release;  ///< target: where; part: which seam

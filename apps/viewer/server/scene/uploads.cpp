@@ -83,8 +83,7 @@ void Scene::upload(HttpRequest request, const Answer& answer)
         query_value(request.target, "projection") == "normal" ? model::Projection::Normal : model::Projection::Central;
     const Job job{.name = name, .upload = number_of_upload(request.target)};
     bakes_.work([this, answer, job, load, projection, body = std::move(request.body)] {
-        if (cancelled_.has(job.upload))
-            return answer(refused({"E_CANCELLED", "file", "the page took it back", "send it again"}));
+        if (cancelled_.has(job.upload)) return answer(refused({"E_CANCELLED", "file", "the page took it back", "send it again"}));
         const std::span<const std::byte> bytes = std::as_bytes(std::span(body));
         if (job.name.ends_with(".sqmap"))
             take_model(job, bytes, answer);

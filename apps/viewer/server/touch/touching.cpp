@@ -228,8 +228,8 @@ void Touching::stream(std::uint64_t frame_number)
 /// pointer, and the tool there is another surface. The hand then goes to the tool, and a little off what it touches.
 void Touching::clear_tool()
 {
-    constexpr int k_patience = 12;    // frames: time to be lifted
-    constexpr double k_off = 0.002;   // m
+    constexpr int k_patience = 12;   // frames: time to be lifted
+    constexpr double k_off = 0.002;  // m
     caught_ = holder_ == 0 && device_ == 0 && frame_.contacts > 0 ? caught_ + 1 : 0;
     if (caught_ < k_patience) return;
     target_ = frame_.tool + k_off * frame_.normal;
