@@ -55,7 +55,7 @@ await picture(models, 'view_map.png', [1240, 1500], async (page) => {
 });
 
 if (animal)
-  await picture([animal], 'view.png', [1360, 800], async (page) => {
+  await picture([animal], 'view.png', [1360, 1000], async (page) => {
     await page.click('#tab-touch');
     await page.waitForTimeout(800);
     // The highest point of the back that is seen.

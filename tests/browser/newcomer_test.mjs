@@ -153,7 +153,11 @@ test('several files are queued, and a dialog says how they are read', async () =
     await page.click('text=Read sheet.obj again');
     await until(page, (t) => { const all = window.sqmap.facts().filter((f) => f.name === 'sheet'), least = all.length && Math.min(...all[0].half) / Math.max(...all[0].half); return all.length === 1 && all[0].solid && Math.abs(least - t) < 0.02; }, Number(thick));
   }
+  // Refused this time, it keeps the object that it has.
   await page.fill('#thickness', '');
+  await page.click('text=Read sheet.obj again');
+  await page.waitForSelector('#verdict.bad');
+  assert.equal(await page.evaluate(() => window.sqmap.facts().filter((f) => f.name === 'sheet').length), 1);
   await until(page, () => window.sqmap.world.objects.focus === window.sqmap.facts().length - 1, undefined);
   await page.click('#close-verdict');
   await page.click('#remove-all');

@@ -107,7 +107,7 @@ export class World {
 
   redraw(): void { this.dirty = true; }
 
-  /// One after the other, what each of two views shows; draw is told which, from the left.
+  /// Draws each of two views with its own content; view: 0 is the left one.
   private inTurn(draw: (view: number) => void): void {
     (['left', 'right'] as const).forEach((side, view) => {
       const shift = this.objects.show(side);

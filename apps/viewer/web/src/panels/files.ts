@@ -54,8 +54,8 @@ on(['mode'], () => { if (state.mode !== checkedIn) dialog.hidden = true; checked
 
 // ---- Files that are opened, one after the other
 
-/// number: no other file of this program has it.
-interface Waiting { file: File; number: number; row: HTMLLIElement; said: HTMLElement; abort: AbortController; repair: string; }
+/// number: no other file of this program has it; replaces: the number of an earlier reading, 0: of none.
+interface Waiting { file: File; number: number; replaces: number; row: HTMLLIElement; said: HTMLElement; abort: AbortController; repair: string; }
 const queue: Waiting[] = [];
 let busy = false;
 
@@ -94,20 +94,22 @@ function cancel(one: Waiting): void {
   say(one, 'cancelled', true);
   if (held) (queueList.querySelector<HTMLElement>('button:not([hidden])') ?? dialog).focus();
 }
-/// With the choices of now, in place of what it has become.
+/// With the present choices. Once the file is accepted its earlier object is removed; a refused one keeps it.
 function readAgain(one: Waiting, repair: string): void {
   if (rows.has(one.number)) cancel(one);
-  const at = state.facts.findIndex((f) => f.upload === one.number);
+  drop([one.file], repair, state.facts.some((f) => f.upload === one.number) ? one.number : one.replaces);
+}
+function removeUpload(number: number): void {
+  const at = number ? state.facts.findIndex((f) => f.upload === number) : -1;
   if (at >= 0) { select(-1, -1); link.say({ say: 'remove', object: at }); }
-  drop([one.file], repair);
 }
 
-/// repair: of these files alone, instead of the one chosen.
-function drop(files: Iterable<File>, repair = ''): void {
+/// repair: of these files alone, instead of the one chosen; replaces: as of Waiting.
+function drop(files: Iterable<File>, repair = '', replaces = 0): void {
   for (const file of files) {
     const said = h('span', { class: 'note' }, 'waiting'), abort = new AbortController(), number = 1 + Math.floor(0xfffffffe * Math.random());
     const row = h('li', {}, h('span', { class: 'queue-name' }, file.name), said, h('button', { class: 'small', 'aria-label': `Cancel ${file.name}`, onclick: () => cancel(one) }, '✕'));
-    const one: Waiting = { file, number, row, said, abort, repair };
+    const one: Waiting = { file, number, replaces, row, said, abort, repair };
     queue.push(one);
     queueList.append(row);
   }
@@ -129,7 +131,7 @@ const CHOICES: [RegExp, string][] = [
   [/say so with --unit \(such as --unit mm\)/, 'choose it under “Unit of the file”'],
   [/--thickness/, '“Sheets are”'],
 ];
-export function inChoices(text: string): string { return CHOICES.reduce((t, [option, words]) => t.replace(option, words), text); }
+function inChoices(text: string): string { return CHOICES.reduce((t, [option, words]) => t.replace(option, words), text); }
 
 async function check(one: Waiting): Promise<void> {
   const { file, abort } = one;
@@ -143,6 +145,7 @@ async function check(one: Waiting): Promise<void> {
     rows.set(one.number, one);
     const v = await (records ? openRecording(file, sent, abort.signal) : upload(file, options, sent, abort.signal));
     if (records && v.accepted) setMode('touch');
+    if (v.accepted) removeUpload(one.replaces);
     const good = v.accepted, baked = !good || v.triangles === undefined;
     if (baked) { rows.delete(one.number); say(one, good ? '✓' : '✗', true); }
     else if (rows.has(one.number) && !one.said.textContent!.startsWith('baking')) say(one, 'waiting to be baked');  // of a small mesh the bake is heard of before the verdict

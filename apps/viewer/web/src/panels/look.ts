@@ -53,7 +53,7 @@ function showSides(): void {
 on(['mode', 'playing', 'scene', 'selected'], showSides);
 onScale(showSides);
 
-// The way back from parts that are left out, wherever they are.
+// Shows hidden parts again, whatever is selected.
 const showAll = h('button', { id: 'show-all', hidden: true, onclick: () => { world.objects.showAll(); canvas.focus(); } }, '');
 world.objects.onLeft = (count) => { showAll.hidden = count === 0; showAll.textContent = `Show all parts (${count} hidden)`; };
 on(['mode'], () => world.objects.leaveOut(state.mode === 'look'));
@@ -122,7 +122,7 @@ function click(hit: Hit | null): void {
   announce(rows.slice(0, 2).map((r) => r[1]).join(', '));
 }
 
-// The worst depth error, and the way there.
+// The worst depth error; a click brings the camera there.
 const worstButton = h('button', { id: 'worst', class: 'small', hidden: true, onclick: () => {
   const worst = world.objects.worst();
   if (!worst) return;

@@ -69,7 +69,7 @@ export function leaveOut(): void {
   for (const o of lookPanel.querySelectorAll<HTMLOptionElement>('#colour option')) if (o.value !== 'parts' && o.value !== 'error') o.remove();
   for (const id of ['beside', 'samples', 'offset', 'hidden']) lookPanel.querySelector(`#${id}`)!.closest('label')!.remove();
   lookPanel.querySelector('#slice')!.remove();
-  // Nothing is felt without the program: what was felt is replayed, and without a recording there is only to look.
+  // There is no force without the program: a recording can be replayed, else there is only Look.
   if (!saved.recording) { tabs.touch.hidden = true; return; }
   tabs.touch.textContent = 'Replay';
   for (const id of ['record', 'again', 'save-recording', 'open-recording']) recordingCard.querySelector(`#${id}`)!.remove();
