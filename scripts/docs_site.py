@@ -147,6 +147,12 @@ def live(model, up):
     return LIVE.format(page=f"{up}live/index.html?model={model}", megabytes=loaded / 1e6)
 
 
+def included(match):
+    """The file of the repository that the comment names; Sphinx fails where there is none."""
+    path = match.group(1)
+    return f"```{{literalinclude}} /{os.path.relpath(ROOT / path, SOURCE)}\n:language: {'c' if path.endswith('.c') else 'cpp'}\n```"
+
+
 def copy_pages():
     """Pages keep their folders, so that links between them hold; links to sources become their names."""
     pages = [ROOT / n for n in ("README.md", "CHANGELOG.md", "CONTRIBUTING.md")] + sorted((ROOT / "docs").rglob("*.md"))
@@ -165,7 +171,8 @@ def copy_pages():
 
         text = re.sub(r"(?<!!)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^)\s]+)\)", link, page.read_text())
         up = "../" * len(page.relative_to(ROOT).parent.parts)
-        target.write_text(re.sub(r"<!-- live (\S+) -->", lambda match, up=up: live(match.group(1), up), text))
+        text = re.sub(r"<!-- live (\S+) -->", lambda match, up=up: live(match.group(1), up), text)
+        target.write_text(re.sub(r"<!-- include (\S+) -->", included, text))
     shutil.copytree(ROOT / "docs/images", SOURCE / "docs/images", dirs_exist_ok=True)
 
 

@@ -63,6 +63,12 @@ class Names(unittest.TestCase):
         self.assertGreater(min(len(header), len(types)), 30)
         self.assertEqual([name for *_, name, documented in header if not documented] + [name for name, documented in types if not documented], [])
 
+    def test_each_example_is_on_its_page(self):
+        page = (ROOT / "docs/examples.md").read_text()
+        examples = [*(ROOT / "examples").glob("*.cpp"), *(ROOT / "examples").glob("*.c")]
+        self.assertGreater(len(examples), 10)
+        self.assertEqual([e.name for e in examples if f"<!-- include examples/{e.name} -->" not in page], [])
+
     def test_what_the_package_exports_is_declared(self):
         self.assertEqual(self.changed("js/index.js", "  query() {", "  render() {"), ["JavaScript: Model.render is not on the site"])
 
