@@ -13,6 +13,7 @@ import numpy as np
 from . import _library as c
 from ._arrays import Layer, cores, count, flag, number, path_of, pointer, pose_of, query_options, refuse, rows, triangles_of
 from ._errors import Cancelled, ClosedError
+from ._render import render
 
 Progress = Callable[[str, float], Any]
 REPAIRS = {"auto": 0, "none": 1, "safe": 2, "close": 3, "wrap": 4}
@@ -310,9 +311,7 @@ class Model(Owned):
 
         what: parts, superquadrics, protrusion, curvature, mesh, map or error; several with commas stand side by side.
         azimuth, elevation: degrees."""
-        from ._render import render
-
-        return render(self, what, size, [("--azimuth", azimuth), ("--elevation", elevation), ("--up", up)])
+        return render(self.save, what, size, [("--azimuth", azimuth), ("--elevation", elevation), ("--up", up)])
 
     def __repr__(self) -> str:
         if self.closed:

@@ -6,7 +6,7 @@ import struct
 import subprocess
 import tempfile
 import zlib
-from typing import TYPE_CHECKING, Any, Sequence
+from typing import Any, Callable, Sequence
 
 import numpy as np
 
@@ -14,12 +14,9 @@ from ._arrays import count, refuse
 from ._errors import Error, InternalError
 from ._program import program
 
-if TYPE_CHECKING:
-    from ._model import Model
 
-
-def render(model: "Model", what: str, size: Sequence[int], options: Sequence[tuple[str, Any]]) -> np.ndarray:
-    """Runs `sqmap render` on the model. (height, width, 3) uint8."""
+def render(save: Callable[[pathlib.Path], None], what: str, size: Sequence[int], options: Sequence[tuple[str, Any]]) -> np.ndarray:
+    """Runs `sqmap render` on the model file that save writes to a path. (height, width, 3) uint8."""
     if not isinstance(what, str):
         raise refuse("what", f"is {what!r}", "give the name of a picture")
     if not isinstance(size, (tuple, list)) or len(size) != 2:
@@ -27,7 +24,7 @@ def render(model: "Model", what: str, size: Sequence[int], options: Sequence[tup
     width, height = (count(n, "size") for n in size)
     with tempfile.TemporaryDirectory(prefix="sqmap-") as folder:
         source, target = pathlib.Path(folder, "model.sqmap"), pathlib.Path(folder, "picture.png")
-        model.save(source)
+        save(source)
         command = [program(), "render", str(source), "-o", str(target), "--what", what, "--size", f"{width}x{height}"]
         for option, value in options:
             if value is not None:

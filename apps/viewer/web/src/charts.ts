@@ -1,7 +1,8 @@
 // What was felt in the last seconds, a value a tick, as strip charts.
 import { h } from './dom';
 import { meter } from './meter';
-import { TICK, type Frame } from './net';
+import type { Frame } from './messages';
+import { TICK } from './net';
 
 const SECONDS = 6, RATE = 1000, N = SECONDS * RATE;
 const EVERY = 48;                                     // ms between pictures

@@ -2,7 +2,8 @@
 import * as THREE from 'three';
 import { GLTFExporter } from 'three/examples/jsm/exporters/GLTFExporter.js';
 import { announce, fill, h } from './dom';
-import { fetchBytes, type ClothFrame, type Status, type Worn } from './net';
+import type { ClothFrame, Status, Worn } from './messages';
+import { fetchBytes } from './net';
 import type { World } from './world';
 
 const GARMENTS: [string, string][] = [['shirt', 'Shirt'], ['skirt', 'Skirt'], ['poncho', 'Poncho']];

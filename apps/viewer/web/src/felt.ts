@@ -4,7 +4,7 @@ import { Charts } from './charts';
 import { setDent } from './skin';
 import { announce } from './dom';
 import { meter } from './meter';
-import type { Frame } from './net';
+import type { Frame } from './messages';
 import { rumble, sound, voice } from './panels/senses';
 import { forceRead, forceTag, hand, world } from './stage';
 import { state } from './state';

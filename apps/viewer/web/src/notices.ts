@@ -1,6 +1,6 @@
 // What the page says for a moment, and the progress of a bake.
 import { announce, h } from './dom';
-import type { Progress } from './net';
+import type { Progress } from './messages';
 
 export const notice = h('div', { class: 'notice', id: 'notice', hidden: true });
 const progressBar = h('progress', { max: 1, value: 0, 'aria-label': 'Baking' });

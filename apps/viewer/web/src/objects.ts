@@ -3,7 +3,8 @@ import * as THREE from 'three';
 import { acceleratedRaycast, computeBoundsTree, disposeBoundsTree } from 'three-mesh-bvh';
 import { colourField, distinctColours, MISS, partColour, type Range, type Rgb, type Scale } from './colours';
 import { meter } from './meter';
-import { fetchBytes, type ObjectFacts } from './net';
+import type { ObjectFacts } from './messages';
+import { fetchBytes } from './net';
 import { linear, Surface } from './surface';
 
 THREE.Mesh.prototype.raycast = acceleratedRaycast;

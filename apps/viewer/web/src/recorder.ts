@@ -1,5 +1,6 @@
 // What was felt, kept frame by frame: shown again later, saved as a table of ticks, read back from one.
-import { TICK, type Frame } from './net';
+import type { Frame } from './messages';
+import { TICK } from './net';
 
 const PER_TICK = ['force_N', 'torque_Nm', 'depth_m', 'cpu_us'];
 const VECTORS = ['tool', 'hand', 'force', 'torque', 'point', 'normal'] as const;

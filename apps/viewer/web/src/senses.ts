@@ -1,6 +1,6 @@
 // Force for other senses: sound, rumble, speech.
 import { MODES, PLAIN } from './materials';
-import type { Frame } from './net';
+import type { Frame } from './messages';
 
 /// Pitch tells how hard, loudness too; a rustle tells how fast the tool slides; a tap marks every new contact.
 export class Sound {

@@ -1,6 +1,6 @@
 // What more than one panel reads: the newest word of the program, and what is chosen here. Whoever changes it says so with
 // changed(), and those that listen draw it.
-import type { Frame, ObjectFacts, Settings, Status } from './net';
+import type { Frame, ObjectFacts, Settings, Status } from './messages';
 import type { Hit } from './objects';
 
 export type Mode = 'look' | 'touch' | 'recognise' | 'dress';

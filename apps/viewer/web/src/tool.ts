@@ -1,6 +1,6 @@
 // The tool that is held, the arrow of its force, and the mark of a point, as three.js draws them.
 import * as THREE from 'three';
-import type { Frame } from './net';
+import type { Frame } from './messages';
 
 const ARROW = 0.03;  // m of arrow a newton
 const HEAD = 0.0145; // m, of the arrow

@@ -2,7 +2,7 @@
 import * as THREE from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { meter } from './meter';
-import type { ObjectFacts } from './net';
+import type { ObjectFacts } from './messages';
 import { fullRatio, Objects, type Hit } from './objects';
 import { Pace } from './pace';
 import { GroundShadow } from './shadow';

@@ -2,7 +2,8 @@
 import { announce, fill, h, save } from '../dom';
 import { setMode, tabs } from '../modes';
 import { openSheet } from '../layout';
-import { fetchBytes, link, program, saved, upload, type Progress, type Settings } from '../net';
+import type { Progress, Settings } from '../messages';
+import { fetchBytes, link, program, saved, upload } from '../net';
 import { trouble, wait } from '../notices';
 import { world } from '../stage';
 import { MODES, on, state, type Mode } from '../state';

@@ -4,7 +4,7 @@ import { lookAt } from '../first';
 import { link, saved } from '../net';
 import { question } from '../notices';
 import { factsLine, world } from '../stage';
-import type { ObjectFacts } from '../net';
+import type { ObjectFacts } from '../messages';
 import { on, state } from '../state';
 import { select } from './parts';
 

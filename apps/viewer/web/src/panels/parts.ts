@@ -2,7 +2,8 @@
 import { css } from '../colours';
 import { digits, fill, h } from '../dom';
 import { MapView } from '../map';
-import { link, saved, type Feet } from '../net';
+import type { Feet } from '../messages';
+import { link, saved } from '../net';
 import { trouble, wait } from '../notices';
 import { world } from '../stage';
 import { changed, on, state } from '../state';

@@ -2,7 +2,7 @@
 import { announce, fill, h, save } from '../dom';
 import { hideTool, onFelt } from '../felt';
 import { openSheet } from '../layout';
-import type { Frame, ObjectFacts } from '../net';
+import type { Frame, ObjectFacts } from '../messages';
 import { canvas, hand, hint, showHint, world } from '../stage';
 import { changed, on, state } from '../state';
 import { lookAt } from '../first';

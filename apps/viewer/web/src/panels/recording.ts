@@ -1,7 +1,8 @@
 // What was felt, recorded, replayed, computed again by the program, saved and opened.
 import { h, digits, save } from '../dom';
 import { charts, draw, hideTool, show } from '../felt';
-import { fetchBytes, link, readFrames, upload, type Frame, type Verdict } from '../net';
+import type { Frame, Verdict } from '../messages';
+import { fetchBytes, link, readFrames, upload } from '../net';
 import { trouble, wait } from '../notices';
 import { readAgain, Recorder } from '../recorder';
 import { endInvitation, lookAt } from '../first';

@@ -2,7 +2,7 @@
 import { h, save } from '../dom';
 import { fetchBytes, packed, program, saved } from '../net';
 import { trouble, wait } from '../notices';
-import type { Packed, Saved } from '../program/program';
+import type { Packed, Saved } from '../program/interface';
 import { tabs } from '../modes';
 import { hand, showHint, world } from '../stage';
 import { on, state, type Mode } from '../state';

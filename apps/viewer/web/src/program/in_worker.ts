@@ -1,6 +1,6 @@
 // The program as workers of this page, compiled to WebAssembly: any static host serves it. See apps/viewer/page. One worker has the
 // scene and its forces; each dropped mesh is baked by another, so that touch goes on meanwhile and a bake can be ended.
-import type { Hears, Posted, Program } from './program';
+import type { Hears, Posted, Program } from './interface';
 
 const LARGEST = 64 * 1024 * 1024;  // bytes of a file, as the server has it
 

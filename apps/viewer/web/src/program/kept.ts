@@ -1,5 +1,5 @@
 // A page saved as one file: what the program said last.
-import type { Hears, Posted, Program, Saved } from './program';
+import type { Hears, Posted, Program, Saved } from './interface';
 
 const GONE = 'This needs the program: it is not in the saved page.';
 

@@ -1,5 +1,5 @@
 // The program as the server that sent this page: a WebSocket for what both say, HTTP for what is fetched.
-import type { Hears, Posted, Program } from './program';
+import type { Hears, Posted, Program } from './interface';
 
 const token = new URLSearchParams(location.search).get('token') ?? '';
 const address = (path: string): string => `${path}${path.includes('?') ? '&' : '?'}token=${token}`;
