@@ -1,9 +1,9 @@
+#include "query/caller_frame.h"
+#include "query/chart/central_query.h"
+#include "query/dispatch/model_point.h"
 #include "query/exact/exact_layer.h"
+#include "query/layer.h"
 #include "query/normal/normal_query.h"
-#include "query/point/caller_frame.h"
-#include "query/point/central_query.h"
-#include "query/point/layer.h"
-#include "query/point/model_point.h"
 #include "sqmap/math/assert.h"
 #include "sqmap/query/point.h"
 

@@ -1,11 +1,11 @@
 #include "sqmap/query/probe.h"
 
+#include "query/dispatch/probe_kernels.h"
+#include "query/dispatch/probe_pointwise.h"
 #include "query/exact/probe_exact.h"
+#include "query/layer.h"
 #include "query/normal/normal_job.h"
-#include "query/point/layer.h"
-#include "query/point/probe_job.h"
-#include "query/point/probe_kernels.h"
-#include "query/point/probe_pointwise.h"
+#include "query/probe/probe_job.h"
 
 namespace sqmap::query {
 

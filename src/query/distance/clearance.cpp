@@ -2,7 +2,7 @@
 #include "sqmap/query/distance.h"
 
 #include "query/distance/distance_kernels.h"
-#include "query/point/probe_job.h"
+#include "query/probe/probe_job.h"
 
 #include <array>
 #include <cmath>

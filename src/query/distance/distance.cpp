@@ -3,9 +3,10 @@
 
 #include "model/bound_tree.h"
 #include "model/flags.h"
+#include "query/dispatch/model_point.h"
 #include "query/distance/distance_kernels.h"
 #include "query/exact/exact_layer.h"
-#include "query/point/probe_job.h"
+#include "query/probe/probe_job.h"
 
 #include <algorithm>
 #include <cmath>

@@ -6,8 +6,8 @@
 #include "model/candidate_lists.h"
 #include "model/flags.h"
 #include "model/locator.h"
-#include "query/point/central_query.h"
-#include "query/point/layer_one.h"
+#include "query/chart/central_query.h"
+#include "query/superquadric/layer_one.h"
 #include "sqmap/math/assert.h"
 #include "sqmap/math/triangle.h"
 

@@ -1,7 +1,8 @@
 // The exact layer: the mesh's own triangles, for one point.
 #pragma once
 
-#include "query/point/model_point.h"
+#include "query/model_contact.h"
+#include "sqmap/model/model.h"
 
 namespace sqmap::query {
 

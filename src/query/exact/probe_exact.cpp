@@ -15,8 +15,8 @@
 #include <hwy/highway.h>
 
 #include "math/triangles-inl.h"
-#include "query/point/contacts-inl.h"
-#include "query/point/probe_walk-inl.h"
+#include "query/probe/contacts-inl.h"
+#include "query/probe/probe_walk-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {

@@ -1,7 +1,7 @@
 // The probe query of the exact layer, one entry for every instruction set.
 #pragma once
 
-#include "query/point/probe_job.h"
+#include "query/probe/probe_job.h"
 
 namespace sqmap::query {
 

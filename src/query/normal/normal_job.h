@@ -1,7 +1,7 @@
 // What the query of section 4.2 works on: a probe's job and the options of the paper's maps.
 #pragma once
 
-#include "query/point/probe_job.h"
+#include "query/probe/probe_job.h"
 #include "sqmap/query/normal_projection.h"
 
 namespace sqmap::query {

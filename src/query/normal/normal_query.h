@@ -1,7 +1,8 @@
 // The layered query on the paper's own maps.
 #pragma once
 
-#include "query/point/model_point.h"
+#include "query/model_contact.h"
+#include "sqmap/query/options.h"
 
 namespace sqmap::query {
 

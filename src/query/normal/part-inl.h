@@ -6,10 +6,10 @@
 #define SQMAP_QUERY_NORMAL_PART_INL_H
 #endif
 
+#include "query/layer.h"
 #include "query/normal/foot-inl.h"
 #include "query/normal/map-inl.h"
 #include "query/normal/pyramid-inl.h"
-#include "query/point/layer.h"
 #include "query/superquadric/held-inl.h"
 
 HWY_BEFORE_NAMESPACE();

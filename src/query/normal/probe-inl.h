@@ -9,7 +9,7 @@
 
 #include "query/normal/normal_job.h"
 #include "query/normal/part-inl.h"
-#include "query/point/contacts-inl.h"
+#include "query/probe/contacts-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {

@@ -2,7 +2,7 @@
 #include "model/locator.h"
 
 #include "math/lanes-inl.h"
-#include "query/point/locate-inl.h"
+#include "query/locator/locate-inl.h"
 #include "support/parsed.h"
 
 #include <gtest/gtest.h>

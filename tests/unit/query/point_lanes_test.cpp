@@ -36,11 +36,11 @@ struct ApproachAnswer {
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "query/point/chart_search-inl.h"
-#include "query/point/chart_verdict-inl.h"
-#include "query/point/layer_one-inl.h"
-#include "query/point/locate-inl.h"
-#include "query/point/plane_kernel-inl.h"
+#include "query/chart/chart_search-inl.h"
+#include "query/chart/chart_verdict-inl.h"
+#include "query/dispatch/plane_kernel-inl.h"
+#include "query/locator/locate-inl.h"
+#include "query/superquadric/layer_one-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {

@@ -1,4 +1,4 @@
-#include "query/point/probe_pointwise.h"
+#include "query/dispatch/probe_pointwise.h"
 #include "sqmap/query/point.h"
 #include "sqmap/query/scene.h"
 #include "support/bodies.h"

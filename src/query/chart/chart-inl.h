@@ -1,9 +1,9 @@
 // The charts of directions, many points at a time: the vector twin of model/central_map.h.
-#if defined(SQMAP_QUERY_POINT_CHART_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef SQMAP_QUERY_POINT_CHART_INL_H
-#undef SQMAP_QUERY_POINT_CHART_INL_H
+#if defined(SQMAP_QUERY_CHART_CHART_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SQMAP_QUERY_CHART_CHART_INL_H
+#undef SQMAP_QUERY_CHART_CHART_INL_H
 #else
-#define SQMAP_QUERY_POINT_CHART_INL_H
+#define SQMAP_QUERY_CHART_CHART_INL_H
 #endif
 
 #include "math/lanes-inl.h"

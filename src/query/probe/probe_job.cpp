@@ -1,6 +1,6 @@
 #include "probe_job.h"
 
-#include "layer.h"
+#include "query/layer.h"
 
 #include <algorithm>
 #include <cmath>

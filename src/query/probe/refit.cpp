@@ -6,7 +6,7 @@
 #include <cmath>
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "query/point/refit.cpp"
+#define HWY_TARGET_INCLUDE "query/probe/refit.cpp"
 #include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>

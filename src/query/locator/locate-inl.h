@@ -1,9 +1,9 @@
 // Where points are in a model's locator, many at a time: the cell that holds a point, its planes, its seeds.
-#if defined(SQMAP_QUERY_POINT_LOCATE_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef SQMAP_QUERY_POINT_LOCATE_INL_H
-#undef SQMAP_QUERY_POINT_LOCATE_INL_H
+#if defined(SQMAP_QUERY_LOCATOR_LOCATE_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SQMAP_QUERY_LOCATOR_LOCATE_INL_H
+#undef SQMAP_QUERY_LOCATOR_LOCATE_INL_H
 #else
-#define SQMAP_QUERY_POINT_LOCATE_INL_H
+#define SQMAP_QUERY_LOCATOR_LOCATE_INL_H
 #endif
 
 #include "math/lanes-inl.h"

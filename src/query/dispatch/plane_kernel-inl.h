@@ -1,14 +1,14 @@
 // Layer Two of a probe: one plane a point, in one pass.
-#if defined(SQMAP_QUERY_POINT_PLANE_KERNEL_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef SQMAP_QUERY_POINT_PLANE_KERNEL_INL_H
-#undef SQMAP_QUERY_POINT_PLANE_KERNEL_INL_H
+#if defined(SQMAP_QUERY_DISPATCH_PLANE_KERNEL_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SQMAP_QUERY_DISPATCH_PLANE_KERNEL_INL_H
+#undef SQMAP_QUERY_DISPATCH_PLANE_KERNEL_INL_H
 #else
-#define SQMAP_QUERY_POINT_PLANE_KERNEL_INL_H
+#define SQMAP_QUERY_DISPATCH_PLANE_KERNEL_INL_H
 #endif
 
-#include "contacts-inl.h"
-#include "probe_walk-inl.h"
-#include "seed_queue-inl.h"
+#include "query/chart/seed_queue-inl.h"
+#include "query/probe/contacts-inl.h"
+#include "query/probe/probe_walk-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {

@@ -1,7 +1,8 @@
 // Layer One of one point: the kernel of probes with one lane.
 #pragma once
 
-#include "query/point/model_point.h"
+#include "query/model_contact.h"
+#include "sqmap/model/model.h"
 
 namespace sqmap::query {
 

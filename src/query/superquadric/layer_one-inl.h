@@ -1,14 +1,14 @@
 // Layer One of points: the superquadrics alone. Of those that hold a point the one that it is deepest in answers, for the union's
 // surface is outside every part that holds it.
-#if defined(SQMAP_QUERY_POINT_LAYER_ONE_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef SQMAP_QUERY_POINT_LAYER_ONE_INL_H
-#undef SQMAP_QUERY_POINT_LAYER_ONE_INL_H
+#if defined(SQMAP_QUERY_SUPERQUADRIC_LAYER_ONE_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SQMAP_QUERY_SUPERQUADRIC_LAYER_ONE_INL_H
+#undef SQMAP_QUERY_SUPERQUADRIC_LAYER_ONE_INL_H
 #else
-#define SQMAP_QUERY_POINT_LAYER_ONE_INL_H
+#define SQMAP_QUERY_SUPERQUADRIC_LAYER_ONE_INL_H
 #endif
 
-#include "contacts-inl.h"
-#include "probe_walk-inl.h"
+#include "query/probe/contacts-inl.h"
+#include "query/probe/probe_walk-inl.h"
 
 #include "query/superquadric/held-inl.h"
 

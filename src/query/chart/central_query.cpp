@@ -1,8 +1,8 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, section 4.2, on the central map.
 #include "central_query.h"
 
-#include "layer.h"
 #include "model/central_map.h"
+#include "query/layer.h"
 
 #include <cmath>
 

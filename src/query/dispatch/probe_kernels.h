@@ -1,7 +1,7 @@
 // The frame query's inner part, one entry for every instruction set.
 #pragma once
 
-#include "probe_job.h"
+#include "query/probe/probe_job.h"
 
 namespace sqmap::query {
 

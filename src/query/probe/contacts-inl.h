@@ -1,15 +1,15 @@
 // Contacts of a probe, written as they are found.
-#if defined(SQMAP_QUERY_POINT_CONTACTS_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef SQMAP_QUERY_POINT_CONTACTS_INL_H
-#undef SQMAP_QUERY_POINT_CONTACTS_INL_H
+#if defined(SQMAP_QUERY_PROBE_CONTACTS_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SQMAP_QUERY_PROBE_CONTACTS_INL_H
+#undef SQMAP_QUERY_PROBE_CONTACTS_INL_H
 #else
-#define SQMAP_QUERY_POINT_CONTACTS_INL_H
+#define SQMAP_QUERY_PROBE_CONTACTS_INL_H
 #endif
 
 #include "math/lanes-inl.h"
 #include "model/locator.h"
-#include "query/point/caller_frame.h"
-#include "query/point/probe_job.h"
+#include "query/caller_frame.h"
+#include "query/probe/probe_job.h"
 #include "sqmap/query/probe.h"
 
 #include <algorithm>

@@ -1,13 +1,13 @@
 // A walk over a probe's points: what is far is dropped, cluster after cluster, by the gaps of the locator's free cells.
-#if defined(SQMAP_QUERY_POINT_PROBE_WALK_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef SQMAP_QUERY_POINT_PROBE_WALK_INL_H
-#undef SQMAP_QUERY_POINT_PROBE_WALK_INL_H
+#if defined(SQMAP_QUERY_PROBE_PROBE_WALK_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SQMAP_QUERY_PROBE_PROBE_WALK_INL_H
+#undef SQMAP_QUERY_PROBE_PROBE_WALK_INL_H
 #else
-#define SQMAP_QUERY_POINT_PROBE_WALK_INL_H
+#define SQMAP_QUERY_PROBE_PROBE_WALK_INL_H
 #endif
 
-#include "locate-inl.h"
 #include "probe_job.h"
+#include "query/locator/locate-inl.h"
 
 #include <algorithm>
 

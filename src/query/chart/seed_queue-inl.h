@@ -1,15 +1,15 @@
 // Points whose nearest surface has to be sought in the charts, from the seeds of their locator cells.
-#if defined(SQMAP_QUERY_POINT_SEED_QUEUE_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef SQMAP_QUERY_POINT_SEED_QUEUE_INL_H
-#undef SQMAP_QUERY_POINT_SEED_QUEUE_INL_H
+#if defined(SQMAP_QUERY_CHART_SEED_QUEUE_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SQMAP_QUERY_CHART_SEED_QUEUE_INL_H
+#undef SQMAP_QUERY_CHART_SEED_QUEUE_INL_H
 #else
-#define SQMAP_QUERY_POINT_SEED_QUEUE_INL_H
+#define SQMAP_QUERY_CHART_SEED_QUEUE_INL_H
 #endif
 
 #include "central_query.h"
 #include "chart_search-inl.h"
 #include "chart_verdict-inl.h"
-#include "contacts-inl.h"
+#include "query/probe/contacts-inl.h"
 
 #include <algorithm>
 

@@ -1,9 +1,9 @@
 // The search for the nearest surface in the charts of directions, many points at a time.
-#if defined(SQMAP_QUERY_POINT_CHART_SEARCH_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef SQMAP_QUERY_POINT_CHART_SEARCH_INL_H
-#undef SQMAP_QUERY_POINT_CHART_SEARCH_INL_H
+#if defined(SQMAP_QUERY_CHART_CHART_SEARCH_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SQMAP_QUERY_CHART_CHART_SEARCH_INL_H
+#undef SQMAP_QUERY_CHART_CHART_SEARCH_INL_H
 #else
-#define SQMAP_QUERY_POINT_CHART_SEARCH_INL_H
+#define SQMAP_QUERY_CHART_CHART_SEARCH_INL_H
 #endif
 
 #include "chart-inl.h"

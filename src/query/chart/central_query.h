@@ -2,7 +2,8 @@
 // free point, and as the tests' oracle.
 #pragma once
 
-#include "model_point.h"
+#include "query/model_contact.h"
+#include "sqmap/query/options.h"
 
 namespace sqmap::query {
 

@@ -1,13 +1,13 @@
 // Verdicts by the charts of directions, many points at a time: certain where the map's bounds prove them.
-#if defined(SQMAP_QUERY_POINT_CHART_VERDICT_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef SQMAP_QUERY_POINT_CHART_VERDICT_INL_H
-#undef SQMAP_QUERY_POINT_CHART_VERDICT_INL_H
+#if defined(SQMAP_QUERY_CHART_CHART_VERDICT_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SQMAP_QUERY_CHART_CHART_VERDICT_INL_H
+#undef SQMAP_QUERY_CHART_CHART_VERDICT_INL_H
 #else
-#define SQMAP_QUERY_POINT_CHART_VERDICT_INL_H
+#define SQMAP_QUERY_CHART_CHART_VERDICT_INL_H
 #endif
 
 #include "chart-inl.h"
-#include "locate-inl.h"
+#include "query/locator/locate-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {

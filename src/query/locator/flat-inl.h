@@ -1,13 +1,12 @@
 // Points in flat cells, many at a time: how far each is below the planes of its cell.
-#if defined(SQMAP_QUERY_POINT_FLAT_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef SQMAP_QUERY_POINT_FLAT_INL_H
-#undef SQMAP_QUERY_POINT_FLAT_INL_H
+#if defined(SQMAP_QUERY_LOCATOR_FLAT_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SQMAP_QUERY_LOCATOR_FLAT_INL_H
+#undef SQMAP_QUERY_LOCATOR_FLAT_INL_H
 #else
-#define SQMAP_QUERY_POINT_FLAT_INL_H
+#define SQMAP_QUERY_LOCATOR_FLAT_INL_H
 #endif
 
 #include "locate-inl.h"
-#include "sqmap/query/probe.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {
@@ -15,7 +14,7 @@ namespace {
 
 /// Points with their cells, side by side.
 struct LocatedPoints {
-    static constexpr std::size_t k_size = 512, k_capacity = k_size + 2 * Probe::k_cluster;
+    static constexpr std::size_t k_size = 512, k_capacity = k_size + 2 * k_max_lanes;
     std::size_t count = 0;
     float p[3][k_capacity], offset[3][k_capacity];  // model space; from the cell's centre, in cells
     std::int32_t cell[k_capacity], point[k_capacity];

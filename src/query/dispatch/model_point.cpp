@@ -1,16 +1,16 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, section 4.2: the layers, for one point.
-#include "query/point/model_point.h"
+#include "query/dispatch/model_point.h"
 
 #include "model/locator.h"
 
+#include "query/chart/central_query.h"
+#include "query/dispatch/probe_kernels.h"
 #include "query/exact/exact_layer.h"
 #include "query/exact/probe_exact.h"
+#include "query/layer.h"
 #include "query/normal/normal_query.h"
-#include "query/point/central_query.h"
-#include "query/point/layer.h"
-#include "query/point/layer_one.h"
-#include "query/point/probe_job.h"
-#include "query/point/probe_kernels.h"
+#include "query/probe/probe_job.h"
+#include "query/superquadric/layer_one.h"
 
 #include <algorithm>
 #include <array>

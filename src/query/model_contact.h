@@ -1,12 +1,11 @@
-// The query of one point in model space.
+// The answer for one point in model space.
 #pragma once
 
 #include "sqmap/query/contact.h"
-#include "sqmap/query/options.h"
 
 namespace sqmap::query {
 
-/// The answer for one point, model space.
+/// Lengths in model units, vectors in the model's axes.
 struct ModelContact {
     Vec3f point{};           ///< nearest surface point; the query point where free
     Vec3f normal{};          ///< unit, outward, at that surface point; zero where free
@@ -17,10 +16,7 @@ struct ModelContact {
     std::uint8_t status = k_ok;
 };
 
-/// As query_point.
-[[nodiscard]] ModelContact query_in_model(const model::ModelView& model, Vec3f point, const QueryOptions& options) noexcept;
-
-/// As a probe's contact has it.
+/// The same contact as a probe reports it, for the point of an index; still in model space.
 [[nodiscard]] constexpr Contact contact_of(const ModelContact& c, std::uint32_t index) noexcept
 {
     return {c.point, c.normal, c.depth, index, static_cast<std::int16_t>(c.part), c.certain, c.status};

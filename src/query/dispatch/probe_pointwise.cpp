@@ -1,9 +1,9 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, sections 4.1 (eq. 12) and 4.2.
 #include "probe_pointwise.h"
 
-#include "layer.h"
 #include "model/normal_codes.h"
 #include "model_point.h"
+#include "query/layer.h"
 
 #include <algorithm>
 

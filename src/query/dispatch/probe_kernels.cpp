@@ -2,20 +2,20 @@
 // for each instruction set by Highway (J. Wassenberg et al.); no fused multiply-add, so that all give the same bits.
 #include "probe_kernels.h"
 
-#include "central_query.h"
-#include "layer.h"
+#include "query/chart/central_query.h"
+#include "query/layer.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "query/point/probe_kernels.cpp"
+#define HWY_TARGET_INCLUDE "query/dispatch/probe_kernels.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "contacts-inl.h"
-#include "flat-inl.h"
-#include "layer_one-inl.h"
 #include "plane_kernel-inl.h"
-#include "probe_walk-inl.h"
-#include "seed_queue-inl.h"
+#include "query/chart/seed_queue-inl.h"
+#include "query/locator/flat-inl.h"
+#include "query/probe/contacts-inl.h"
+#include "query/probe/probe_walk-inl.h"
+#include "query/superquadric/layer_one-inl.h"
 
 #include <limits>
 
@@ -49,6 +49,7 @@ public:
     }
 
 private:
+    static_assert(Probe::k_cluster <= k_max_lanes);  // LocatedPoints has space for a cluster beyond its size
     static constexpr std::size_t k_addressed = 256;
     static constexpr std::int32_t k_whole = std::numeric_limits<std::int32_t>::min();  ///< of a cell's index: it is a brick
 

@@ -1,7 +1,7 @@
 // What the kernels of probe queries work on: plain data, set up once a query, the same for every instruction set.
 #pragma once
 
-#include "caller_frame.h"
+#include "query/caller_frame.h"
 #include "sqmap/query/probe.h"
 
 namespace sqmap::query {

@@ -1,7 +1,7 @@
 // A frame asked one point at a time: what the kernel does not do.
 #pragma once
 
-#include "probe_job.h"
+#include "query/probe/probe_job.h"
 
 namespace sqmap::query {
 
