@@ -9,7 +9,7 @@
 #include "sqmap/io/model_file.h"
 #include "sqmap/io/read.h"
 #include "sqmap/io/replace_file.h"
-#include "sqmap/mesh/gate.h"
+#include "sqmap/mesh/admit.h"
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/query/pair.h"
 #include "sqmap/sim/walker.h"
@@ -408,8 +408,8 @@ int main(int argc, char** argv)
     for (const char* file : models) {
         if (!wanted("blanket")) break;
         const io::ReadResult read = io::read_mesh_file(file);
-        const mesh::GateResult gate = mesh::admit({read.soup.positions, read.soup.polygon_offsets, read.soup.indices});
-        if (read.error || gate.verdict == mesh::Admission::Refused || !gate.solid) {
+        const mesh::AdmitResult gate = mesh::admit({read.soup.positions, read.soup.polygon_offsets, read.soup.indices});
+        if (read.error || gate.admission == mesh::Admission::Refused || !gate.solid) {
             std::fprintf(stderr, "%s: no closed mesh\n", file);
             return 2;
         }

@@ -4,7 +4,7 @@
 #include "sqmap/bake/rebake.h"
 #include "sqmap/bake/evaluate.h"
 #include "sqmap/io/read.h"
-#include "sqmap/mesh/gate.h"
+#include "sqmap/mesh/admit.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/solid.h"
 
@@ -69,8 +69,8 @@ int main(int argc, char** argv)
     for (int i = first; i < argc; ++i) {
         const io::ReadResult read = io::read_mesh_file(argv[i]);
         if (read.error) return 2;
-        const mesh::GateResult gate = mesh::admit({read.soup.positions, read.soup.polygon_offsets, read.soup.indices});
-        if (gate.verdict == mesh::Admission::Refused) return 2;
+        const mesh::AdmitResult gate = mesh::admit({read.soup.positions, read.soup.polygon_offsets, read.soup.indices});
+        if (gate.admission == mesh::Admission::Refused) return 2;
         bake::BakeOptions options;
         options.threads = 1;
         const bake::BakeResult baked = bake::bake(gate.mesh, true, options);

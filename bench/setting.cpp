@@ -2,7 +2,7 @@
 
 #include "error.h"
 #include "sqmap/io/read.h"
-#include "sqmap/mesh/gate.h"
+#include "sqmap/mesh/admit.h"
 
 #include <algorithm>
 #include <utility>
@@ -33,12 +33,12 @@ std::unique_ptr<Setting> load_setting(const Files& files)
         };
         const io::ReadResult read = io::read_mesh_file(path);
         if (read.error) refuse(read.error->code, *read.error);
-        mesh::GateResult gate = mesh::admit({read.soup.positions, read.soup.polygon_offsets, read.soup.indices},
-                                            {.repair = mesh::Repair::Safe, .accept_surface = surface});
-        if (gate.verdict == mesh::Admission::Refused) refuse(mesh::name_of(gate.diagnosis.code), gate.diagnosis);
+        mesh::AdmitResult gate = mesh::admit({read.soup.positions, read.soup.polygon_offsets, read.soup.indices},
+                                             {.repair = mesh::Repair::Safe, .accept_surface = surface});
+        if (gate.admission == mesh::Admission::Refused) refuse(mesh::name_of(gate.diagnosis.code), gate.diagnosis);
         return gate;
     };
-    mesh::GateResult object = load(files.object, false);
+    mesh::AdmitResult object = load(files.object, false);
     return std::make_unique<Setting>(std::move(object.mesh), load(files.probe, true).mesh, std::move(object.crossed));
 }
 

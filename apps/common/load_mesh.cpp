@@ -19,7 +19,7 @@ LoadedMesh judged(const io::ReadResult& read, const LoadOptions& options)
         return out;
     }
     const io::PolygonSoup& soup = read.soup;
-    mesh::GateResult gate =
+    mesh::AdmitResult gate =
         mesh::admit({soup.positions, soup.polygon_offsets, soup.indices}, {.repair = options.repair,
                                                                            .accept_surface = options.accept_surface,
                                                                            .thickness = options.thickness,
@@ -28,7 +28,7 @@ LoadedMesh judged(const io::ReadResult& read, const LoadOptions& options)
                                                                            .max_cured_faces = options.max_cured_faces,
                                                                            .wrap = options.wrap,
                                                                            .max_components = options.max_components});
-    out.verdict = gate.verdict;
+    out.verdict = gate.admission;
     out.diagnosis = {mesh::name_of(gate.diagnosis.code), gate.diagnosis.element, gate.diagnosis.message, gate.diagnosis.cure};
     out.repairs = std::move(gate.repairs);
     out.warnings = std::move(gate.warnings);

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sqmap/io/read.h"
-#include "sqmap/mesh/gate.h"
+#include "sqmap/mesh/admit.h"
 
 #include <filesystem>
 #include <optional>
@@ -14,14 +14,14 @@ namespace sqmap::app {
 
 struct LoadOptions {
     mesh::Repair repair = mesh::Repair::Wrap;
-    double max_filled = mesh::GateOptions{}.max_filled;
+    double max_filled = mesh::AdmitOptions{}.max_filled;
     mesh::WrapOptions wrap{};
     bool accept_surface = false;
     double thickness = 0;
     std::optional<double> unit{};  ///< metres per unit of the file
     io::ReadLimits limits{};
-    std::uint64_t max_components = mesh::GateOptions{}.max_components;
-    std::uint64_t max_cured_faces = mesh::GateOptions{}.max_cured_faces;
+    std::uint64_t max_components = mesh::AdmitOptions{}.max_components;
+    std::uint64_t max_cured_faces = mesh::AdmitOptions{}.max_cured_faces;
 };
 
 /// Why a file is not taken, by the reader or by the gate, as both print it.

@@ -4,7 +4,7 @@
 #include "sqmap/bake/bake.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/io/read.h"
-#include "sqmap/mesh/gate.h"
+#include "sqmap/mesh/admit.h"
 #include "sqmap/model/parse.h"
 
 #include <algorithm>
@@ -84,8 +84,8 @@ TouchObject::TouchObject(const std::filesystem::path& file, Models models, const
 {
     const io::ReadResult read = io::read_mesh_file(file);
     if (read.error) throw BenchError(file.string() + ": " + read.error->message + "\n  cure: " + read.error->cure);
-    mesh::GateResult gate = mesh::admit({read.soup.positions, read.soup.polygon_offsets, read.soup.indices});
-    if (gate.verdict == mesh::Admission::Refused)
+    mesh::AdmitResult gate = mesh::admit({read.soup.positions, read.soup.polygon_offsets, read.soup.indices});
+    if (gate.admission == mesh::Admission::Refused)
         throw BenchError(file.string() + ": " + gate.diagnosis.message + "\n  cure: " + gate.diagnosis.cure);
     mesh = std::move(gate.mesh);
     const double scale = k_object_size / mesh::largest_vertex_distance(mesh);

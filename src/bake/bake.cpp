@@ -345,10 +345,10 @@ model::Cure stored(const Cured& cured)
 
 }  // namespace
 
-Cured cured(mesh::Admission verdict, std::span<const std::uint8_t> made_up, const std::optional<mesh::Deviation>& deviation)
+Cured cured(mesh::Admission admission, std::span<const std::uint8_t> made_up, const std::optional<mesh::Deviation>& deviation)
 {
-    if (verdict != mesh::Admission::Closed && verdict != mesh::Admission::Wrapped) return {};
-    return {verdict == mesh::Admission::Closed ? model::Rung::Closed : model::Rung::Wrapped, made_up,
+    if (admission != mesh::Admission::Closed && admission != mesh::Admission::Wrapped) return {};
+    return {admission == mesh::Admission::Closed ? model::Rung::Closed : model::Rung::Wrapped, made_up,
             deviation.value_or(mesh::Deviation{})};
 }
 

@@ -2,7 +2,7 @@
 #include "sqmap/bake/bake.h"
 #include "objects.h"
 #include "sqmap/io/read.h"
-#include "sqmap/mesh/gate.h"
+#include "sqmap/mesh/admit.h"
 #include "structs.h"
 
 #include <filesystem>
@@ -20,9 +20,9 @@ struct Input {
     std::string source;
 };
 
-mesh::GateOptions gate_options(const sqmap_bake_options& o)
+mesh::AdmitOptions gate_options(const sqmap_bake_options& o)
 {
-    mesh::GateOptions out;
+    mesh::AdmitOptions out;
     switch (o.repair) {
         case SQMAP_REPAIR_DEFAULT:
         case SQMAP_REPAIR_WRAP:
@@ -64,7 +64,7 @@ bake::BakeOptions bake_options(const sqmap_bake_options& o)
     return out;
 }
 
-std::string notes_of(const mesh::GateResult& gate)
+std::string notes_of(const mesh::AdmitResult& gate)
 {
     std::string out;
     for (const mesh::RepairNote& r : gate.repairs)
@@ -76,9 +76,9 @@ std::string notes_of(const mesh::GateResult& gate)
 std::shared_ptr<Model> baked(const Input& input, const sqmap_bake_options& o)
 {
     bake::BakeOptions options = bake_options(o);
-    const mesh::GateResult gate = mesh::admit(input.polygons, gate_options(o));
-    if (gate.verdict == mesh::Admission::Refused) throw mesh::RefusedMesh(gate.diagnosis);
-    options.cured = bake::cured(gate.verdict, gate.made_up, gate.deviation);
+    const mesh::AdmitResult gate = mesh::admit(input.polygons, gate_options(o));
+    if (gate.admission == mesh::Admission::Refused) throw mesh::RefusedMesh(gate.diagnosis);
+    options.cured = bake::cured(gate.admission, gate.made_up, gate.deviation);
     try {
         bake::BakeResult result = bake::bake(gate.mesh, gate.solid, options);
         result.model.made_by = "libsqmap " SQMAP_VERSION;

@@ -1,8 +1,8 @@
 // What a user should know of a mesh that was closed or wrapped.
 #pragma once
 
+#include "sqmap/mesh/admit.h"
 #include "sqmap/mesh/deviation.h"
-#include "sqmap/mesh/gate.h"
 
 #include <optional>
 

@@ -1,5 +1,5 @@
 // The printed names of what the gate says: scripts and users read them, so they stay.
-#include "sqmap/mesh/gate.h"
+#include "sqmap/mesh/admit.h"
 
 namespace sqmap::mesh {
 

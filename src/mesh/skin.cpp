@@ -1,6 +1,6 @@
 #include "sqmap/mesh/skin.h"
 
-#include "sqmap/mesh/gate.h"
+#include "sqmap/mesh/admit.h"
 
 namespace sqmap::mesh {
 
@@ -33,9 +33,9 @@ std::optional<Mesh> joint_solid(const Mesh& mesh, const Influences& influences, 
         offsets.push_back(static_cast<std::uint32_t>(indices.size()));
     }
     if (indices.empty()) return std::nullopt;
-    const GateResult gate =
+    const AdmitResult gate =
         admit({mesh.vertices, offsets, indices}, {.repair = Repair::Close, .max_filled = 1, .refine_fillings = false});
-    if (gate.verdict == Admission::Refused || !gate.solid) return std::nullopt;
+    if (gate.admission == Admission::Refused || !gate.solid) return std::nullopt;
     return gate.mesh;
 }
 

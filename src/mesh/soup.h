@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sqmap/math/box.h"
-#include "sqmap/mesh/gate.h"
+#include "sqmap/mesh/admit.h"
 
 #include "surface.h"
 

@@ -1,7 +1,7 @@
 #include "distance_grid.h"
 
 #include "settings.h"
-#include "sqmap/mesh/gate.h"
+#include "sqmap/mesh/admit.h"
 #include "support/baked_shapes.h"
 
 #include <gtest/gtest.h>
@@ -41,7 +41,7 @@ TEST(DistanceGrid, HoldsItForASolidOfCrossingShells)
         indices.insert(indices.end(), t.begin(), t.end());
         offsets.push_back(static_cast<std::uint32_t>(indices.size()));
     }
-    mesh::GateResult gate = mesh::admit({two.vertices, offsets, indices});
+    mesh::AdmitResult gate = mesh::admit({two.vertices, offsets, indices});
     ASSERT_FALSE(gate.crossed.empty());
     expect_exact_everywhere(Setting(std::move(gate.mesh), mesh::sphere(1, 1), std::move(gate.crossed)));
 }

@@ -1,7 +1,7 @@
 // Damaged files, thousands of them, from a fixed seed: whatever the bytes, there is an answer, and a mesh that is let
 // through keeps the promises of mesh/mesh.h.
 #include "sqmap/io/read.h"
-#include "sqmap/mesh/gate.h"
+#include "sqmap/mesh/admit.h"
 
 #include <gtest/gtest.h>
 
@@ -118,7 +118,7 @@ std::string damaged(std::string bytes, std::mt19937& random)
     return bytes;
 }
 
-void expect_promises(const mesh::GateResult& result)
+void expect_promises(const mesh::AdmitResult& result)
 {
     const mesh::Mesh& m = result.mesh;
     std::vector<bool> used(m.vertices.size(), false);
@@ -156,11 +156,11 @@ void expect_answers(int files)
                 continue;
             }
             const mesh::PolygonView polygons{read.soup.positions, read.soup.polygon_offsets, read.soup.indices};
-            const mesh::GateOptions options{.repair = i % 2 == 0 ? mesh::Repair::Safe : mesh::Repair::Wrap,
-                                            .accept_surface = i % 3 == 0,
-                                            .thickness = i % 5 == 0 ? 0.1 : 0.0};
-            const mesh::GateResult result = mesh::admit(polygons, options);
-            if (result.verdict == mesh::Admission::Refused) {
+            const mesh::AdmitOptions options{.repair = i % 2 == 0 ? mesh::Repair::Safe : mesh::Repair::Wrap,
+                                             .accept_surface = i % 3 == 0,
+                                             .thickness = i % 5 == 0 ? 0.1 : 0.0};
+            const mesh::AdmitResult result = mesh::admit(polygons, options);
+            if (result.admission == mesh::Admission::Refused) {
                 EXPECT_NE(i, 0) << io::format_name(sample.format) << ": " << result.diagnosis.message;
                 ++answers[mesh::name_of(result.diagnosis.code)];
                 continue;

@@ -4,7 +4,7 @@
 #include "sqmap/bake/bake.h"
 #include "sqmap/io/read.h"
 #include "sqmap/math/random.h"
-#include "sqmap/mesh/gate.h"
+#include "sqmap/mesh/admit.h"
 #include "sqmap/mesh/shapes.h"
 #include "support/shared_folder.h"
 
@@ -130,8 +130,8 @@ inline std::optional<mesh::Mesh> shared_mesh(const std::string& name)
     if (path.empty()) return std::nullopt;
     const io::ReadResult read = io::read_mesh_file(path);
     if (read.error) return std::nullopt;
-    const mesh::GateResult gate = mesh::admit({read.soup.positions, read.soup.polygon_offsets, read.soup.indices});
-    if (gate.verdict == mesh::Admission::Refused) return std::nullopt;
+    const mesh::AdmitResult gate = mesh::admit({read.soup.positions, read.soup.polygon_offsets, read.soup.indices});
+    if (gate.admission == mesh::Admission::Refused) return std::nullopt;
     return gate.mesh;
 }
 

@@ -3,7 +3,7 @@
 #include "sqmap/bake/bake.h"
 #include "sqmap/bake/skin_lattice.h"
 #include "sqmap/io/model_file.h"
-#include "sqmap/mesh/gate.h"
+#include "sqmap/mesh/admit.h"
 #include "sqmap/mesh/shapes.h"
 
 #include <algorithm>
@@ -46,9 +46,9 @@ void take_mesh(const std::filesystem::path& path, SkinnedBody& body)
 {
     const io::SkinnedSoup& skin = body.file;
     // Vertices that a closing makes would follow no joint.
-    const mesh::GateResult gate =
+    const mesh::AdmitResult gate =
         mesh::admit({skin.soup.positions, skin.soup.polygon_offsets, skin.soup.indices}, {.repair = mesh::Repair::Safe});
-    if (gate.verdict == mesh::Admission::Refused || !gate.solid)
+    if (gate.admission == mesh::Admission::Refused || !gate.solid)
         throw AvatarError(path.string() + ": its skinned mesh is no closed solid: see sqmap check " + path.string());
     std::map<std::array<double, 3>, std::size_t> positions;
     for (std::size_t v = 0; v < skin.soup.positions.size(); ++v) {

@@ -4,7 +4,7 @@
 #include "sqmap/bake/normal_map_options.h"
 #include "sqmap/decompose/decompose.h"
 #include "sqmap/fit/fit.h"
-#include "sqmap/mesh/gate.h"
+#include "sqmap/mesh/admit.h"
 #include "sqmap/mesh/mesh.h"
 #include "sqmap/model/model_data.h"
 
@@ -25,7 +25,7 @@ struct Cured {
 };
 
 /// Of a mesh that the gate took; AsItIs where it was not closed or wrapped. Valid as long as made_up.
-[[nodiscard]] Cured cured(mesh::Admission verdict, std::span<const std::uint8_t> made_up,
+[[nodiscard]] Cured cured(mesh::Admission admission, std::span<const std::uint8_t> made_up,
                           const std::optional<mesh::Deviation>& deviation);
 
 /// How bake() works. The defaults are those of `sqmap bake`.

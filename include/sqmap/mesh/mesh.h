@@ -13,7 +13,7 @@ namespace sqmap::mesh {
 /// Indices of its vertices.
 using Triangle = std::array<std::uint32_t, 3>;
 
-/// A validated triangle mesh. The gate (mesh/gate.h) makes it; what it promises:
+/// A validated triangle mesh. The gate (mesh/admit.h) makes it; what it promises:
 /// indices in range, coordinates finite, no repeated index in a triangle, no unused vertex, counter-clockwise outward.
 /// Canonical: vertices sorted by (x, y, z), each triangle rotated to start at its least vertex, triangles sorted, so
 /// that the order of faces and vertices in a file has no influence on anything that follows.

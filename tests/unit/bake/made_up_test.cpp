@@ -1,8 +1,8 @@
 // What a model says of a mesh that was closed: its rung, how far the surface moved, and which contacts lie on made-up surface.
 #include "sqmap/bake/bake.h"
 #include "sqmap/io/model_file.h"
+#include "sqmap/mesh/admit.h"
 #include "sqmap/mesh/bvh.h"
-#include "sqmap/mesh/gate.h"
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/model/parse.h"
 #include "sqmap/query/point.h"
@@ -18,7 +18,7 @@ namespace sqmap::bake {
 namespace {
 
 /// A ball without its top.
-mesh::GateResult closed_ball()
+mesh::AdmitResult closed_ball()
 {
     const mesh::Mesh ball = mesh::sphere(1, 4);
     std::vector<std::int64_t> indices;
@@ -32,14 +32,14 @@ mesh::GateResult closed_ball()
 }
 
 struct Baked {
-    mesh::GateResult gate = closed_ball();
+    mesh::AdmitResult gate = closed_ball();
     std::vector<std::byte> bytes;
     model::ModelView view;
 
     Baked()
     {
         BakeOptions options;
-        options.cured = cured(gate.verdict, gate.made_up, gate.deviation);
+        options.cured = cured(gate.admission, gate.made_up, gate.deviation);
         bytes = io::serialize(bake(gate.mesh, gate.solid, options).model);
         EXPECT_EQ(model::parse(bytes, view), model::ParseStatus::Ok);
     }
@@ -53,7 +53,7 @@ const Baked& baked()
 
 TEST(MadeUp, IsInTheFileFromClosedUp)
 {
-    ASSERT_EQ(baked().gate.verdict, mesh::Admission::Closed);
+    ASSERT_EQ(baked().gate.admission, mesh::Admission::Closed);
     const model::Cure& cure = baked().view.cure;
     EXPECT_EQ(cure.rung, model::Rung::Closed);
     EXPECT_EQ(cure.from_p99, baked().gate.deviation->input_to_result.p99);

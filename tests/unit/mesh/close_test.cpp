@@ -1,6 +1,6 @@
 // The ladder's third rung on shapes that the project makes and then damages.
+#include "sqmap/mesh/admit.h"
 #include "sqmap/mesh/bvh.h"
-#include "sqmap/mesh/gate.h"
 #include "sqmap/mesh/shapes.h"
 #include "support/baked_shapes.h"
 
@@ -18,7 +18,7 @@
 namespace sqmap::mesh {
 namespace {
 
-GateResult judge(const Mesh& mesh, const GateOptions& options = {.repair = Repair::Close})
+AdmitResult judge(const Mesh& mesh, const AdmitOptions& options = {.repair = Repair::Close})
 {
     std::vector<std::int64_t> indices;
     std::vector<std::uint32_t> offsets{0};
@@ -29,7 +29,7 @@ GateResult judge(const Mesh& mesh, const GateOptions& options = {.repair = Repai
     return admit({mesh.vertices, offsets, indices}, options);
 }
 
-std::uint64_t repaired(const GateResult& result, RepairKind kind)
+std::uint64_t repaired(const AdmitResult& result, RepairKind kind)
 {
     for (const RepairNote& r : result.repairs)
         if (r.kind == kind) return r.count;
@@ -46,9 +46,9 @@ Mesh without(Mesh mesh, const std::function<bool(Vec3d)>& gone)
     return mesh;
 }
 
-void expect_closed(const GateResult& result, const std::string& what)
+void expect_closed(const AdmitResult& result, const std::string& what)
 {
-    ASSERT_EQ(result.verdict, Admission::Closed) << what << ": " << result.diagnosis.message;
+    ASSERT_EQ(result.admission, Admission::Closed) << what << ": " << result.diagnosis.message;
     EXPECT_TRUE(result.solid) << what;
     std::map<std::pair<std::uint32_t, std::uint32_t>, int> faces, balance;
     for (const Triangle& t : result.mesh.triangles)
@@ -85,7 +85,7 @@ constexpr double k_beside = 0.01;
 TEST(Close, FillsASmoothHoleAsTheSurfaceGoesOn)
 {
     const Mesh ball = sphere(1, 5);
-    const GateResult result = judge(without(ball, [](Vec3d p) { return p.z > 0.9; }));
+    const AdmitResult result = judge(without(ball, [](Vec3d p) { return p.z > 0.9; }));
     expect_closed(result, "cap");
     EXPECT_EQ(repaired(result, RepairKind::FilledHoles), 1u);
     EXPECT_EQ(result.facts.self_intersecting_pairs, 0u);
@@ -106,7 +106,7 @@ TEST(Close, GivesWhatWasCutOffAFlatFoot)
     // Half a ball on a cylinder's wall would bulge if it went on smoothly.
     Mesh block = rounded_box({0.5, 0.5, 0.5}, 0.1, 6);
     block = without(block, [](Vec3d p) { return p.z < -0.3; });
-    const GateResult result = judge(block);
+    const AdmitResult result = judge(block);
     expect_closed(result, "foot");
     double lowest = 1;
     for (const Vec3d& p : result.mesh.vertices) lowest = std::min(lowest, p.z);
@@ -125,12 +125,12 @@ TEST(Close, FillsManyHolesAndHugeLoops)
         if (random() % 200 != 0) kept.push_back(t);
     const Mesh whole = ball;
     ball.triangles = kept;
-    const GateResult holes = judge(ball);
+    const AdmitResult holes = judge(ball);
     expect_closed(holes, "400 holes");
     EXPECT_GT(repaired(holes, RepairKind::FilledHoles), 300u);
     expect_same_solid(whole, holes.mesh, k_beside, "400 holes");
     // One loop of several hundred edges.
-    const GateResult cut = judge(without(whole, [](Vec3d p) { return p.z > 0.7; }));
+    const AdmitResult cut = judge(without(whole, [](Vec3d p) { return p.z > 0.7; }));
     expect_closed(cut, "huge loop");
     EXPECT_EQ(cut.facts.self_intersecting_pairs, 0u);
 }
@@ -144,8 +144,8 @@ TEST(Close, DropsFinsAndInnerWalls)
         fins.vertices.push_back(1.2 * triangle_centroid(ball, i * 37));
         fins.triangles.push_back({t[0], t[1], static_cast<std::uint32_t>(fins.vertices.size() - 1)});
     }
-    EXPECT_EQ(judge(fins, {.repair = Repair::Safe}).verdict, Admission::Refused);
-    const GateResult result = judge(fins);
+    EXPECT_EQ(judge(fins, {.repair = Repair::Safe}).admission, Admission::Refused);
+    const AdmitResult result = judge(fins);
     expect_closed(result, "fins");
     EXPECT_EQ(result.mesh.triangles.size(), ball.triangles.size());
     expect_same_solid(ball, result.mesh, 1e-9, "fins");
@@ -164,11 +164,11 @@ TEST(Close, DropsFinsAndInnerWalls)
                     {2, 4, 6},
                     {1, 3, 5},
                     {3, 7, 5}}};
-    ASSERT_EQ(judge(box).verdict, Admission::Accept);
+    ASSERT_EQ(judge(box).admission, Admission::Accept);
     Mesh walled = box;
     walled.triangles.push_back({0, 1, 6});
     walled.triangles.push_back({1, 7, 6});
-    const GateResult wall = judge(walled);
+    const AdmitResult wall = judge(walled);
     expect_closed(wall, "wall");
     EXPECT_EQ(repaired(wall, RepairKind::DroppedWalls), 2u);
     EXPECT_NEAR(wall.facts.volume, 8, 1e-12);
@@ -184,7 +184,7 @@ TEST(Close, StitchesCracksAndTJunctions)
     const auto first = static_cast<std::uint32_t>(cracked.vertices.size());
     for (const Vec3d& p : upper.vertices) cracked.vertices.push_back(p + Vec3d{0, 0, 1e-3});
     for (const Triangle& t : upper.triangles) cracked.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
-    const GateResult result = judge(cracked);
+    const AdmitResult result = judge(cracked);
     expect_closed(result, "crack");
     EXPECT_GT(repaired(result, RepairKind::Stitched), 0u);
     EXPECT_EQ(repaired(result, RepairKind::FilledHoles), 0u);
@@ -196,7 +196,7 @@ TEST(Close, StitchesCracksAndTJunctions)
     Mesh junction{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0.5, 0, 0}}, {{0, 2, 1}, {0, 3, 2}, {1, 2, 3}}};
     junction.triangles.push_back({0, 4, 3});
     junction.triangles.push_back({4, 1, 3});
-    const GateResult joined = judge(junction);
+    const AdmitResult joined = judge(junction);
     expect_closed(joined, "T-junction");
     EXPECT_TRUE(joined.made_up.empty());
     EXPECT_NEAR(joined.facts.volume, 1.0 / 6, 1e-12);
@@ -210,7 +210,7 @@ TEST(Close, DropsDoubledSheetsAndKeepsLargeOnes)
     const auto first = static_cast<std::uint32_t>(doubled.vertices.size());
     for (const Vec3d& p : sheet.vertices) doubled.vertices.push_back((1 + 1e-4) * p);
     for (const Triangle& t : sheet.triangles) doubled.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
-    const GateResult result = judge(doubled);
+    const AdmitResult result = judge(doubled);
     expect_closed(result, "doubled sheet");
     EXPECT_EQ(repaired(result, RepairKind::DroppedSheets), sheet.triangles.size());
     expect_same_solid(ball, result.mesh, 0.03, "doubled sheet");
@@ -228,7 +228,7 @@ TEST(Close, DropsFinsThatLieCloseOverTheSurface)
         fins.vertices.push_back(1.03 * over);
         fins.triangles.push_back({t[0], t[1], static_cast<std::uint32_t>(fins.vertices.size() - 1)});
     }
-    const GateResult result = judge(fins);
+    const AdmitResult result = judge(fins);
     expect_closed(result, "fins close by");
     EXPECT_TRUE(result.made_up.empty());
     expect_same_solid(ball, result.mesh, 1e-9, "fins close by");
@@ -238,13 +238,13 @@ TEST(Close, WarnsOfASheetThatItDropsAndThatStandsOut)
 {
     Mesh winged = sphere(1, 4);
     const auto first = static_cast<std::uint32_t>(winged.vertices.size());
-    const auto has = [](const GateResult& result, WarningKind kind) {
+    const auto has = [](const AdmitResult& result, WarningKind kind) {
         return std::any_of(result.warnings.begin(), result.warnings.end(), [&](const Warning& w) { return w.kind == kind; });
     };
     // One corner in the ball, two outside.
     winged.vertices.insert(winged.vertices.end(), {{0, 0, 0}, {2, 0, 0.1}, {2, 0.1, 0}});
     winged.triangles.push_back({first, first + 1, first + 2});
-    const GateResult result = judge(winged);
+    const AdmitResult result = judge(winged);
     expect_closed(result, "a wing");
     EXPECT_EQ(repaired(result, RepairKind::DroppedSheets), 1u);
     EXPECT_TRUE(has(result, WarningKind::DroppedSurface));
@@ -256,17 +256,17 @@ TEST(Close, WarnsOfASheetThatItDropsAndThatStandsOut)
 TEST(Close, StopsAtTheShareThatMayBeFilled)
 {
     const Mesh half = without(sphere(1, 4), [](Vec3d p) { return p.z > 0; });
-    const GateResult refused = judge(half);
-    EXPECT_EQ(refused.verdict, Admission::Refused);
+    const AdmitResult refused = judge(half);
+    EXPECT_EQ(refused.admission, Admission::Refused);
     EXPECT_EQ(refused.diagnosis.code, Refusal::Open);
     expect_closed(judge(half, {.repair = Repair::Close, .max_filled = 0.4}), "half a ball");
-    EXPECT_EQ(judge(half, {}).verdict, Admission::Wrapped);
+    EXPECT_EQ(judge(half, {}).admission, Admission::Wrapped);
 }
 
 TEST(Close, IsBoundedBeforeItStarts)
 {
     const Mesh open = without(sphere(1, 4), [](Vec3d p) { return p.z > 0.9; });
-    const GateResult refused = judge(open, {.max_cured_faces = 1000});
+    const AdmitResult refused = judge(open, {.max_cured_faces = 1000});
     EXPECT_EQ(refused.diagnosis.code, Refusal::Limit);
     EXPECT_NE(refused.diagnosis.cure.find("--max-cured-faces"), std::string::npos);
 }
@@ -276,7 +276,7 @@ TEST(Close, DoesNotDependOnTheOrderOfTheFile)
     const Mesh open = without(sphere(1, 4), [](Vec3d p) { return p.z > 0.8 || p.x < -0.9; });
     Mesh shuffled = open;
     std::shuffle(shuffled.triangles.begin(), shuffled.triangles.end(), std::mt19937(5));
-    const GateResult a = judge(open), b = judge(shuffled);
+    const AdmitResult a = judge(open), b = judge(shuffled);
     expect_closed(a, "as it is");
     EXPECT_EQ(a.mesh.triangles, b.mesh.triangles);
     EXPECT_EQ(content_hash(a.mesh), content_hash(b.mesh));
@@ -288,7 +288,7 @@ TEST(Close, LeavesNoModelOfWhatHasNoVolume)
     const Mesh flat{{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 3}}};
     EXPECT_EQ(judge(flat, {}).diagnosis.code, Refusal::Flat);
     const Mesh line{{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {{0, 1, 2}}};
-    EXPECT_EQ(judge(line, {}).verdict, Admission::Refused);
+    EXPECT_EQ(judge(line, {}).admission, Admission::Refused);
 }
 
 }  // namespace

@@ -2,9 +2,9 @@
 
 #include "mesh/wrap/winding.h"
 #include "sqmap/math/box.h"
+#include "sqmap/mesh/admit.h"
 #include "sqmap/mesh/bvh.h"
 #include "sqmap/mesh/error.h"
-#include "sqmap/mesh/gate.h"
 #include "support/baked_shapes.h"
 
 #include <gtest/gtest.h>
@@ -74,7 +74,7 @@ Mesh panels(double beyond)
 
 WrapResult wrapped(const Mesh& soup, const WrapOptions& options = {}) { return wrap(soup.vertices, soup.triangles, options); }
 
-GateResult admitted(const Mesh& mesh, const GateOptions& options = {})
+AdmitResult admitted(const Mesh& mesh, const AdmitOptions& options = {})
 {
     std::vector<std::uint32_t> offsets{0};
     std::vector<std::int64_t> indices;
@@ -87,8 +87,8 @@ GateResult admitted(const Mesh& mesh, const GateOptions& options = {})
 
 void expect_gate_takes(const WrapResult& result)
 {
-    const GateResult gate = admitted(result.mesh);
-    EXPECT_NE(gate.verdict, Admission::Refused) << gate.diagnosis.message;
+    const AdmitResult gate = admitted(result.mesh);
+    EXPECT_NE(gate.admission, Admission::Refused) << gate.diagnosis.message;
     EXPECT_TRUE(gate.solid);
     EXPECT_EQ(gate.facts.boundary_edge_count, 0u);
     EXPECT_EQ(gate.facts.nonmanifold_edge_count, 0u);
@@ -275,9 +275,9 @@ TEST(Wrap, TheBudgetOfTrianglesWinsOverTheTolerance)
 
 TEST(Wrap, TheGateWarnsWhereTheToleranceIsMissed)
 {
-    const auto warns = [](const GateOptions& options) {
-        const GateResult result = admitted(half_sphere(), options);
-        EXPECT_EQ(result.verdict, Admission::Wrapped);
+    const auto warns = [](const AdmitOptions& options) {
+        const AdmitResult result = admitted(half_sphere(), options);
+        EXPECT_EQ(result.admission, Admission::Wrapped);
         return std::any_of(result.warnings.begin(), result.warnings.end(),
                            [](const Warning& w) { return w.kind == WarningKind::Tolerance; });
     };

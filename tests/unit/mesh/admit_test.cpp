@@ -1,4 +1,4 @@
-#include "sqmap/mesh/gate.h"
+#include "sqmap/mesh/admit.h"
 
 #include <gtest/gtest.h>
 
@@ -39,22 +39,22 @@ struct Polygons {
 };
 
 /// Without cures, unless options allow them: their tests are in mesh/close.
-GateResult judge(const Polygons& p, const GateOptions& options = {.repair = Repair::Safe})
+AdmitResult judge(const Polygons& p, const AdmitOptions& options = {.repair = Repair::Safe})
 {
     return admit({p.positions, p.offsets, p.indices}, options);
 }
-Refusal code(const Polygons& p, const GateOptions& options = {.repair = Repair::Safe})
+Refusal code(const Polygons& p, const AdmitOptions& options = {.repair = Repair::Safe})
 {
     return judge(p, options).diagnosis.code;
 }
 
-std::uint64_t repaired(const GateResult& result, RepairKind kind)
+std::uint64_t repaired(const AdmitResult& result, RepairKind kind)
 {
     for (const RepairNote& r : result.repairs)
         if (r.kind == kind) return r.count;
     return 0;
 }
-bool warned(const GateResult& result, WarningKind kind)
+bool warned(const AdmitResult& result, WarningKind kind)
 {
     return std::any_of(result.warnings.begin(), result.warnings.end(), [&](const Warning& w) { return w.kind == kind; });
 }
@@ -107,8 +107,8 @@ void remove_face(Polygons& p, std::size_t face)
 
 TEST(Gate, ACubeIsAcceptedAndKnown)
 {
-    const GateResult result = judge(cube());
-    EXPECT_EQ(result.verdict, Admission::Accept);
+    const AdmitResult result = judge(cube());
+    EXPECT_EQ(result.admission, Admission::Accept);
     EXPECT_TRUE(result.solid);
     EXPECT_TRUE(result.repairs.empty());
     EXPECT_TRUE(result.warnings.empty());
@@ -124,7 +124,7 @@ TEST(Gate, IndicesOutOfRangeAreRefusedByFace)
     for (const std::int64_t bad : {std::int64_t{8}, std::int64_t{-1}, std::numeric_limits<std::int64_t>::max()}) {
         Polygons p = cube();
         p.indices[3 * 4 + 1] = bad;
-        const GateResult result = judge(p);
+        const AdmitResult result = judge(p);
         EXPECT_EQ(result.diagnosis.code, Refusal::Index);
         EXPECT_EQ(result.diagnosis.element, "face 5");
         EXPECT_TRUE(result.mesh.vertices.empty());
@@ -136,7 +136,7 @@ TEST(Gate, NumbersThatAreNotFiniteAreRefusedByVertexUsedOrNot)
     for (const double bad : {std::numeric_limits<double>::quiet_NaN(), -std::numeric_limits<double>::infinity()}) {
         Polygons p = cube();
         p.positions.push_back({0, bad, 0});
-        const GateResult result = judge(p);
+        const AdmitResult result = judge(p);
         EXPECT_EQ(result.diagnosis.code, Refusal::NonFinite);
         EXPECT_EQ(result.diagnosis.element, "vertex 9");
     }
@@ -179,8 +179,8 @@ TEST(Gate, UnitsAndPlaceDoNotMatter)
         for (const double shift : {0.0, 1e8}) {
             Polygons p = sphere(8, 12);
             for (Vec3d& v : p.positions) v = scale * (v + Vec3d{shift, -shift, shift});
-            const GateResult result = judge(p);
-            EXPECT_EQ(result.verdict, Admission::Accept) << scale << " at " << shift << ": " << result.diagnosis.message;
+            const AdmitResult result = judge(p);
+            EXPECT_EQ(result.admission, Admission::Accept) << scale << " at " << shift << ": " << result.diagnosis.message;
             EXPECT_EQ(result.facts.self_intersecting_pairs, 0u);
             p.reverse();
             EXPECT_EQ(repaired(judge(p), RepairKind::Flipped), result.facts.triangle_count);
@@ -192,7 +192,7 @@ TEST(Gate, UnusedVerticesDoNotInflateTheBox)
     Polygons p = cube();
     p.positions.push_back({1e9, 0, 0});
     p.positions.push_back({1e300, 0, 0});
-    const GateResult result = judge(p);
+    const AdmitResult result = judge(p);
     EXPECT_EQ(repaired(result, RepairKind::UnusedVertices), 2u);
     EXPECT_EQ(result.facts.box.hi, (Vec3d{1, 1, 1}));
     EXPECT_EQ(result.facts.vertex_count, 8u);
@@ -208,8 +208,8 @@ TEST(Gate, PolygonsBecomeTrianglesThatCoverThemOnce)
     p.add({5, 4, 3, 2, 1, 0});
     p.add({6, 7, 8, 9, 10, 11});
     for (std::int64_t i = 0; i < 6; ++i) p.add({i, (i + 1) % 6, (i + 1) % 6 + 6, i + 6});
-    const GateResult result = judge(p);
-    EXPECT_EQ(result.verdict, Admission::Repaired);
+    const AdmitResult result = judge(p);
+    EXPECT_EQ(result.admission, Admission::Repaired);
     EXPECT_EQ(repaired(result, RepairKind::Triangulated), 8u);
     EXPECT_EQ(result.facts.triangle_count, 20u);
     EXPECT_NEAR(result.facts.volume, 3, 1e-12);
@@ -218,7 +218,7 @@ TEST(Gate, PolygonsBecomeTrianglesThatCoverThemOnce)
 
 TEST(Gate, FileOrderHasNoInfluence)
 {
-    const GateResult expected = judge(cube());
+    const AdmitResult expected = judge(cube());
     const Polygons c = cube();
     Polygons p;
     p.positions.assign(c.positions.rbegin(), c.positions.rend());
@@ -239,7 +239,7 @@ TEST(Gate, SoupIsWelded)
     EXPECT_EQ(repaired(judge(p), RepairKind::WeldedVertices), 28u);
     // Rounded apart, by less than 1e-7 of the size.
     for (std::size_t i = 0; i < p.positions.size(); ++i) p.positions[i].x += 1e-9 * static_cast<double>(i % 5);
-    const GateResult nearly = judge(p);
+    const AdmitResult nearly = judge(p);
     EXPECT_EQ(nearly.facts.vertex_count, 8u) << nearly.diagnosis.message;
     // Too far apart to be meant as one.
     for (std::size_t i = 0; i < p.positions.size(); ++i) p.positions[i].x += 1e-4 * static_cast<double>(i % 5);
@@ -252,8 +252,8 @@ TEST(Gate, FacesWithoutAreaGo)
     p.add({0, 0, 1});
     p.positions.push_back({0.5, 0, 0});
     p.add({0, 1, 8});  // on an edge
-    const GateResult result = judge(p);
-    EXPECT_EQ(result.verdict, Admission::Repaired);
+    const AdmitResult result = judge(p);
+    EXPECT_EQ(result.admission, Admission::Repaired);
     EXPECT_EQ(repaired(result, RepairKind::DegenerateFaces), 2u);
     EXPECT_EQ(result.facts.triangle_count, 12u);
     EXPECT_EQ(result.facts.vertex_count, 8u);
@@ -272,8 +272,8 @@ TEST(Gate, AFlatFaceBetweenNeighboursIsFlippedAwayAndOpensNothing)
         }
     }
     p.add({8, 0, 1});
-    const GateResult result = judge(p);
-    EXPECT_EQ(result.verdict, Admission::Repaired) << result.diagnosis.message;
+    const AdmitResult result = judge(p);
+    EXPECT_EQ(result.admission, Admission::Repaired) << result.diagnosis.message;
     EXPECT_TRUE(result.solid);
     EXPECT_EQ(repaired(result, RepairKind::DegenerateFaces), 1u);
     EXPECT_FALSE(warned(result, WarningKind::Degenerate));
@@ -291,8 +291,8 @@ TEST(Gate, DuplicateFacesGoAndAWallInsideCancels)
     Polygons wall = cube();
     wall.add({0, 1, 7});
     wall.add({0, 7, 1});
-    const GateResult result = judge(wall);
-    EXPECT_EQ(result.verdict, Admission::Repaired) << result.diagnosis.message;
+    const AdmitResult result = judge(wall);
+    EXPECT_EQ(result.admission, Admission::Repaired) << result.diagnosis.message;
     EXPECT_EQ(result.facts.triangle_count, 12u);
 }
 
@@ -344,7 +344,7 @@ TEST(Gate, ShellsThatTouchAreSplitApart)
     corner.add(second);
     for (std::int64_t& i : corner.indices)
         if (i == 8) i = 7;
-    GateResult result = judge(corner);
+    AdmitResult result = judge(corner);
     EXPECT_EQ(repaired(result, RepairKind::SplitVertices), 1u) << result.diagnosis.message;
     EXPECT_EQ(result.facts.component_count, 2u);
     EXPECT_NEAR(result.facts.volume, 2, 1e-12);
@@ -364,8 +364,8 @@ TEST(Gate, CavitiesStayCavities)
     Polygons hollow = box({1, 1, 1}, {2, 2, 2});
     hollow.reverse();
     p.add(hollow);
-    const GateResult result = judge(p);
-    EXPECT_EQ(result.verdict, Admission::Accept);
+    const AdmitResult result = judge(p);
+    EXPECT_EQ(result.admission, Admission::Accept);
     EXPECT_TRUE(warned(result, WarningKind::Cavities));
     EXPECT_NEAR(result.facts.volume, 63, 1e-10);
     p.reverse();
@@ -373,7 +373,7 @@ TEST(Gate, CavitiesStayCavities)
     // The same shell turned outward lies inside the solid and adds nothing: also as it is.
     Polygons nested = box({0, 0, 0}, {4, 4, 4});
     nested.add(box({1, 1, 1}, {2, 2, 2}));
-    EXPECT_EQ(judge(nested).verdict, Admission::Accept);
+    EXPECT_EQ(judge(nested).admission, Admission::Accept);
     EXPECT_FALSE(warned(judge(nested), WarningKind::Cavities));
 }
 
@@ -381,8 +381,8 @@ TEST(Gate, OverlappingShellsAreAcceptedWithTheirPairs)
 {
     Polygons p = cube();
     p.add(box({0.5, 0.25, 0.25}, {1.5, 0.75, 0.75}));
-    const GateResult result = judge(p);
-    EXPECT_EQ(result.verdict, Admission::Accept);
+    const AdmitResult result = judge(p);
+    EXPECT_EQ(result.admission, Admission::Accept);
     EXPECT_TRUE(warned(result, WarningKind::SelfIntersections));
     EXPECT_EQ(result.crossed.size(), result.mesh.triangles.size());
     EXPECT_TRUE(judge(cube()).crossed.empty());
@@ -405,8 +405,8 @@ TEST(Gate, SheetsAreFlatAndBecomePlatesOnRequest)
     for (Vec3d& v : tilted.positions) v = {v.x + 1e6, v.y - 1e6, 0.3 * v.x + 0.7 * v.y};
     EXPECT_EQ(code(tilted), Refusal::Flat);
 
-    const GateResult plate = judge(p, {.thickness = 0.1});
-    EXPECT_EQ(plate.verdict, Admission::Repaired) << plate.diagnosis.message;
+    const AdmitResult plate = judge(p, {.thickness = 0.1});
+    EXPECT_EQ(plate.admission, Admission::Repaired) << plate.diagnosis.message;
     EXPECT_TRUE(plate.solid);
     EXPECT_NEAR(plate.facts.volume, 0.2, 1e-12);
     EXPECT_EQ(plate.facts.box.hi, (Vec3d{2, 1, 0.05}));
@@ -426,8 +426,8 @@ TEST(Gate, AClosedSheetSaysHowThinItIsAndBecomesAPlateOnRequest)
     Polygons tilted = thin;
     for (Vec3d& v : tilted.positions) v = {v.x + 1000, 0.6 * v.y - 0.8 * v.z - 1000, 0.8 * v.y + 0.6 * v.z};
     for (const Polygons& p : {thin, tilted}) {
-        const GateResult plate = judge(p, {.thickness = 0.05});
-        EXPECT_EQ(plate.verdict, Admission::Repaired) << plate.diagnosis.message;
+        const AdmitResult plate = judge(p, {.thickness = 0.05});
+        EXPECT_EQ(plate.admission, Admission::Repaired) << plate.diagnosis.message;
         EXPECT_TRUE(plate.solid);
         EXPECT_EQ(repaired(plate, RepairKind::Thickened), 2u);
         EXPECT_NEAR(plate.facts.volume, 0.05, 1e-6);
@@ -436,15 +436,15 @@ TEST(Gate, AClosedSheetSaysHowThinItIsAndBecomesAPlateOnRequest)
     // The least thickness that the cure names is enough, a tenth of it is not.
     const std::string cure = refused(thin).cure;
     const double least = std::stod(cure.substr(cure.find("at least ") + 9));
-    EXPECT_EQ(judge(thin, {.thickness = least}).verdict, Admission::Repaired);
+    EXPECT_EQ(judge(thin, {.thickness = least}).admission, Admission::Repaired);
     EXPECT_EQ(code(thin, {.thickness = 0.1 * least}), Refusal::Flat);
 
     // A lens, and a sheet that is bent: the upper half of a thin shell's walls.
     Polygons lens = sphere(20, 40);
     for (Vec3d& v : lens.positions) v.z *= 1e-7;
     EXPECT_EQ(code(lens), Refusal::Flat);
-    const GateResult disc = judge(lens, {.thickness = 0.1});
-    EXPECT_EQ(disc.verdict, Admission::Repaired) << disc.diagnosis.message;
+    const AdmitResult disc = judge(lens, {.thickness = 0.1});
+    EXPECT_EQ(disc.admission, Admission::Repaired) << disc.diagnosis.message;
     EXPECT_NEAR(disc.facts.volume, 0.1 * 20 * std::sin(std::numbers::pi / 20), 1e-6);
     Polygons bent;  // half a tube's wall, 1e-7 thick: every quad of it is closed by those beside it
     constexpr int k_steps = 16;
@@ -465,8 +465,8 @@ TEST(Gate, AClosedSheetSaysHowThinItIsAndBecomesAPlateOnRequest)
     bent.add({k_last, k_in + k_last, k_in + k_last + 1, k_last + 1});
     EXPECT_EQ(code(bent), Refusal::Flat);
     EXPECT_NE(refused(bent).message.find("sheets folded"), std::string::npos) << refused(bent).message;
-    const GateResult wall = judge(bent, {.thickness = 0.1});
-    EXPECT_EQ(wall.verdict, Admission::Repaired) << wall.diagnosis.message;
+    const AdmitResult wall = judge(bent, {.thickness = 0.1});
+    EXPECT_EQ(wall.admission, Admission::Repaired) << wall.diagnosis.message;
     // Between polygons of radius 1.05 and 0.95, but for the ends, which are cut square.
     EXPECT_NEAR(wall.facts.volume, 0.1 * k_steps * std::sin(std::numbers::pi / k_steps), 2e-4);
 }
@@ -475,8 +475,8 @@ TEST(Gate, SmallSolidsFarApartAndLongRodsAreNotFlat)
 {
     Polygons p = cube();
     p.add(box({1e6, 0, 0}, {1e6 + 1, 1, 1}));
-    EXPECT_EQ(judge(p).verdict, Admission::Accept) << judge(p).diagnosis.message;
-    EXPECT_EQ(judge(box({0, 0, 0}, {1e6, 1, 1})).verdict, Admission::Accept);
+    EXPECT_EQ(judge(p).admission, Admission::Accept) << judge(p).diagnosis.message;
+    EXPECT_EQ(judge(box({0, 0, 0}, {1e6, 1, 1})).admission, Admission::Accept);
     EXPECT_EQ(code(box({0, 0, 0}, {1, 1, 1e-7})), Refusal::Flat);
 }
 
@@ -486,12 +486,12 @@ TEST(Gate, OpenMeshesAreRefusedOrTakenAsSurfaces)
     remove_face(p, 0);
     remove_face(p, 0);
     EXPECT_EQ(code(p), Refusal::Open);
-    const GateResult surface = judge(p, {.accept_surface = true});
-    EXPECT_EQ(surface.verdict, Admission::Accept);
+    const AdmitResult surface = judge(p, {.accept_surface = true});
+    EXPECT_EQ(surface.admission, Admission::Accept);
     EXPECT_FALSE(surface.solid);
     EXPECT_TRUE(warned(surface, WarningKind::Surface));
     EXPECT_EQ(surface.facts.boundary_edge_count, 4u);
-    const GateResult shell = judge(p, {.thickness = 0.01});
+    const AdmitResult shell = judge(p, {.thickness = 0.01});
     EXPECT_TRUE(shell.solid) << shell.diagnosis.message;
     EXPECT_GT(shell.facts.volume, 0);
 }
@@ -512,8 +512,8 @@ TEST(Gate, HolesAreFilledAlsoWhereTwoTouch)
     remove({at(20, 50), at(21, 50), at(21, 51)});
     remove({at(20, 50), at(21, 51), at(20, 51)});
     EXPECT_EQ(code(p), Refusal::Open);
-    const GateResult result = judge(p, {.repair = Repair::Close});
-    EXPECT_EQ(result.verdict, Admission::Closed) << result.diagnosis.message;
+    const AdmitResult result = judge(p, {.repair = Repair::Close});
+    EXPECT_EQ(result.admission, Admission::Closed) << result.diagnosis.message;
     EXPECT_EQ(repaired(result, RepairKind::FilledHoles), 3u);
     EXPECT_EQ(repaired(result, RepairKind::SplitVertices), 0u);
     EXPECT_NEAR(result.facts.volume, volume, 1e-4);
@@ -522,8 +522,8 @@ TEST(Gate, HolesAreFilledAlsoWhereTwoTouch)
 
 TEST(Gate, WithoutRepairTheDefectIsTheVerdict)
 {
-    const GateOptions none{.repair = Repair::None};
-    EXPECT_EQ(judge(cube(), none).verdict, Admission::Accept);
+    const AdmitOptions none{.repair = Repair::None};
+    EXPECT_EQ(judge(cube(), none).admission, Admission::Accept);
     Polygons p = cube();
     std::swap(p.indices[0], p.indices[1]);
     EXPECT_EQ(code(p, none), Refusal::Orient);
@@ -539,7 +539,7 @@ TEST(Gate, UnitsScaleTheResultAndAreAskedFor)
 {
     Polygons p = box({0, 0, 0}, {100, 100, 100});
     EXPECT_TRUE(warned(judge(p), WarningKind::Unit));
-    const GateResult result = judge(p, {.unit = 1e-3});
+    const AdmitResult result = judge(p, {.unit = 1e-3});
     EXPECT_FALSE(warned(result, WarningKind::Unit));
     EXPECT_NEAR(result.facts.volume, 1e-3, 1e-15);
     EXPECT_DOUBLE_EQ(result.mesh.vertices.back().x, 0.1);

@@ -1,6 +1,6 @@
 // The steps, in the order of the codes: what the numbers say (index, finite, empty, range), repairs of the polygon soup,
 // then shells: edges with too many faces, orientation, flatness, holes.
-#include "sqmap/mesh/gate.h"
+#include "sqmap/mesh/admit.h"
 
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/wrap.h"
@@ -28,20 +28,20 @@ namespace {
 constexpr double k_unit_hint = 50;  // a thing of 50 m is rare, one of 50 mm is not
 
 /// For the cure of what a rung above the one allowed may take.
-std::string next_rung(const GateOptions& options)
+std::string next_rung(const AdmitOptions& options)
 {
     if (options.repair >= Repair::Wrap || options.accept_surface || options.thickness > 0) return "";
     return options.repair == Repair::Close ? ", or raise --max-filled, or use --repair wrap" : ", or use --repair close or wrap";
 }
 
 /// Whether a higher rung may take what the code refuses.
-bool is_curable(Refusal code, const GateOptions& options)
+bool is_curable(Refusal code, const AdmitOptions& options)
 {
     if (options.repair < Repair::Close || options.accept_surface || options.thickness > 0) return false;
     return code == Refusal::NonManifold || code == Refusal::Orient || code == Refusal::Open || code == Refusal::Limit;
 }
 
-void check_cost(const Surface& surface, const GateOptions& options)
+void check_cost(const Surface& surface, const AdmitOptions& options)
 {
     if (surface.faces.size() > options.max_cured_faces)
         refuse(Refusal::Limit, "mesh",
@@ -89,11 +89,11 @@ std::vector<std::uint8_t> made_up_of(const Mesh& canonical, const Mesh& mesh, st
     return out;
 }
 
-class Gate {
+class Ladder {
 public:
-    Gate(const PolygonView& in, const GateOptions& options) : in_(in), options_(options) {}
+    Ladder(const PolygonView& in, const AdmitOptions& options) : in_(in), options_(options) {}
 
-    GateResult judge()
+    AdmitResult judge()
     {
         try {
             take(soup_of(in_));
@@ -137,7 +137,7 @@ private:
             check_components();
             make_shells();
             finish();
-            out_.verdict = out_.repairs.empty() ? Admission::Accept : Admission::Repaired;
+            out_.admission = out_.repairs.empty() ? Admission::Accept : Admission::Repaired;
             return;
         } catch (Refused& refused) {
             if (!is_curable(refused.diagnosis.code, options_)) throw;
@@ -145,18 +145,18 @@ private:
         }
         check_cost(cleaned, options_);
         if (cured(repairs, [&] { fill(cleaned); })) {
-            out_.verdict = Admission::Closed;
+            out_.admission = Admission::Closed;
         } else if (options_.repair >= Repair::Wrap && cured(repairs, [&] { wrap_up(cleaned); })) {
-            out_.verdict = Admission::Wrapped;
+            out_.admission = Admission::Wrapped;
         } else {
             throw Refused{first_};
         }
-        const Surface& input = out_.verdict == Admission::Closed ? what_counts(soup, surface_) : soup;
+        const Surface& input = out_.admission == Admission::Closed ? what_counts(soup, surface_) : soup;
         const double unit = options_.unit.value_or(1.0);
         out_.deviation = deviation(scaled(input, unit), out_.mesh, out_.made_up);
-        if (out_.verdict == Admission::Wrapped)
+        if (out_.admission == Admission::Wrapped)
             out_.deviation->bounding_to_result = Distances{unit * moved_.mean, unit * moved_.p99, unit * moved_.max};
-        if (out_.verdict == Admission::Closed)
+        if (out_.admission == Admission::Closed)
             warn(dropped_warning(scaled(what_counts(soup, surface_, false), unit), out_.mesh, unit * diagonal_));
         else
             warn(tolerance_warning(out_.mesh, *out_.deviation, options_.wrap));
@@ -208,7 +208,7 @@ private:
     /// Nothing but what was looked at, and these.
     void reset(const std::vector<RepairNote>& repairs)
     {
-        GateResult blank;
+        AdmitResult blank;
         blank.facts = out_.facts;
         blank.repairs = repairs;
         out_ = std::move(blank);
@@ -438,7 +438,7 @@ private:
         out_.made_up = made_up_of(out_.mesh, mesh, surface_.faces);
     }
 
-    /// With Repair::None what would have been repaired is the verdict, by the code that names it best.
+    /// With Repair::None what would have been repaired refuses, by the code that names it best.
     void refuse_repair()
     {
         std::string list;
@@ -475,8 +475,8 @@ private:
     }
 
     const PolygonView& in_;
-    const GateOptions& options_;
-    GateResult out_;
+    const AdmitOptions& options_;
+    AdmitResult out_;
     Diagnosis first_;  ///< what the first rungs say
     std::vector<bool> used_;
     Box box_;
@@ -490,6 +490,6 @@ private:
 
 }  // namespace
 
-GateResult admit(const PolygonView& polygons, const GateOptions& options) { return Gate(polygons, options).judge(); }
+AdmitResult admit(const PolygonView& polygons, const AdmitOptions& options) { return Ladder(polygons, options).judge(); }
 
 }  // namespace sqmap::mesh

@@ -1,4 +1,4 @@
-// The one gate that every mesh passes: polygons as they come in, a validated mesh or a reasoned refusal out.
+// Admission, which every mesh passes: polygons as they come in, a validated mesh or a reasoned refusal out.
 // Pure functions and plain data: any number of threads.
 #pragma once
 
@@ -17,7 +17,7 @@
 
 namespace sqmap::mesh {
 
-/// What the gate says of a mesh: the first rung of the ladder that gives a solid, or none.
+/// The answer to a mesh: the first rung of the ladder that gives a solid, or none.
 enum class Admission {
     Accept,    ///< taken as it is
     Repaired,  ///< after repairs that leave no doubt about the surface that was meant
@@ -36,8 +36,8 @@ struct PolygonView {
     std::span<const std::int64_t> indices;   ///< zero-based; anything may stand here
 };
 
-/// What the gate may do to a mesh that bounds no solid.
-struct GateOptions {
+/// How far admission may change a mesh that bounds no solid.
+struct AdmitOptions {
     Repair repair = Repair::Wrap;
     bool accept_surface = false;  ///< an open mesh is taken as a surface without inside (solid is false then)
     double thickness = 0;  ///< > 0: open meshes and flat ones, also closed, become plates this thick, in units of the result
@@ -50,7 +50,7 @@ struct GateOptions {
     std::uint64_t max_intersections = 1'000'000;  ///< counting of intersecting pairs stops here
 };
 
-/// What was done to a mesh.
+/// A kind of repair.
 enum class RepairKind : std::uint8_t {
     Triangulated,
     UnusedVertices,
@@ -79,7 +79,7 @@ struct RepairNote {
     std::uint64_t count = 0;  ///< polygons, vertices, edges, faces or holes it was done to
 };
 
-/// What is doubtful about a mesh that was taken.
+/// A kind of doubt about a mesh that was taken.
 enum class WarningKind : std::uint8_t {
     SelfIntersections,  ///< faces intersect: the solid is where the winding number is positive
     Cavities,           ///< shells lie inside others
@@ -102,7 +102,7 @@ struct Warning {
     std::string message;
 };
 
-/// What the mesh is, as far as it was looked at before a refusal.
+/// Facts of the mesh, as far as admission looked at it before a refusal.
 struct MeshFacts {
     std::uint64_t vertex_count = 0, triangle_count = 0;
     std::uint64_t component_count = 0;
@@ -117,8 +117,8 @@ struct MeshFacts {
 };
 
 /// A mesh that was taken with what was done to it, or why it was refused.
-struct GateResult {
-    Admission verdict = Admission::Refused;
+struct AdmitResult {
+    Admission admission = Admission::Refused;
     Diagnosis diagnosis;  ///< of a refusal
     std::vector<RepairNote> repairs;
     std::vector<Warning> warnings;
@@ -130,13 +130,13 @@ struct GateResult {
     std::optional<Deviation> deviation;  ///< from the input, units of the result; from Closed up
 };
 
-/// Judges, repairs and normalises polygons into a Mesh. When several codes apply the first of this order is the verdict:
+/// Judges, repairs and normalises polygons into a Mesh. When several codes apply, the first of this order is given:
 /// Index, NonFinite, Empty, Range, Limit (components, corners of a polygon), then repairs, then NonManifold, Orient, Flat, Open.
 /// Repair::None refuses with the one of the last that names what would have been repaired, Repair where none does. Polygons are
 /// split into triangles; equal positions are made one vertex unless the mesh is closed as it is indexed; faces are oriented alike
 /// by propagation, shells outward by volume; vertices where shells touch are split. Shells that intersect are accepted: the solid
 /// is where the winding number is positive. Never throws but std::bad_alloc. Cost: n log n in the number of corners, plus the
 /// intersecting pairs.
-[[nodiscard]] GateResult admit(const PolygonView& polygons, const GateOptions& options = {});
+[[nodiscard]] AdmitResult admit(const PolygonView& polygons, const AdmitOptions& options = {});
 
 }  // namespace sqmap::mesh
