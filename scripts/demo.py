@@ -8,6 +8,7 @@ the network is missing, a hand that the program makes itself stands in.
 import shutil
 import sys
 import tarfile
+import time
 
 import animals
 import measure
@@ -20,6 +21,7 @@ HAND_FILE = "package/dist/profiles/generic-hand/right.glb"
 # Name of the mesh -> its upward axis, for the pictures.
 SUBJECTS = {"elephant": "y", "camel": "y", "bull": "y", "triceratops": "y", "dino": "z", "cow": "y", "hand": "y"}
 AZIMUTH = {"elephant": 165, "camel": 325}  # elsewhere the program's own choice
+SECONDS = 12  # a mesh takes, before one is done
 PICTURES = ("parts", "superquadrics", "map", "error")
 
 
@@ -79,6 +81,7 @@ def print_table(rows):
 def main():
     for folder in (CACHE, MESHES):
         folder.mkdir(parents=True, exist_ok=True)
+    say("step 3 of 4, about a minute: fetching the meshes, where they are missing")
     animals.fetch()
     fetch_hand()
     meshes = [p for n in SUBJECTS for p in (MESHES / f"{n}.off", MESHES / f"{n}.obj") if p.exists()]
@@ -87,9 +90,12 @@ def main():
         for name in ("dumbbell", "torus", "bent", "tapered"):
             measure.run("shapes", name, "-o", MESHES / f"{name}.obj")
             meshes.append(MESHES / f"{name}.obj")
-    rows = []
-    for mesh in meshes:
-        say(f"{mesh.stem}: check, bake, measure, draw")
+    rows, start = [], time.monotonic()
+    for k, mesh in enumerate(meshes):
+        spent = (time.monotonic() - start) / k if k else SECONDS  # a mesh
+        left = max(1, round(spent * (len(meshes) - k) / 60))
+        say(f"step 4 of 4, mesh {k + 1} of {len(meshes)}, about {left} minute{'s' if left > 1 else ''} left: "
+            f"check, bake, measure and draw {mesh.stem}")
         print(measure.run("check", mesh), end="", flush=True)
         row = measure.measure(mesh, DEMO)
         print(measure.run("info", row["model"]).split("  part ")[0], end="", flush=True)

@@ -12,6 +12,9 @@ int main(int argc, char** argv)
 #endif
     sqmap::app::CommandLine line("sqmap: certified contact between complex shapes", "sqmap");
     line.footer(
+#ifdef SQMAP_MODELS_ONLY
+        "This program was built for ./dev demo; ./dev build adds batch, touch, dress, view and devices.\n"
+#endif
         "To begin with: sqmap check MESH, sqmap bake MESH -o MODEL.sqmap, sqmap view MODEL.sqmap.\n"
         "Meshes: OFF, OBJ, STL, PLY, glTF, GLB; DAE, 3MF and FBX where the program assimp is installed (Debian: assimp-utils).\n"
         "Each subcommand explains itself: sqmap bake --help.");

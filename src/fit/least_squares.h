@@ -2,9 +2,6 @@
 // (2004), with the damping of Nielsen (1999).
 #pragma once
 
-#include <Eigen/Cholesky>
-#include <Eigen/Core>
-
 #include <algorithm>
 #include <cmath>
 #include <span>
@@ -28,6 +25,19 @@ struct LeastSquaresReport {
     return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
 }
 
+/// The linear algebra of a step for N parameters. Only least_squares.cpp includes Eigen, because its headers and templates cost
+/// each source that includes them many seconds; instantiated there for k_plain, k_tapered and k_bent parameters.
+template <int N>
+struct NormalEquations {
+    double matrix[N][N];  ///< symmetric
+    double gradient[N];
+
+    /// Largest magnitude among the slopes.
+    [[nodiscard]] double largest_slope() const;
+    /// Solves (matrix + damping diagonal) step = gradient. Returns twice the decrease that the quadratic model predicts for the step.
+    double solve(double damping, double* step) const;
+};
+
 /// Minimises the sum of squares of
 ///   double problem.cost(t): half that sum,
 ///   void problem.linearise(t, take): the same, calling take(residual, row) for every residual; rows that are zero may be
@@ -36,10 +46,8 @@ struct LeastSquaresReport {
 template <int N, class Problem>
 LeastSquaresReport minimise(const Problem& problem, double* t, const LeastSquaresOptions& options)
 {
-    using Vector = Eigen::Matrix<double, N, 1>;
-    using Matrix = Eigen::Matrix<double, N, N>;
-    Matrix normal, damped;
-    Vector gradient, scale;
+    NormalEquations<N> system;
+    double scale[N];
     LeastSquaresReport report;
     const auto linearise = [&](bool first) {
         double sum[N * (N + 1) / 2] = {}, slope[N] = {};
@@ -54,23 +62,21 @@ LeastSquaresReport minimise(const Problem& problem, double* t, const LeastSquare
         });
         const double* s = sum;
         for (int i = 0; i < N; ++i)
-            for (int k = 0; k <= i; ++k) normal(i, k) = normal(k, i) = *s++;
+            for (int k = 0; k <= i; ++k) system.matrix[i][k] = system.matrix[k][i] = *s++;
         if (first)
-            for (int i = 0; i < N; ++i) scale[i] = 1 / (1 + std::sqrt(normal(i, i)));
+            for (int i = 0; i < N; ++i) scale[i] = 1 / (1 + std::sqrt(system.matrix[i][i]));
         for (int i = 0; i < N; ++i) {
-            gradient[i] = scale[i] * slope[i];
-            for (int k = 0; k < N; ++k) normal(i, k) *= scale[i] * scale[k];
+            system.gradient[i] = scale[i] * slope[i];
+            for (int k = 0; k < N; ++k) system.matrix[i][k] *= scale[i] * scale[k];
         }
     };
     linearise(true);
-    const auto at_rest = [&] { return gradient.cwiseAbs().maxCoeff() < 1e-10 || report.cost < 1e-16; };
+    const auto at_rest = [&] { return system.largest_slope() < 1e-10 || report.cost < 1e-16; };
     report.settled = at_rest();
     double damping = 1 / options.trust_region, growth = 2;
     for (report.iterations = 0; !report.settled && ++report.iterations < options.max_iterations;) {
-        damped = normal;
-        for (int i = 0; i < N; ++i) damped(i, i) += damping * std::clamp(normal(i, i), 1e-6, 1e32);
-        const Vector step = Eigen::LDLT<Matrix>(damped).solve(gradient);
-        double next[N], length = 0, size = 0;
+        double step[N], next[N], length = 0, size = 0;
+        const double predicted = system.solve(damping, step);
         for (int i = 0; i < N; ++i) {
             const double d = scale[i] * step[i];
             next[i] = t[i] + d;
@@ -80,7 +86,7 @@ LeastSquaresReport minimise(const Problem& problem, double* t, const LeastSquare
         report.settled = std::sqrt(length) < 1e-8 * (std::sqrt(size) + 1e-8);
         if (report.settled) break;
         const double change = 2 * (report.cost - problem.cost(next));
-        const double gain = change / step.dot(2 * gradient - normal * step);
+        const double gain = change / predicted;
         report.settled = std::abs(change) < options.cost_change;
         if (gain > 0) {
             std::copy_n(next, N, t);
