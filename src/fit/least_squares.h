@@ -34,7 +34,8 @@ struct NormalEquations {
 
     /// Largest magnitude among the slopes.
     [[nodiscard]] double largest_slope() const;
-    /// Solves (matrix + damping diagonal) step = gradient. Returns twice the decrease that the quadratic model predicts for the step.
+    /// Solves (matrix + damping diagonal) step = gradient. Returns twice the decrease that the quadratic model predicts for the
+    /// step.
     double solve(double damping, double* step) const;
 };
 
