@@ -230,12 +230,12 @@ def main():
     for xml in (BUILD / "xml").glob("*.xml"):  # doxygen takes a digit separator for a character
         xml.write_text(re.sub(r"(\d) &apos;(\d)|(\d) '(\d)", r"\1\3\2\4", xml.read_text()))
     guides = pages_of("docs/guide/*.md", ("python", "c", "javascript", "anywhere", "view", "pictures", "dress", "paper"))
-    measured = ("measurements", "bench", "reproduction")
+    measured = ("measurements", "bench", "bench-methods", "haptics-figures", "reproduction")
     (SOURCE / "index.md").write_text(INDEX.format(
         guides="\n".join(guides), notebooks="\n".join(notebooks),
         reference="\n".join(pages_of("docs/*.md", ("architecture", "examples", *measured))),
         algorithms="\n".join(pages_of("docs/algorithms/*.md")),
-        measurements="\n".join([f"docs/{m}" for m in measured] + pages_of("docs/notes/*.md"))))
+        measurements="\n".join(f"docs/{m}" for m in measured)))
     (SOURCE / "conf.py").write_text(CONF.replace('"XML"', repr(str(BUILD / "xml"))))
     warnings = BUILD / "warnings.txt"
     run(PYTHON, "-m", "sphinx", "-q", "-w", warnings, "-b", "html", SOURCE, BUILD / "site", env=env)

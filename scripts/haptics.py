@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Measures haptic rendering on a folder of meshes and hand paths; writes the figures into docs/notes/haptics.md.
+"""Measures haptic rendering on a folder of meshes and hand paths; writes the tables into docs/data/haptics.
 
 usage: haptics.py [--meshes FOLDER] [--paths FOLDER] [--program FILE] [--only NAME,...] [--quick]
 NAMEs: slide, ball, paper_slide, tick, paper_tick, density, points, points_tick, energy, paper, picture.
@@ -10,7 +10,6 @@ import argparse
 import csv
 import math
 import pathlib
-import re
 import subprocess
 import tempfile
 
@@ -18,7 +17,7 @@ import measure
 import plot
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-PAGE = ROOT / "docs/notes/haptics.md"
+TABLES = ROOT / "docs/data/haptics"
 PICTURE_MESH = "horse_5946.obj"
 ANIMALS = {"bull_7154", "camel_4512", "cat_8108", "elephant_10272", "horse_5946"}
 QUICK = ROOT / "build/haptics/quick"
@@ -71,14 +70,6 @@ def picture(trace, out):
         turn.line(words, [(0.1 * i, a) for i, a in enumerate(angle)], colour)
         step.line(words, [(0.1 * i, distance(f[i], f[i - 1])) for i in range(1, len(f))], colour)
     plot.save(out, turn, step)
-
-
-def replace(name, text):
-    page = PAGE.read_text(encoding="utf-8")
-    pattern = re.compile(rf"(<!-- {name} -->\n).*?(<!-- end of {name} -->)", re.DOTALL)
-    if not pattern.search(page):
-        raise SystemExit(f"{PAGE}: no mark {name}")
-    PAGE.write_text(pattern.sub(lambda m: f"{m[1]}```\n{text.rstrip()}\n```\n{m[2]}", page), encoding="utf-8")
 
 
 def draw(program, mesh, out):
@@ -134,7 +125,7 @@ def main():
         if name in wanted:
             print(name, flush=True)
             found = subprocess.run([options.program, *map(str, arguments)], check=True, capture_output=True, text=True)
-            replace(name, found.stdout)
+            (TABLES / f"{name}.txt").write_text(found.stdout.rstrip() + "\n", encoding="utf-8")
     if "picture" in wanted:
         draw(options.program, options.meshes / PICTURE_MESH, ROOT / "docs/images/haptic_edges.svg")
 

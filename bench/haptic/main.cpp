@@ -1,4 +1,4 @@
-// sqmap_haptic: the figures of docs/notes/haptics.md.
+// sqmap_haptic: the tables of docs/data/haptics.
 #include "../error.h"
 #include "common/layer_name.h"
 #include "hand.h"
