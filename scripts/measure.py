@@ -4,7 +4,7 @@
 usage: measure.py [FOLDER...] [-o docs/measurements.md]     default folder: the meshes that the demo fetched
 
 Every mesh of the folders is checked; those that are closed are baked at default options on one thread and measured by
-`sqmap eval` against the exact oracle: layer 3 and the exact layer. The figures of README.md are renewed with it.
+`sqmap eval` against the exact oracle: layer 3 and the exact layer.
 """
 import argparse
 import datetime
@@ -85,10 +85,6 @@ COLUMNS = [
     ("exact depth p95", lambda r: f'{layer(r, "exact")["depth_percent"]["p95"]:.5f}'),
 ]
 
-# What README.md shows: titles of COLUMNS, and others in their place.
-README_COLUMNS = ["mesh", "triangles", "parts", "kB", "bake s", "L3 missed + false", "exact missed + false", "eq. 35 mean",
-                  "L3 depth median", "L3 depth p95"]
-
 # Target, and what a row must satisfy for it. Targets by kind of mesh are judged at their strict value for every row.
 TARGETS = [
     ("every triangle held by a superquadric, certified",
@@ -158,24 +154,6 @@ def commit(root=ROOT):
     return name + "-dirty" if changed else name
 
 
-def renew_readme(rows, made_from):
-    """Puts the short table between the marks in README.md."""
-    readme = ROOT / "README.md"
-    before, _, rest = readme.read_text().partition("<!-- figures -->")
-    _, _, after = rest.partition("<!-- end of figures -->")
-    if not after:
-        return
-    columns = [c for c in COLUMNS if c[0] in README_COLUMNS]
-    columns.sort(key=lambda c: README_COLUMNS.index(c[0]))
-    unmet = [line for line in falls_short(rows) if "**not met**" in line]
-    text = ["", f"Measured by `./dev table` on {datetime.date.today().isoformat()}, from commit {made_from}, at default options: 20,000 points per mesh, "
-            "three quarters of them within 4 % of the surface. A point and a probe answer alike, so the columns hold for both. Eq. 35 and depth in percent of R_max, the largest distance between two vertices; "
-            "wrong verdicts of layer 3 are those farther than 0.5 % from the surface, of the exact layer 0.001 %; bake is CPU seconds on one "
-            "core, the model's measurement of itself included.", "", *shape_of(columns, rows), "",
-            *(["Missed targets:", "", *unmet, ""] if unmet else [])]
-    readme.write_text(before + "<!-- figures -->" + "\n".join(text) + "\n<!-- end of figures -->" + after)
-
-
 def document(groups, skipped, failed, made_from):
     lines = ["# Measurements", "",
              f"Made by `./dev table` on {datetime.date.today().isoformat()}, from commit {made_from}. Default options "
@@ -224,8 +202,6 @@ def main():
     if not groups:
         sys.exit("no closed mesh to measure; './dev demo' fetches some")
     options.output.write_text(document(groups, skipped, failed, made_from))
-    if options.output == parser.get_default("output"):
-        renew_readme(groups[0][1], made_from)
     print(options.output)
 
 

@@ -17,7 +17,7 @@ class TouchWords(TouchTest):
         commands = re.findall(r"^\$ sqmap ((?:touch|replay|rtcheck) .*)$", read(README), re.MULTILINE)
         self.assertEqual([c.split()[0] for c in commands], ["touch", "replay", "rtcheck"])
         for command in commands:
-            result = run(*command.replace("cow.sqmap", "sphere.sqmap").split())
+            result = run(*command.replace("torus.sqmap", "sphere.sqmap").split())
             self.assertEqual(result.returncode, 0, (command, result.stdout, result.stderr))
         self.assertIn("all bit-identical", run("replay", "touch.csv").stdout)
         self.assertGreater(max(math.hypot(*(float(row["z0_f" + axis]) for axis in "xyz")) for row in rows_of("touch.csv")), 0.1)

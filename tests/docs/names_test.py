@@ -1,5 +1,6 @@
 """scripts/docs_names.py finds public names that the site lacks or that nothing is said of."""
 import pathlib
+import re
 import sys
 import tempfile
 import unittest
@@ -68,6 +69,14 @@ class Names(unittest.TestCase):
         examples = [*(ROOT / "examples").glob("*.cpp"), *(ROOT / "examples").glob("*.c")]
         self.assertGreater(len(examples), 10)
         self.assertEqual([e.name for e in examples if f"<!-- include examples/{e.name} -->" not in page], [])
+
+    def test_the_code_of_the_readme_stands_in_an_example(self):
+        def bare(text):
+            return "\n".join(line.strip() for line in text.splitlines())
+        blocks = re.findall(r"^```cpp\n(.*?)^```", (ROOT / "README.md").read_text(), re.MULTILINE | re.DOTALL)
+        self.assertTrue(blocks)
+        examples = [bare(example.read_text()) for example in (ROOT / "examples").glob("*.cpp")]
+        self.assertEqual([b for b in blocks if not any(bare(b) in example for example in examples)], [])
 
     def test_what_the_package_exports_is_declared(self):
         self.assertEqual(self.changed("js/index.js", "  query() {", "  render() {"), ["JavaScript: Model.render is not on the site"])
