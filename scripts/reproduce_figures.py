@@ -343,10 +343,16 @@ def tables(data):
     return page
 
 
+ON_PAGE = ("run", "table 1", "fig 3", "precomputation")
+
+
 def renew_page(path, page):
-    """Puts each block between its marks."""
+    """Puts each block of ON_PAGE between its marks, the others into files of data/reproduction beside the page."""
     text = path.read_text()
     for title, block in page.items():
+        if title not in ON_PAGE:
+            (path.parent / "data/reproduction" / f"{title.replace(' ', '')}.txt").write_text(block + "\n")
+            continue
         before, mark, rest = text.partition(f"<!-- {title} -->\n")
         _, end, after = rest.partition("<!-- end -->")
         if not mark or not end:

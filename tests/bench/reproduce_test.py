@@ -38,14 +38,16 @@ class Page(unittest.TestCase):
     def test_blocks_are_renewed_between_their_marks_and_nothing_else(self):
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder) / "page.md"
-            path.write_text("before\n<!-- one -->\nold\n<!-- end -->\nbetween\n<!-- two -->\n<!-- end -->\nafter\n")
-            figures.renew_page(path, {"one": "new", "two": "second"})
-            self.assertEqual(path.read_text(), "before\n<!-- one -->\n\nnew\n\n<!-- end -->\nbetween\n<!-- two -->\n\nsecond\n\n"
+            path.write_text("before\n<!-- run -->\nold\n<!-- end -->\nbetween\n<!-- fig 3 -->\n<!-- end -->\nafter\n")
+            (path.parent / "data/reproduction").mkdir(parents=True)
+            figures.renew_page(path, {"run": "new", "fig 3": "second", "fig 11a": "third"})
+            self.assertEqual(path.read_text(), "before\n<!-- run -->\n\nnew\n\n<!-- end -->\nbetween\n<!-- fig 3 -->\n\nsecond\n\n"
                                                "<!-- end -->\nafter\n")
+            self.assertEqual((path.parent / "data/reproduction/fig11a.txt").read_text(), "third\n")
 
     def test_the_documentation_has_a_place_for_every_block(self):
         text = (figures.measure.ROOT / "docs" / "reproduction.md").read_text()
-        for title in ("run", "table 1", "fig 3", "fig 11a", "accuracy", "fig 14b", "fig 14c", "precomputation"):
+        for title in figures.ON_PAGE:
             self.assertEqual(text.count(f"<!-- {title} -->\n"), 1, title)
 
 
