@@ -5,16 +5,20 @@ The table under the heading "Words" has a row for each idea: the word, the words
 such a word means something else. Identifiers of src, include, apps, bench, examples and tests are split at underscores and
 capitals, so `near_list` is found in `make_near_list` and `NearList`; comments, strings and the names of tests, which are
 sentences, are not read.
-usage: check_words.py [ROOT] [--list]     exit 0 when no identifier has a word that is not to be used
+Comments are sentences: each has a subject and a verb. One that opens with What, Those, Whether, Where, Who or "Of the" leaves the
+reader to guess its subject. MAX_RIDDLES of these lines are left; the number only falls.
+usage: check_words.py [ROOT]     exit 0 when no identifier has a word that is not to be used, and no more comments are riddles
 """
 import collections
 import re
 import sys
 
 import cpp_source
-import house
 
 FOLDERS = ("include", "src", "apps", "bench", "examples", "tests")
+RIDDLE = re.compile(r"\s*(///?|//!)\s*(What|Those|Whether|Where|Who|Of (a|an|the))\b")
+RIDDLE_SUFFIXES = {".h", ".cpp", ".ts", ".css"}
+MAX_RIDDLES = 571
 
 
 def read_table(text):
@@ -44,7 +48,7 @@ def violations(root):
     page = root / "CONTRIBUTING.md"
     banned, allowed = read_table(page.read_text(encoding="utf-8") if page.exists() else "")
     if not banned:
-        yield house.Violation("table", "CONTRIBUTING.md: no table of words was found")
+        yield "CONTRIBUTING.md: no table of words was found"
     by_first = collections.defaultdict(list)
     for use, parts in banned:
         by_first[parts[0]].append((use, parts))
@@ -60,19 +64,25 @@ def violations(root):
             hit = next((use for i, part in enumerate(parts) for use, other in by_first.get(part, ())
                         if tuple(parts[i : i + len(other)]) == other), None)
             seen[identifier] = (text.count("\n", 0, match.start()) + 1, hit) if hit and not permits(allowed, identifier) else None
-        bad = [(i, at) for i, at in seen.items() if at]
-        if bad:
-            shown = "\n".join(f"{name}:{line}: {identifier}: say {use}" for identifier, (line, use) in bad)
-            yield house.Violation(name, shown, len(bad))
+        yield from (f"{name}:{at[0]}: {identifier}: say {at[1]}" for identifier, at in seen.items() if at)
+
+
+def riddles(root):
+    """Comment lines that open without a subject."""
+    for folder in ("src", "include", "apps", "bench"):
+        for path in sorted(p for p in (root / folder).rglob("*") if p.suffix in RIDDLE_SUFFIXES and "node_modules" not in p.parts):
+            for number, line in enumerate(path.read_text(encoding="utf-8").split("\n"), 1):
+                if RIDDLE.match(line):
+                    yield f"{path.relative_to(root).as_posix()}:{number}: {line.strip()}"
 
 
 def main():
-    root = house.root_of(sys.argv[1:])
-    found = list(violations(root))
-    if "--list" in sys.argv:
-        print("\n".join(house.as_exceptions("words", found)))
-        return 0
-    return house.settle("words", root, found, "identifiers use the words of CONTRIBUTING.md")
+    root = cpp_source.root_of(sys.argv[1:])
+    found, unclear = list(violations(root)), list(riddles(root))
+    if len(unclear) > MAX_RIDDLES:
+        found += [*unclear, f"{len(unclear)} comments open without a subject, at most {MAX_RIDDLES} may"]
+    print("\n".join(found) if found else f"words: identifiers use the words of CONTRIBUTING.md; {len(unclear)} comments are riddles")
+    return 1 if found else 0
 
 
 if __name__ == "__main__":

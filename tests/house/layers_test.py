@@ -41,9 +41,6 @@ CASES = [
     ("libraries that link one another",
      {"src/CMakeLists.txt": "target_link_libraries(sqmap_io PUBLIC sqmap::build)\ntarget_link_libraries(sqmap_build PRIVATE sqmap_io)\n"},
      "knot of targets: sqmap_build, sqmap_io"),
-    ("an exception is allowed", {"src/elsewhere/a.cpp": "", "scripts/house_exceptions.txt":
-                                 "layers: src/elsewhere/a.cpp: folder 'elsewhere' has no place in the order of docs/architecture.md\n"}, None),
-    ("an exception that nothing needs is not", {"scripts/house_exceptions.txt": "layers: gone\n"}, "take out 'layers: gone'"),
 ]
 # The include by a name that only a folder's own search path could find is not one of the project's.
 checked.run("check_layers.py", CASES, COMMON)

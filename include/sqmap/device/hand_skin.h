@@ -35,8 +35,8 @@ public:
     /// No allocation; cost: some 50 operations a point. Of poses that are not finite, points are not.
     void pose(std::span<const Pose, k_glove_zones> zones) noexcept;
 
-    [[nodiscard]] std::span<const Vec3d> points() const noexcept { return posed_; }  ///< world
-    [[nodiscard]] std::span<const float> weights() const noexcept { return weights_; }
+    [[nodiscard]] std::span<const Vec3d> points() const noexcept { return posed_; }     ///< world
+    [[nodiscard]] std::span<const float> weights() const noexcept { return weights_; }  ///< of each point
     /// The points of a zone are [first(zone), first(zone + 1)).
     [[nodiscard]] std::uint32_t first(std::size_t zone) const noexcept { return first_[zone]; }
     /// How far what a zone moves is from its pose in the flat hand, m: its points; of the palm all.

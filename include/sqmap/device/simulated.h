@@ -72,14 +72,16 @@ public:
     /// No force from now on, until something is written.
     void zero() noexcept;
 
-    [[nodiscard]] Pose measured() const noexcept;  ///< as the encoder sees it
-    [[nodiscard]] const Pose& pose() const noexcept { return pose_; }
-    [[nodiscard]] const Twist& twist() const noexcept { return twist_; }
+    [[nodiscard]] Pose measured() const noexcept;                         ///< as the encoder sees it
+    [[nodiscard]] const Pose& pose() const noexcept { return pose_; }     ///< true, without the encoder's steps
+    [[nodiscard]] const Twist& twist() const noexcept { return twist_; }  ///< true
     /// Wrench of the motors now.
     [[nodiscard]] const Wrench& exerted() const noexcept { return exerted_; }
-    /// J that the motors have given since reset, and what of it the mechanism's own friction took.
+    /// J that the motors have given since reset.
     [[nodiscard]] double work() const noexcept { return work_; }
+    /// J that the mechanism's own friction has taken since reset.
     [[nodiscard]] double dissipated() const noexcept { return dissipated_; }
+    /// Seconds since a wrench was written.
     [[nodiscard]] double since_write() const noexcept { return since_write_; }
 
 private:
@@ -132,9 +134,11 @@ public:
     bool write(std::span<const Wrench> wrenches) noexcept override;
     void zero() noexcept override;
 
-    /// For tests: from now on it is gone, or stays silent without fresh samples, or reports what is not a number.
+    /// For tests: the device is gone from now on.
     void unplug() noexcept { plugged_ = false; }
+    /// For tests: while frozen, the device gives no fresh samples.
     void freeze(bool frozen) noexcept { frozen_ = frozen; }
+    /// For tests: while poisoned, the device reports numbers that are not finite.
     void poison(bool poisoned) noexcept { poisoned_ = poisoned; }
 
 private:

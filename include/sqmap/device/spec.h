@@ -31,6 +31,7 @@ struct DeviceSpec {
     void only_named() const;
     /// @throw DeviceError where an option is none of these.
     void allow(std::span<const std::string_view> names) const;
+    /// @throw DeviceError where an option is none of these.
     void allow(std::initializer_list<std::string_view> names) const { allow(std::span(names.begin(), names.size())); }
 };
 

@@ -31,6 +31,7 @@ struct PatchPoints {
 class DenserSets {
 public:
     DenserSets() = default;
+    /// vertices: metres. triangles: indices of them. max_points: of a set.
     DenserSets(std::span<const Vec3d> vertices, std::span<const std::array<std::uint32_t, 3>> triangles,
                std::size_t max_points = 100000);
     /// Valid while this lives and is not moved from.

@@ -130,9 +130,9 @@ public:
 
     /// Of the construction.
     [[nodiscard]] SetupVerdict verdict() const noexcept { return verdict_; }
-    [[nodiscard]] double force_limit() const noexcept { return force_limit_; }    ///< N, in force
-    [[nodiscard]] double torque_limit() const noexcept { return torque_limit_; }  ///< N m
-    [[nodiscard]] const SafetyCounters& counters() const noexcept { return counters_; }
+    [[nodiscard]] double force_limit() const noexcept { return force_limit_; }           ///< N, in force
+    [[nodiscard]] double torque_limit() const noexcept { return torque_limit_; }         ///< N m
+    [[nodiscard]] const SafetyCounters& counters() const noexcept { return counters_; }  ///< since the construction
     /// J given by a zone to the hand since it came into contact, less what the device's own damping took: the quantity that the
     /// passivity step bounds. 0 for a zone that there is not.
     [[nodiscard]] double energy(std::size_t zone) const noexcept { return zone < k_max_safe_zones ? zones_[zone].energy : 0; }

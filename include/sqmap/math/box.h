@@ -21,8 +21,9 @@ struct Box3 {
 
     friend constexpr bool operator==(const Box3&, const Box3&) = default;
 };
-/// In float and in double.
+/// In float.
 using Boxf = Box3<float>;
+/// In double.
 using Box = Box3<double>;
 
 /// Makes the box hold p as well. A coordinate that is not a number changes nothing.

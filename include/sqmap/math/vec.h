@@ -13,12 +13,14 @@ struct Vec3 {
 
     /// Component 0, 1 or 2; any other number is taken for 2.
     constexpr Real operator[](int i) const { return i == 0 ? x : (i == 1 ? y : z); }
+    /// Component 0, 1 or 2; any other number is taken for 2.
     constexpr Real& operator[](int i) { return i == 0 ? x : (i == 1 ? y : z); }
     friend constexpr bool operator==(const Vec3&, const Vec3&) = default;
 };
 
-/// In float and in double.
+/// In float.
 using Vec3f = Vec3<float>;
+/// In double.
 using Vec3d = Vec3<double>;
 
 /// Componentwise, and by a number.
@@ -110,8 +112,9 @@ struct Mat3 {
     friend constexpr bool operator==(const Mat3&, const Mat3&) = default;
 };
 
-/// In float and in double.
+/// In float.
 using Mat3f = Mat3<float>;
+/// In double.
 using Mat3d = Mat3<double>;
 
 /// m v.

@@ -29,9 +29,9 @@ public:
     /// Closest point of the solid's boundary; buried pieces do not count. within: how far it is at most, the closer the
     /// faster; where nothing is nearer, the distance is within.
     [[nodiscard]] ClosestPoint closest_boundary(Vec3d p, double within = std::numeric_limits<double>::infinity()) const;
-    [[nodiscard]] const Bvh& bvh() const { return bvh_; }
-    [[nodiscard]] const Mesh& mesh() const { return mesh_; }
-    [[nodiscard]] std::span<const Boundary> boundary() const { return boundary_; }
+    [[nodiscard]] const Bvh& bvh() const { return bvh_; }                           ///< of all triangles
+    [[nodiscard]] const Mesh& mesh() const { return mesh_; }                        ///< as it was given
+    [[nodiscard]] std::span<const Boundary> boundary() const { return boundary_; }  ///< #triangles
     /// What of a triangle is boundary, cut into triangles; only where it is partly.
     [[nodiscard]] std::span<const std::array<Vec3d, 3>> visible(std::uint32_t triangle) const
     {
@@ -39,7 +39,7 @@ public:
                    ? std::span<const std::array<Vec3d, 3>>{}
                    : std::span(pieces_).subspan(first_piece_[triangle], first_piece_[triangle + 1] - first_piece_[triangle]);
     }
-    [[nodiscard]] bool self_intersecting() const { return self_intersecting_; }
+    [[nodiscard]] bool self_intersecting() const { return self_intersecting_; }  ///< a triangle is crossed
 
 private:
     void find_buried_shells();

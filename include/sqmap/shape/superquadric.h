@@ -32,8 +32,9 @@ struct Superquadric {
     constexpr bool is_deformed() const { return is_tapered() || is_bent(); }                      ///< either
 };
 
-/// In float and in double.
+/// In float.
 using Superquadricf = Superquadric<float>;
+/// In double.
 using Superquadricd = Superquadric<double>;
 
 /// In another number type, each parameter rounded to it.

@@ -55,6 +55,7 @@ template <class Real>
 /// over (bend * r >= 1), the normal of the least stretch 0.001 along the axis.
 template <class Real>
 [[nodiscard]] SurfacePoint<Real> surface_point(const Superquadric<Real>& sq, const SurfacePosition<Real>& position) noexcept;
+/// Point of the surface at two angles.
 template <class Real>
 [[nodiscard]] SurfacePoint<Real> surface_point(const Superquadric<Real>& sq, SurfaceAngles<Real> angles) noexcept
 {

@@ -91,8 +91,8 @@ public:
     explicit Drape(double threshold = k_slow) : threshold_(threshold) {}  ///< m / s
     /// time: at the step's end, s.
     void add(const StepReport& step, double time) noexcept;
-    [[nodiscard]] const DrapeReport& report() const noexcept { return report_; }
-    [[nodiscard]] double threshold() const noexcept { return threshold_; }
+    [[nodiscard]] const DrapeReport& report() const noexcept { return report_; }  ///< of the steps so far
+    [[nodiscard]] double threshold() const noexcept { return threshold_; }        ///< m / s
 
 private:
     double threshold_;
