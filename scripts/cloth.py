@@ -87,8 +87,8 @@ def main():
         measure.run("dress", "--figure", "1.75", "--walk", "--garment", GARMENTS / f"{garment}.json", "--seconds", "3.3", "--fps", "2",
                     "--thinnest", "0.04", "--pictures", pictures, "-o", OUT / f"{garment}.glb", "--report", OUT / f"{garment}.json")
         last = sorted(pictures.glob("*.png"))[-1]
-        if not args.quick:
-            (IMAGES / f"{garment}.png").write_bytes(last.read_bytes())
+        if garment == "shirt" and not args.quick:
+            (IMAGES / "shirt.png").write_bytes(last.read_bytes())
     if (OUT / "homer.off").exists():
         rig.rig(OUT / "homer.off", OUT / "homer_skinned.glb")
         worn = {"pattern": "skirt", "fabric": "cotton", "centre": [0, 0.84, -0.055], "waist_radius": 0.25, "length": 0.42,
