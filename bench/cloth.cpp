@@ -47,7 +47,7 @@ struct Part {
     std::shared_ptr<fcl::BVHModel<fcl::OBB<double>>> tree;
 };
 
-/// What all methods are asked.
+/// The frame that all methods answer.
 struct Frame {
     std::vector<Vec3d> nodes;
     std::vector<sqmap::Pose> poses;

@@ -49,7 +49,7 @@ struct CellPose {
     float m[3][4];
 };
 
-/// Where answers go: workspace for a block more than all vertices.
+/// Output of a kernel: workspace for a block more than all vertices.
 struct ContactWorkspace {
     std::uint32_t* vertex;
     float* depth;

@@ -134,7 +134,7 @@ inline std::uint32_t near_spheres(const FieldView& field, const CellPose& pose, 
     const Floats radius = load(block.radius);
     const Cells q{clamp(p.x, last), clamp(p.y, last), clamp(p.z, last)};
     const Floats ex = (p.x - q.x) * field.spacing[0], ey = (p.y - q.y) * field.spacing[1], ez = (p.z - q.z) * field.spacing[2];
-    // Of a sphere whose centre is outside the box, what lies inside is within its radius of the clamped centre, too.
+    // If a sphere's centre is outside the box, its part inside is also within its radius of the clamped centre.
     const Floats outside_sq = ex * ex + ey * ey + ez * ez;
     const float scale = field.per_stride;
     const Floats distance = look_up(field.coarse, {q.x * scale, q.y * scale, q.z * scale}) * field.step;

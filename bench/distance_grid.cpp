@@ -88,7 +88,7 @@ bool read_cache(const std::filesystem::path& path, DistanceGrid& grid)
            hash == content_hash(grid);
 }
 
-/// Where that cannot be written nothing is kept.
+/// Keeps the grid for the next run; keeps nothing if the file cannot be written.
 void write_cache(const std::filesystem::path& path, const DistanceGrid& grid)
 try {
     std::filesystem::create_directories(path.parent_path());

@@ -111,7 +111,7 @@ Mat3d random_rotation(SplitMix64& random)
              {2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}}};
 }
 
-/// What one direction of asking finds.
+/// Counts of queries in one direction.
 struct Count {
     std::size_t poses = 0, curves = 0;  ///< missed
 };

@@ -1,4 +1,4 @@
-// What the bench throws at a user.
+// The bench's error for its user.
 #pragma once
 
 #include <stdexcept>

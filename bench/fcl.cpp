@@ -52,7 +52,7 @@ public:
 private:
     using Model = fcl::BVHModel<Box>;
 
-    /// What memUsage() would return if it returned it.
+    /// The value that memUsage() should return.
     static std::size_t bytes_of(const Model& model)
     {
         return static_cast<std::size_t>(model.getNumBVs()) * sizeof(fcl::BVNode<Box>) +

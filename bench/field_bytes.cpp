@@ -31,7 +31,7 @@ Box box_of(const mesh::Mesh& mesh)
 
 double longest(const Box& box) { return std::max({box.hi.x - box.lo.x, box.hi.y - box.lo.y, box.hi.z - box.lo.z}); }
 
-/// Whether the cube's circumscribed ball meets the surface.
+/// True if the cube's circumscribed ball meets the surface.
 bool reaches(const mesh::Solid& solid, Vec3d lo, double side)
 {
     const double radius = 0.5 * std::sqrt(3.0) * side;

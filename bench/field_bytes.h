@@ -1,5 +1,5 @@
-// What distance fields in space take in memory at a given sampling density: for Table 1 and Fig. 12 of the paper. Counted,
-// never asked: of all but the adaptive field only the cells are found that they would keep.
+// Memory of distance fields in space at a given sampling density, for Table 1 and Fig. 12 of the paper. Counted without queries:
+// for all but the adaptive field only the cells that it would keep are found.
 #pragma once
 
 #include "setting.h"

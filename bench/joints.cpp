@@ -1,4 +1,4 @@
-// Where the error of joints lies on a skinned hand: the verdicts of rigid solids, one a joint, and of the lattice, along the
+// Map of the error at joints of a skinned hand: the verdicts of rigid solids, one per joint, and of the lattice, along the
 // normals of the exact skinned mesh; a picture of both and a table of the joints.
 // usage: sqmap_joints HAND.glb PICTURE.png [--layer 2|3|exact] [--solids LEAST_WEIGHT] [--azimuth DEGREES] [--elevation DEGREES]
 #include "common/layer_name.h"
@@ -97,7 +97,7 @@ void paste(app::Image& image, const app::Image& piece, int left, int top)
         for (int x = 0; x < piece.width; ++x) image.at(left + x, top + y) = piece.at(x, y);
 }
 
-/// Of the boundary's area, what is wrong beyond k_wrong, and at which joints.
+/// Prints the share of the boundary's area that is wrong beyond k_wrong, and at which joints.
 void report(const char* pose, const char* method, const std::vector<Position>& positions, const std::vector<double>& error,
             double r_max, const io::SkinnedSoup& skin)
 {

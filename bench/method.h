@@ -1,4 +1,4 @@
-// What every method of the bench is: built once from a setting, run once a frame, read when nobody measures.
+// The interface of every method of the bench: built once from a setting, run once a frame, read outside the measurement.
 #pragma once
 
 #include "path.h"
@@ -19,7 +19,7 @@ struct VertexContact {
     float depth;  ///< >= 0, units of the setting
 };
 
-/// What a method found in one frame.
+/// Findings of a method in one frame.
 struct FrameAnswer {
     std::vector<VertexContact> vertices;  ///< ascending; empty where the method reports triangle pairs
     std::uint64_t pairs = 0;              ///< pairs or contact points, where it does

@@ -1,4 +1,4 @@
-// What it costs to rebake one part of a model that moves, and whether the result is right.
+// Measures the cost of rebaking one part of a model that moves, and checks the result.
 // usage: sqmap_rebake [--move SHARE] [--quick] MESH...     each part in turn is bent by SHARE of R_max (0.01), on one core
 // --quick: nothing is checked
 #include "sqmap/bake/rebake.h"

@@ -10,7 +10,7 @@
 
 namespace sqmap::bench {
 
-/// What a run was about, repeated in every record.
+/// Facts of a run, repeated in every record.
 struct RunFacts {
     std::string object, probe, path;  ///< file names
     std::string instructions{};       ///< set that sqmap's kernels ran on

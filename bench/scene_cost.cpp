@@ -1,4 +1,4 @@
-// What a scene's broad phase and a pile cost in a frame: run under callgrind, whose counts do not depend on the machine's load.
+// Cost of a scene's broad phase and of a pile in a frame: run under callgrind, whose counts do not depend on the machine's load.
 // usage: sqmap_scene_cost far|pile|probe BODIES FRAMES     prints pairs and contacts; with 0 FRAMES only sets up
 #include "sqmap/bake/bake.h"
 #include "sqmap/math/random.h"

@@ -1,4 +1,4 @@
-// What a bench is about: the object, the probe, and where long work is kept between runs.
+// The setting of a bench: the object, the probe, and the folder that keeps long work between runs.
 #pragma once
 
 #include "sqmap/mesh/mesh.h"

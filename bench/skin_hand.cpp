@@ -43,7 +43,7 @@ std::vector<int> parents_of(const io::SkinnedSoup& skin)
     return parents;
 }
 
-/// Of a rigid motion.
+/// Inverse of a rigid motion.
 Affine inverse(const Affine& map)
 {
     const sqmap::Pose pose = sqmap::inverse({map.linear, map.shift});

@@ -44,7 +44,7 @@ mesh::Mesh divided(mesh::Mesh mesh, int times)
     return mesh;
 }
 
-/// What stands by: a baked object, 40 cm from the one that the hand moves over and from its neighbours.
+/// A bystander: a baked object, 40 cm from the one that the hand moves over and from its neighbours.
 struct Bystander {
     Bystander(const Files& files, int number, model::Projection projection)
         : bytes(io::serialize(bake::bake(load_setting(files)->object, true, {.projection = projection}).model))

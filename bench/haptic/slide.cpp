@@ -142,7 +142,7 @@ Slide slide(const TouchObject& object, const SlideOptions& options)
                 out.ticks.push_back(t);
             }
         }
-    // Where the mesh's own normal flips without a sharp edge (thin parts), all ticks about it are no smooth ground.
+    // Ticks about a flip of the mesh's own normal without a sharp edge, as at thin parts, are no smooth ground.
     const auto turns = [&](const SlideTick& a, const SlideTick& b) {
         return norm(a.mesh) > 0 && norm(b.mesh) > 0 && dot(normalized(a.mesh), normalized(b.mesh)) < std::cos(std::acos(-1.) / 4);
     };

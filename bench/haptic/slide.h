@@ -48,7 +48,8 @@ struct Steps {
 /// sharp: of ticks at sharp edges, or of the others; not given: of all.
 [[nodiscard]] Steps steps_of(const Slide& slide, std::optional<bool> sharp = {});
 
-/// Where force begins, coming from outside along the normal at random points of the surface: m outside it (negative: inside).
+/// Onset of force for a tool that comes from outside along the normal at random points of the surface: m outside it (negative:
+/// inside).
 struct Onset {
     double median = 0, p99 = 0, max = 0;  ///< of the absolute value, m
 };
@@ -72,7 +73,7 @@ struct Energy {
     double rubbed_commanded = 0, rubbed_sent = 0;  ///< the same with the friction of eq. 33
     std::size_t paths = 0;
 };
-/// Of the paper's forces also with the friction of eq. 33.
+/// Energy of a force; for the paper's forces also with the friction of eq. 33.
 [[nodiscard]] Energy energy(const TouchObject& object, const SlideOptions& options, Force force, int positions);
 
 [[nodiscard]] std::string slide_csv(const Slide& slide);

@@ -16,7 +16,7 @@
 
 namespace sqmap_fcl {
 
-/// What an object's user data points to; outlives it.
+/// Target of an object's user data; outlives the object.
 struct Solid {
     const sqmap::model::ModelView* model = nullptr;  ///< from model::parse
     const sqmap::query::Probe* probe = nullptr;      ///< the mesh's vertices
@@ -32,7 +32,7 @@ struct Collision {
     fcl::CollisionResult<double> result{};
 };
 
-/// Where an object is.
+/// Pose of an object.
 inline sqmap::Pose pose_of(const fcl::CollisionObject<double>& object)
 {
     const auto& r = object.getRotation();

@@ -22,7 +22,7 @@ constexpr double k_stay = 0.002;         ///< pull of a corner towards its guess
 constexpr int k_steps = 30;              ///< of conjugate gradients
 constexpr double k_negligible = 2e-4;    ///< of a bone's share in a corner
 
-/// What a bone adds to a position: position weighted, and the weight.
+/// A bone's share of a position: the weighted position, and the weight.
 struct Share {
     Vec3d position{};
     double weight = 0;
@@ -335,7 +335,7 @@ private:
             if (moved[i] != 0) shares_[i][bone] = shares_[i][bone] + move[i];
     }
 
-    /// What hardly counts goes to the bone that counts most, so that a common motion of all bones stays exact.
+    /// Adds small weights to that of the heaviest bone, so that a common motion of all bones stays exact.
     void store()
     {
         const Vec3d size = out_.cell * Vec3d{double(out_.size[0]), double(out_.size[1]), double(out_.size[2])};

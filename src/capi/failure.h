@@ -1,4 +1,4 @@
-// What goes wrong behind the C interface, and how it becomes a code. Nothing is thrown past guarded().
+// Errors behind the C interface and their codes. No exception passes guarded().
 #pragma once
 
 #include "sqmap.h"
@@ -15,7 +15,7 @@ struct Failure {
     std::string name{};  ///< where it is another than the code's own
 };
 
-/// Of a null pointer that has to be one of something.
+/// Refuses a null pointer to an element that is required.
 [[noreturn]] void refuse_null(const char* element);
 
 /// Makes the exception in flight this thread's error; its code.

@@ -33,7 +33,7 @@ model::ModelView parsed(std::span<const std::byte> bytes, const std::string& ele
     return view;
 }
 
-/// What an error says, without the path: that is the failure's element.
+/// The text of an error without the path, which is the failure's element.
 std::string words_of(const io::ModelFileError& error, const std::string& path)
 {
     std::string out = error.what();

@@ -1,4 +1,4 @@
-// What the handles of the C interface stand for. Kept alive by whatever was made of it.
+// The objects behind the handles of the C interface. An object lives as long as anything made of it.
 #pragma once
 
 #include "handles.h"

@@ -47,7 +47,7 @@ Pose pose_of(const sqmap_pose* pose);
 
 /// @throw Failure for a layer that there is not, and numbers out of range
 query::QueryOptions query_options(const sqmap_query_options& options);
-/// Of a batch. @throw Failure
+/// Threads of a batch. @throw Failure
 unsigned threads_of(const sqmap_query_options& options);
 /// @throw Failure
 query::Layer layer_of(int layer);

@@ -9,7 +9,7 @@
 
 namespace sqmap::decompose {
 
-/// What every cut needs to know of the mesh, computed once.
+/// Data of the mesh that every cut needs, computed once.
 struct CutSurface {
     explicit CutSurface(const mesh::Mesh& m);
 
@@ -21,7 +21,7 @@ struct CutSurface {
     std::vector<std::array<double, 3>> edge_length, edge_concavity;
 };
 
-/// Where a cut is looked for, in the units of a field over the triangles.
+/// The place of a cut, in the units of a field over the triangles.
 struct CutBand {
     double level;   ///< of the field, where the cut is expected
     double band;    ///< triangles whose field differs from level by less may go to either side

@@ -41,7 +41,7 @@ Growth growth_at(const Locales& l, std::ptrdiff_t k, double radius)
             (l.mean_radius(k + reach - 1, k + reach + 1) - here) / distance};
 }
 
-// What a salient cut has to respect.
+// Limits of a salient cut.
 struct Limits {
     double part_area, least_area;  // of the part that is cut, and of a piece
     double height;                 // geodesic height of what was cut off before
@@ -118,7 +118,7 @@ public:
     }
 
 private:
-    // Where locales start: a salient feature, or the rim that the last cut of that feature left on the body.
+    // The start of locales: a salient feature, or the rim that the last cut of that feature left on the body.
     struct Front {
         std::vector<std::uint32_t> sources;  // vertices
         std::vector<std::uint32_t> ahead;    // triangles at the sources, on the side where it goes on
@@ -204,7 +204,7 @@ private:
         }
     }
 
-    // Where a salient cut runs: one byte a triangle of the part, and how concave the surface is along the best crease.
+    // The course of a salient cut: one byte per triangle of the part, and the concavity along the best crease.
     struct Crease {
         std::vector<std::uint8_t> near;
         double concavity = 0;

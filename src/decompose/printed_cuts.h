@@ -8,7 +8,7 @@
 
 namespace sqmap::decompose {
 
-/// What the cuts are found on.
+/// The input of the printed cuts.
 struct PrintedCuts {
     const CutSurface& surface;
     GeodesicSolver& geodesics;

@@ -38,7 +38,7 @@ struct Locales {
     [[nodiscard]] double mean_radius(std::ptrdiff_t first, std::ptrdiff_t last) const;
 };
 
-/// What locales are made from.
+/// Fields from which locales are made.
 struct LocaleFields {
     std::span<const double> vertex_distance;  ///< #vertices of the mesh: geodesic distance from the feature
     std::span<const double> curvature;        ///< #triangles of the mesh

@@ -67,7 +67,7 @@ private:
                 !good)
                 std::this_thread::sleep_for(std::chrono::milliseconds(1));
             else
-                // Some of its drivers return at once.
+                // Some of CHAI3D's drivers return at once: without a pause this loop would take a whole core.
                 std::this_thread::sleep_for(std::chrono::microseconds(250));
         }
     }

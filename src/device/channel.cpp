@@ -46,7 +46,7 @@ bool Channel::read(Sample& sample) noexcept
 bool Channel::write(std::span<const Wrench> wrenches) noexcept
 {
     Packet packet;
-    // Before anything else: a zero() from here on cancels this packet.
+    // Read first, so that any later zero() cancels this packet.
     packet.zeros = zeros_.load(std::memory_order_acquire);
     std::copy_n(wrenches.begin(), std::min(wrenches.size(), k_max_zones), packet.wrenches.begin());
     packet.time = now();

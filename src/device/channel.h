@@ -1,4 +1,4 @@
-// Between the thread of a device, which may wait for hardware, and the servo, which may not: poses one way, wrenches the other.
+// Carries poses from a device's thread, which may wait for hardware, to the servo, which may not, and wrenches back.
 #pragma once
 
 #include "sqmap/device/device.h"
@@ -15,26 +15,26 @@ namespace sqmap::device {
 /// Monotonic clock, s: the time of samples.
 [[nodiscard]] double now() noexcept;
 
-/// A wrench this old is not sent any more: the servo has stopped. The last line of defence, behind the safety filter's own.
+/// A device sends no wrench older than this: its servo has stopped. The last line of defence, behind the safety filter's own.
 inline constexpr double k_wrench_timeout = 0.020;
 
-/// What one device and the servo exchange. Wait-free, no allocation.
+/// The exchange between one device and the servo. Wait-free, no allocation.
 class Channel {
 public:
     // For the device's own thread.
     /// A fresh reading; sets its sequence number.
     void publish(Sample sample) noexcept;
-    /// The user's pose was none: the servo reads it once, also where a good one has come since.
+    /// Makes the servo's next read() give NaN once, even if a good pose has come since: the client sent an impossible pose.
     void spoil() noexcept { spoilt_.fetch_add(1, std::memory_order_acq_rel); }
     /// The device is gone: read and write answer false until the next publish.
     void lose() noexcept { alive_.store(false, std::memory_order_release); }
-    /// What the device shall exert now: the newest wrench a zone, or none where zero() came since, where it is not finite, or
-    /// where it is older than k_wrench_timeout.
+    /// The wrenches to exert now: the newest of each zone; zero after zero(), for a value that is not finite and for wrenches
+    /// older than k_wrench_timeout.
     [[nodiscard]] const std::array<Wrench, k_max_zones>& output(double time) noexcept;
-    /// What the safety filter did to what output() gave last; k_acted_off where that was cut.
+    /// The safety filter's report on the last output(); has k_acted_off if output() withheld the wrenches.
     [[nodiscard]] std::uint32_t filter() const noexcept { return filter_; }
 
-    // For the servo: what Device asks for.
+    // For the servo: the functions of Device.
     bool read(Sample& sample) noexcept;
     void report(std::uint32_t filter) noexcept { reported_ = filter; }
     bool write(std::span<const Wrench> wrenches) noexcept;
@@ -46,7 +46,7 @@ private:
         std::array<Wrench, k_max_zones> wrenches{};
         double time = 0;
         std::uint64_t zeros = 0;   ///< calls of zero() before it was written
-        std::uint32_t filter = 0;  ///< what was told of it
+        std::uint32_t filter = 0;  ///< the safety filter's report on the wrenches
     };
     Newest<Sample> samples_;
     Newest<Packet> packets_;

@@ -8,7 +8,7 @@ namespace {
 
 constexpr double k_two_pi = 6.283185307179586;
 
-/// Of the hand's length: where a finger's metacarpal begins, how long its bones are, which way it lies in a flat hand.
+/// A finger in shares of the hand's length: base of its metacarpal, lengths of its bones, and its direction in a flat hand.
 struct Finger {
     Vec3d base;
     std::array<double, 4> bone;  // metacarpal, proximal, intermediate, distal; the thumb has no intermediate

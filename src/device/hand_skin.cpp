@@ -42,7 +42,7 @@ constexpr const char* k_names[k_hand_joints] = {
 constexpr std::size_t k_palm = 5, k_index_knuckle = 6, k_middle_knuckle = 11, k_little_knuckle = 21, k_middle_tip = 14;
 constexpr double k_two_pi = 6.283185307179586;
 
-/// Bones of a finger that turn: its joints from the knuckle on, and by how much of the curl, as hand_joints has it.
+/// The bones of a finger that turn, from the knuckle on, and the share of the curl that each takes, as in hand_joints.
 struct Bones {
     std::size_t knuckle;
     int count;
@@ -64,7 +64,7 @@ std::size_t zone_of(std::size_t joint)
     return k_palm;
 }
 
-/// y from the wrist to the middle finger's knuckle, x to the thumb's side, z out of the back: left-handed in a right hand.
+/// y from the wrist to the middle finger's knuckle, x to the thumb's side, z out of the back: a right hand has left-handed axes.
 struct Axes {
     Vec3d x, y, z;
 };
@@ -74,7 +74,7 @@ Axes axes_of(const std::array<Vec3d, k_hand_joints>& positions)
     a.y = normalized(positions[k_middle_knuckle] - positions[0]);
     const Vec3d across = positions[k_index_knuckle] - positions[k_little_knuckle];
     a.x = normalized(across - dot(across, a.y) * a.y);
-    // Which side the back is, only the thumb and the fingers' bend tell: they lie towards the palm.
+    // Only the thumb and the bend of the fingers show which side is the back: both lie towards the palm.
     Vec3d palm = positions[k_tip_joints[0]] - positions[0];
     for (const Bones& bones : k_bones)
         palm += positions[bones.knuckle + static_cast<std::size_t>(bones.count)] - positions[bones.knuckle];
@@ -96,7 +96,7 @@ HandSkin::HandSkin(const HandMesh& mesh, double length) : length_(length)
     SQMAP_ASSERT(std::all_of(mesh.weights.begin(), mesh.weights.end(), finite));
     SQMAP_ASSERT(mesh.weights.size() == mesh.points.size() && mesh.joints.size() == mesh.points.size() &&
                  mesh.shares.size() == mesh.points.size() && std::all_of(mesh.joints.begin(), mesh.joints.end(), of_the_hand));
-    // The same axes in the mesh and in the hand that hand_joints is.
+    // Puts the mesh into the axes of the hand of hand_joints.
     std::array<Vec3d, k_hand_joints> bones;
     const auto joints = hand_joints({}, length);
     for (std::size_t j = 0; j < k_hand_joints; ++j) bones[j] = joints[j].translation;
@@ -148,7 +148,7 @@ void HandSkin::pose(std::span<const Pose, k_glove_zones> zones) noexcept
     }
     const auto expected = glove_zones(hand_joints(posture, length_));
 
-    // Bound positions to the world, a joint each.
+    // One map per joint, from bound positions to the world.
     std::array<Pose, k_hand_joints> maps;
     maps.fill(posture.wrist);
     for (std::size_t f = 0; f < k_bones.size(); ++f) {

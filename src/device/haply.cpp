@@ -28,7 +28,7 @@ using nlohmann::json;
 constexpr std::size_t k_max_message = 64 * 1024;
 constexpr const char* k_default_port = "10001";
 
-/// The value of a key, or null where there is none or this is no object.
+/// The value of a key, or null if there is none or the value is no object.
 const json* find(const json* value, const char* key)
 {
     if (value == nullptr || !value->is_object()) return nullptr;
@@ -97,7 +97,7 @@ HaplyMessage read_haply(std::string_view text, const std::string& wanted)
         out.has_state = vector(find(state, "cursor_position"), out.sample.poses[0].translation);
         if (!out.has_state) return out;
         const bool turns = read_grip(root, out.sample);
-        // The service tells no angular velocity: with a grip, twists are left to differences of poses.
+        // The service reports no angular velocity, so with a grip the twists come from differences of poses.
         out.sample.has_twist = vector(find(state, "cursor_velocity"), out.sample.twists[0].linear) && !turns;
         return out;
     }
@@ -174,7 +174,7 @@ private:
         });
     }
 
-    /// The connection is lost or never was: again in a while.
+    /// Handles a lost or refused connection: connects again after 200 ms.
     void fail()
     {
         connected_ = false;
@@ -208,7 +208,7 @@ private:
         }
         // Without a device there is nobody to command; the service's next message may name one.
         if (device_id_.empty()) return read_next();
-        // Where the state did not come, neither does a force.
+        // A message without a state gets no force.
         answer(message.has_state ? channel_.output(time)[0].force : Vec3d{});
     }
 
@@ -224,7 +224,7 @@ private:
         });
     }
 
-    /// The last word is no force; but nobody waits long for it to be heard.
+    /// Sends a last zero force and closes the connection; gives up after a second.
     void say_goodbye()
     {
         closing_ = true;
@@ -232,7 +232,7 @@ private:
         timer_.async_wait([this](error_code error) {
             if (!error) io_.stop();
         });
-        if (writing_) return;  // comes back here
+        if (writing_) return;  // answer() calls this again
         if (!connected_ || device_id_.empty()) return io_.stop();
         out_ = haply_force(device_id_, {});
         ws_->async_write(asio::buffer(out_), [this](error_code error, std::size_t) {
@@ -251,7 +251,7 @@ private:
     bool connected_ = false, writing_ = false, closing_ = false;
 };
 
-/// Something listens there, found out within the limit.
+/// True if something listens on host and port; takes the limit at most.
 bool answers(const std::string& host, const std::string& port, std::chrono::milliseconds limit)
 {
     asio::io_context io{1};

@@ -1,4 +1,4 @@
-// What Haply's service says and wants to hear, apart from the socket that carries it.
+// Messages of Haply's service, read and written apart from the socket that carries them.
 #pragma once
 
 #include "sqmap/device/device.h"
@@ -8,10 +8,10 @@
 
 namespace sqmap::device {
 
-/// What one message of the service told.
+/// Contents of one message of the service.
 struct HaplyMessage {
-    bool valid = false;      ///< it was JSON, an object; else nothing else counts
-    std::string device_id;   ///< of the Inverse3 that is meant; empty: none in the message
+    bool valid = false;      ///< the text was a JSON object; else nothing else counts
+    std::string device_id;   ///< the Inverse3's; empty if the message has none
     bool has_state = false;  ///< sample holds a reading
     Sample sample{};         ///< position, velocity, orientation and buttons; no time, no sequence
 };

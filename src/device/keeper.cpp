@@ -37,13 +37,13 @@ void sleep_ns(std::int64_t ns) noexcept
 
 struct Wrenches {
     std::array<Wrench, k_max_zones> of{};
-    std::uint64_t zeros = 0;   // zero() calls that this write has seen
-    std::uint32_t filter = 0;  // what was told of it
+    std::uint64_t zeros = 0;   // zero() calls before this write
+    std::uint32_t filter = 0;  // the safety filter's report
 };
 
 enum State : int { k_opening, k_open, k_failed };
 
-/// What a device can do, without its name, which is memory of one process.
+/// Capabilities without the name, which is memory of one process.
 struct Numbers {
     std::size_t zones = 0;
     bool simulated = false, rotates_in = false, force_out = false, torque_out = false, rumble_out = false;
@@ -64,7 +64,7 @@ Capabilities capabilities_of(const Numbers& n, std::string name)
             n.damping,       n.coulomb_friction, n.resolution, n.delay,      n.rate};
 }
 
-/// What both processes see. Everything in it is lock-free.
+/// Memory that both processes share. Everything in it is lock-free.
 struct Shared {
     std::atomic<int> state{k_opening};
     std::array<char, 256> text{};  // the device's name, or why it could not be opened
@@ -130,7 +130,7 @@ private:
     std::uint32_t reported_ = 0;
 };
 
-/// The keeper's life. Leaves when the program has.
+/// The keeper's loop; ends when the program has ended.
 void keep(Shared& shared, Device& device, const KeeperOptions& options, pid_t program) noexcept
 {
     const std::int64_t timeout = std::llround(options.timeout * 1e9), period = std::llround(options.period * 1e9);
@@ -140,7 +140,7 @@ void keep(Shared& shared, Device& device, const KeeperOptions& options, pid_t pr
     while (getppid() == program && !shared.quit) {
         const bool here = device.read(sample);
         if (here) shared.samples.put(sample);
-        shared.gone = !here;  // who is gone may come back
+        shared.gone = !here;  // a lost device may come back
         const bool fresh = shared.wrenches.take();
         const std::uint64_t zeros = shared.zeros.load();
         // A wrench written before the last zero() does not count.

@@ -33,7 +33,7 @@ enum Reason : std::uint32_t { k_busy = 1, k_version = 2, k_bad_hello = 3, k_othe
 enum HelloFlag : std::uint32_t { k_rotates = 1, k_force = 2, k_torque = 4, k_rumble = 8 };
 enum PoseFlag : std::uint32_t { k_has_twist = 1 };
 
-/// Takes values off the front of a message; ok turns false where it is too short.
+/// Takes values off the front of a message; ok turns false if it is too short.
 class Reader {
 public:
     explicit Reader(std::span<const std::byte> bytes) : bytes_(bytes) {}
@@ -129,7 +129,7 @@ std::optional<Capabilities> capabilities_of(Reader in)
         printable += letter >= ' ' && letter < 127 ? letter : '?';
     }
     c.name = "network client '" + printable + "'";
-    // What is computed for a pose goes out with the answer to the next one.
+    // The wrench computed for a pose goes out with the answer to the next one.
     c.delay += 1 / c.rate;
     return c;
 }
@@ -179,7 +179,7 @@ public:
     {
         stop();
         if (client_) {
-            // The last word is no force, thrice: a datagram may be lost.
+            // Sends zero force three times, because a datagram may be lost.
             channel_.zero();
             for (int i = 0; i < 3; ++i) send_wrenches(channel_.output(now()), 0);
             Writer out;
@@ -192,12 +192,12 @@ public:
 private:
     void run()
     {
-        // One byte more than the longest message: what fills it is too long.
+        // One byte more than the longest message: a full buffer means that the message is too long.
         std::array<std::byte, 40 + 104 * k_max_zones + 1> buffer;
         while (!stopping()) {
             pollfd wait{fd_, POLLIN, 0};
             ::poll(&wait, 1, 2);
-            for (int i = 0; i < 64; ++i) {  // then look again whether to stop
+            for (int i = 0; i < 64; ++i) {  // then look at stopping() again
                 sockaddr_in from{};
                 socklen_t length = sizeof from;
                 const ssize_t n = ::recvfrom(fd_, buffer.data(), buffer.size(), 0, reinterpret_cast<sockaddr*>(&from), &length);
@@ -221,7 +221,7 @@ private:
             !in.ok)
             return;
         if (kind == k_bye) return forget();
-        if (kind == k_resume && in.done()) ++resumes_;  // the filter is told with the next pose
+        if (kind == k_resume && in.done()) ++resumes_;  // the filter learns of it with the next pose
         if (kind == k_pose) pose(sequence, in);
     }
 
@@ -266,8 +266,8 @@ private:
         newest_ = sequence;
         heard_ = sample.time;
         if (!rotations || !in.finite) {
-            // A pose that cannot be is no silence, which would keep the last force up for a while: the filter is told, and the
-            // client hears no force at once.
+            // An impossible pose must not pass for silence, which would hold the last force for a while: the filter gets NaN, and
+            // the client gets zero force at once.
             sample.poses[0].translation = {k_nan, k_nan, k_nan};
             channel_.publish(sample);
             channel_.spoil();

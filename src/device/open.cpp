@@ -11,14 +11,14 @@ namespace sqmap::device {
 
 namespace {
 
-constexpr double k_least_rate = 60, k_max_rate = 1e4;  // Hz: what the safety filter takes
+constexpr double k_min_rate = 60, k_max_rate = 1e4;  // Hz: what the safety filter takes
 
 std::unique_ptr<Device> open_path(const DeviceSpec& spec)
 {
     spec.allow({"rate"});
     if (spec.first.empty()) throw DeviceError("path needs a file, as in path:poses.csv");
     return std::make_unique<PathDevice>("path " + spec.first, read_path(spec.first),
-                                        spec.number("rate", 1000, k_least_rate, k_max_rate));
+                                        spec.number("rate", 1000, k_min_rate, k_max_rate));
 }
 
 std::unique_ptr<Device> open_trace(const DeviceSpec& spec)
@@ -32,7 +32,7 @@ std::unique_ptr<Device> open_trace(const DeviceSpec& spec)
         const auto zones = static_cast<std::ptrdiff_t>(reader.header().zones);
         while (reader.next(row)) poses.insert(poses.end(), row.poses.begin(), row.poses.begin() + zones);
         return std::make_unique<PathDevice>("trace " + spec.first, std::move(poses),
-                                            spec.number("rate", 1000, k_least_rate, k_max_rate), reader.header().zones);
+                                            spec.number("rate", 1000, k_min_rate, k_max_rate), reader.header().zones);
     } catch (const TraceError& e) {
         throw DeviceError(e.what());
     }

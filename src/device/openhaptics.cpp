@@ -78,7 +78,7 @@ private:
             hdSetDoublev(HD_CURRENT_TORQUE, torque);
         }
         hdEndFrame(handle_);
-        // Errors such as warm motors or too much force pass; what repeats takes the device away.
+        // Single errors, such as warm motors or too much force, pass; ten in a row mean that the device is gone.
         if (HD_DEVICE_ERROR(hdGetError()))
             ++errors_;
         else

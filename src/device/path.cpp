@@ -20,7 +20,7 @@ PathDevice::PathDevice(std::string name, std::vector<Pose> poses, double rate, s
                           " zones");
     if (!(rate > 0)) throw DeviceError(name + ": the rate must be above zero");
     capabilities_ = {.name = std::move(name), .simulated = true, .zones = zones, .rotates_in = true, .rate = rate};
-    capabilities_.max_force = capabilities_.max_torque = capabilities_.continuous_force = 1000;  // no motors at all
+    capabilities_.max_force = capabilities_.max_torque = capabilities_.continuous_force = 1000;  // no motors that could heat up
 }
 
 bool PathDevice::read(Sample& sample) noexcept
@@ -64,7 +64,7 @@ std::string parse_row(std::string_view line, Pose& pose)
     pose.rotation = {{{v[0], v[1], v[2]}, {v[3], v[4], v[5]}, {v[6], v[7], v[8]}}};
     pose.translation = {v[9], v[10], v[11]};
     const auto& r = pose.rotation.row;
-    bool rotation = std::abs(norm_sq(r[0]) - 1) <= 2 * k_rotation_tolerance;  // zeros are each other's products
+    bool rotation = std::abs(norm_sq(r[0]) - 1) <= 2 * k_rotation_tolerance;  // rows of zeros pass the products below
     for (int i = 0; i < 3; ++i) rotation = rotation && norm(cross(r[i], r[(i + 1) % 3]) - r[(i + 2) % 3]) <= k_rotation_tolerance;
     return rotation ? "" : "the first nine columns are no rotation (rows must be orthonormal and right-handed)";
 }
@@ -83,7 +83,7 @@ std::vector<Pose> read_path(const std::filesystem::path& path)
         throw DeviceError(name + ":1: the header must be " + std::string(k_header) + ", found '" + line.substr(0, 60) +
                           "'\n  cure: one pose a row, rotation row-major, then translation");
     std::vector<Pose> poses;
-    std::size_t blank = 0;  // where the first empty line is: only the end may have some
+    std::size_t blank = 0;  // number of the first empty line: only the end may have some
     for (std::size_t number = 2; std::getline(in, line); ++number) {
         if (trimmed(line).empty()) {
             if (blank == 0) blank = number;
@@ -102,13 +102,13 @@ std::vector<Pose> read_path(const std::filesystem::path& path)
 
 namespace {
 
-/// How far a tool reaches a model along a line.
+/// Finds the heights at which a tool touches a model.
 class ToolProbe {
 public:
     ToolProbe(const model::ModelView& model, const query::Probe& tool) : model_(model), tool_(tool)
     {
         const Sphere sphere = tool.sphere();
-        // Beyond this from the origin neither tool nor model reaches.
+        // A tool farther than this from the origin cannot touch the model.
         far_ = 2 * model.header.r_max * model.header.unit + norm(sphere.centre) + sphere.radius;
     }
 
@@ -122,7 +122,7 @@ public:
         return query::query_probe(touched, tool, {.first_only = true}, contact).contacts > 0;
     }
 
-    /// The greatest height up to from at which the tool, at base + height along normal, touches; false where it never does.
+    /// The greatest height up to from at which the tool, at base + height along normal, touches; false if it never does.
     bool height(Vec3d base, Vec3d normal, double from, double& found) const
     {
         const double step = far_ / 400;
@@ -144,7 +144,7 @@ public:
         return false;
     }
 
-    /// Surface point and outward normal below a position a little inside; false where it is outside.
+    /// Surface point and outward normal below a position a little inside; false if the position is outside.
     bool surface(Vec3d at, Vec3d& point, Vec3d& normal) const
     {
         const query::PointResult c = query::query_point(model_, at, {.layer = query::Layer::Exact});
@@ -164,7 +164,7 @@ struct SurfacePoint {
     Vec3d point, normal;
 };
 
-/// Where the line from outside to the origin first meets the surface; false where it does not.
+/// Finds the first surface point on the line from outside to the origin; false if there is none.
 bool meets(const ToolProbe& probe, const model::ModelView& model, Vec3d direction, SurfacePoint& start)
 {
     const Vec3d out = normalized(direction);
@@ -172,7 +172,8 @@ bool meets(const ToolProbe& probe, const model::ModelView& model, Vec3d directio
     const ToolProbe needle(model, point);
     double height = 0;
     if (!needle.height(needle.origin(), out, needle.far(), height)) return false;
-    // A little inside, more where the map and the frame's locator differ about a hair's breadth.
+    // query_point needs a point inside. The map and the probe's locator may differ by a hair, so the depth grows until it is
+    // inside.
     for (double inside = 1e-4 * probe.far(); inside < 1e-2 * probe.far(); inside *= 2)
         if (probe.surface(needle.origin() + (height - inside) * out, start.point, start.normal)) return true;
     return false;
@@ -190,7 +191,7 @@ SurfacePoint anchor(const ToolProbe& probe, const model::ModelView& model, Vec3d
     throw DeviceError("no surface lies along the axes through the model's origin: choose a direction");
 }
 
-constexpr double k_hurry = 1.875;  // of minimum jerk: its greatest speed over the mean
+constexpr double k_hurry = 1.875;  // peak speed over mean speed of a minimum-jerk motion
 
 double smooth(double x)  // minimum jerk from 0 to 1
 {
@@ -217,14 +218,14 @@ std::vector<Vec3d> averaged(const std::vector<Vec3d>& values, std::size_t half)
     return out;
 }
 
-/// Positions of a tool that has just not touched, and the directions away from the surface there.
+/// Positions at which a tool just does not touch, and the directions away from the surface there.
 struct Travel {
     std::vector<Vec3d> positions, outwards;
     Vec3d binormal{};  ///< unit, where the path lies in a plane: binormal x path points out
 };
 
-/// Round a circle about an axis: as high as the tool touches along it, and no lower than a slope of 45 degrees lets it fall from
-/// there on either side, so that it hovers over drops. Where it meets nothing, as high as before.
+/// Moves round a circle about the surface normal at the height at which the tool touches. The height falls by 45 degrees at most
+/// in either direction, so that the tool hovers over drops; where it meets nothing, it keeps its height.
 Travel circle(const ToolProbe& probe, const SurfacePoint& start, const ScriptOptions& o, std::size_t ticks)
 {
     const Vec3d u = tangent(o.travel, start.normal), v = cross(start.normal, u);
@@ -247,8 +248,8 @@ Travel circle(const ToolProbe& probe, const SurfacePoint& start, const ScriptOpt
     return travel;
 }
 
-/// In the plane of normal and travel, always with the surface on the same side: from each position the next one lies a step away
-/// in the first direction, turning inwards, in which the tool would touch. Creases, edges and limbs are followed, never jumped.
+/// Moves in the plane of normal and travel with the surface always on the same side. Each step turns its direction inwards until
+/// the tool would touch and stays just short of that, so the tool follows creases, edges and limbs and never jumps.
 Travel slide(const ToolProbe& probe, const SurfacePoint& start, const ScriptOptions& o, std::size_t ticks)
 {
     constexpr int k_directions = 25;
@@ -264,7 +265,8 @@ Travel slide(const ToolProbe& probe, const SurfacePoint& start, const ScriptOpti
     travel.binormal = cross(ahead, out);
     Vec3d at = start.point + (height + 1e-9 * probe.far()) * out;
     while (travel.positions.size() < ticks) {
-        // Who has gone to and fro lately goes on in longer strides, for which the pit or ledge that held him is none.
+        // A tool that has hardly moved over the last k_lately ticks goes to and fro in a pit or at a ledge: longer strides, for a
+        // while, pass over the obstacle.
         const std::size_t gone = travel.positions.size();
         if (gone >= k_lately && norm(at - travel.positions[gone - k_lately]) < 0.25 * static_cast<double>(k_lately) * pace)
             strides = k_lately;
@@ -296,17 +298,17 @@ Travel slide(const ToolProbe& probe, const SurfacePoint& start, const ScriptOpti
     return travel;
 }
 
-constexpr std::size_t k_half = 25;     // ticks to either side that travels are smoothed over
-constexpr double k_least_rate = 1000;  // Hz, of ways: slower ones leave some of their poses out, and go the same way
+constexpr std::size_t k_half = 25;   // ticks to either side that travels are smoothed over
+constexpr double k_min_rate = 1000;  // Hz at which paths are made: a slower one takes every n-th pose of a faster one
 
-/// The positions of a travel, smoothed and pressed in; it starts at the gap. The first and the last k_half are only there to
-/// smooth the others.
+/// Smooths the positions of a travel and presses them in, starting at the gap. Leaves out the first and the last k_half, which
+/// only smooth the others.
 std::vector<Vec3d> pressed(const Travel& travel, const ScriptOptions& o)
 {
     std::vector<Vec3d> positions = averaged(travel.positions, k_half);
     std::vector<Vec3d> outwards = travel.outwards;
     if (norm_sq(travel.binormal) > 0)
-        // From the smoothed way itself: the map's little steps would throw the direction about.
+        // Directions come from the smoothed path: the map's small steps would make them jump.
         for (std::size_t k = 0; k < positions.size(); ++k) {
             const Vec3d along = positions[std::min(k + 1, positions.size() - 1)] - positions[k > 0 ? k - 1 : 0];
             if (norm_sq(along) > 0) outwards[k] = normalized(cross(travel.binormal, along));
@@ -335,8 +337,8 @@ std::vector<Pose> scripted_path(const model::ModelView& model, const query::Prob
         !(o.wait >= 0 && o.wait < o.seconds) || !(o.gap + o.depth > 0) || !std::isfinite(o.gap + o.depth) ||
         !std::isfinite(norm(o.direction)) || !std::isfinite(norm(o.travel)) || o.seconds * o.rate > 1e8)
         throw DeviceError("a scripted path needs lengths, times and rates above zero and a direction");
-    if (o.rate < k_least_rate) {
-        const double finer = std::ceil(k_least_rate / o.rate);
+    if (o.rate < k_min_rate) {
+        const double finer = std::ceil(k_min_rate / o.rate);
         ScriptOptions all = o;
         all.rate = finer * o.rate;
         const std::vector<Pose> poses = scripted_path(model, tool, script, all);

@@ -1,4 +1,4 @@
-// Joysticks, gamepads and wheels through SDL2: the stick places the tool, the force is felt as rumble or, on sticks with force
+// Joysticks, gamepads and wheels through SDL2: the stick moves the tool; the device shows the force as rumble or, if it has force
 // feedback, as a constant force in its direction.
 #include "device/families.h"
 #include "device/sdl_effect.h"
@@ -21,7 +21,7 @@ SDL_HapticEffect constant_force(Vec3d force, double full_scale)
     c.length = k_effect_length;
     const double size = norm(force);
     if (!(size > 0) || !std::isfinite(size) || !(full_scale > 0)) return effect;
-    // SDL asks where the force comes from, x to the right and y towards the user, which here are x and z; z is height, here y.
+    // SDL wants the direction that the force comes from, x to the right, y towards the user and z up: our x, z and y.
     const Vec3d from = -1 / size * Vec3d{force.x, force.z, force.y};
     for (int i = 0; i < 3; ++i) c.direction.dir[i] = static_cast<Sint32>(std::lround(10000 * from[i]));
     c.level = static_cast<Sint16>(std::lround(32767 * std::min(1.0, size / full_scale)));
@@ -60,8 +60,8 @@ private:
 
 struct Settings {
     int index = 0;
-    double range = 0.1;  ///< m, of the tool for the stick's full way to one side
-    double full = 1;     ///< N, that is felt as the strongest rumble
+    double range = 0.1;  ///< m, the tool's travel for the stick's full deflection to one side
+    double full = 1;     ///< N, shown as the strongest rumble
 };
 
 class SdlDevice final : public ThreadedDevice {
@@ -155,7 +155,7 @@ private:
         capabilities_.simulated = SDL_JoystickIsVirtual(settings_.index) == SDL_TRUE;
         capabilities_.force_out = effect_ >= 0;
         capabilities_.rumble_out = effect_ < 0 && SDL_JoystickHasRumble(joystick_) == SDL_TRUE;
-        // SDL does not tell newtons: max_force stays unknown, and the safety filter takes its careful number.
+        // SDL reports no newtons: max_force stays unknown, and the safety filter takes its careful default.
         capabilities_.resolution = settings_.range / 32768;
     }
 
@@ -180,7 +180,7 @@ private:
         channel_.publish(sample);
     }
 
-    /// Effects and rumble are given an end, so that the device falls still where this process dies; they are renewed in time.
+    /// Every effect and rumble has an end, so that the device falls still if this process dies; exert() renews them in time.
     void exert(Vec3d force, double time)
     {
         if (effect_ >= 0) {

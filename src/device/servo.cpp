@@ -26,8 +26,8 @@ namespace {
 constexpr std::int64_t k_second = 1'000'000'000;
 constexpr std::int64_t k_heartbeat = 20'000'000;  // ns that a heartbeat may be old
 constexpr std::int64_t k_watch = 5'000'000;       // ns between two looks at it
-constexpr std::int64_t k_settle = 200'000'000;    // ns that a process which ends waits for its servos, at most
-constexpr std::int64_t k_look = 500'000;          // ns between two looks whether they have settled
+constexpr std::int64_t k_settle = 200'000'000;    // ns that an ending process waits for its servos at most
+constexpr std::int64_t k_look = 500'000;          // ns between two looks at `settled`
 constexpr std::size_t k_max_servos = 8;
 
 std::int64_t clock_ns(clockid_t clock) noexcept
@@ -79,7 +79,7 @@ struct Servo::Work {
 
     // Between threads.
     static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<std::int64_t>::is_always_lock_free);
-    std::atomic<bool> settled{false};  // the servo has seen that it is halted, and zeroed the device after its last write
+    std::atomic<bool> settled{false};  // the servo has seen `halted` and zeroed the device after its last write
     std::atomic<bool> quit{false}, halted{false}, stopped{false}, resumed{false}, restarted{false}, held{false};
     std::atomic<std::int64_t> heartbeat{0};
     std::atomic<std::uint64_t> ticks{0}, late{0}, missed{0}, overruns{0}, degraded{0}, watchdog{0}, dropped{0};
@@ -93,12 +93,9 @@ struct Servo::Work {
 
 namespace {
 
-// Zeroes device and keeps its servo from writing anything else; pointers to code and data that a handler can reach.
-struct Entry {
-    std::atomic<void*> work{nullptr};
-};
-Entry g_servos[k_max_servos];
-std::atomic<int> g_signal{0};  // that has come and is not dealt with
+// The running servos: a signal handler, std::exit or std::terminate can reach them.
+std::atomic<void*> g_servos[k_max_servos];
+std::atomic<int> g_signal{0};  // the last signal that no watchdog has handled yet
 std::once_flag g_handlers;
 std::terminate_handler g_terminate = nullptr;
 struct sigaction g_before_int, g_before_term;
@@ -106,7 +103,7 @@ std::atomic<bool> g_caught{false};  // our handlers are in place
 
 static_assert(std::atomic<int>::is_always_lock_free && std::atomic<void*>::is_always_lock_free);
 
-/// Only notes it: the watchdogs, who are awake every 5 ms, do what a handler may not.
+/// Only stores the signal: the watchdogs, awake every 5 ms, do the work that a handler may not do.
 extern "C" void sqmap_note_signal(int signal) { g_signal.store(signal); }
 
 void catch_signals()
@@ -127,13 +124,13 @@ void Servo::Work::halt() noexcept
     device.zero();
 }
 
-/// Zeroes every device and waits until every servo has seen it: one that lost its core on the way to its device may still write.
-/// One whose tick does not come back, or that calls this itself, is not waited for longer than k_settle.
+/// Zeroes every device and waits until every servo has seen it: a servo that lost its core just before its write may still write.
+/// Waits k_settle at most, since a tick may hang or call this itself.
 void Servo::Work::halt_all() noexcept
 {
     const auto each = [](auto&& f) {
-        for (Entry& e : g_servos)
-            if (void* work = e.work.load()) f(*static_cast<Work*>(work));
+        for (const std::atomic<void*>& servo : g_servos)
+            if (void* work = servo.load()) f(*static_cast<Work*>(work));
     };
     each([](Work& work) { work.halt(); });
     for (const std::int64_t end = steady_ns() + k_settle; steady_ns() < end;) {
@@ -157,9 +154,9 @@ void Servo::Work::start()
     });
     if (options.signals) catch_signals();
     bool entered = false;
-    for (Entry& e : g_servos) {
+    for (std::atomic<void*>& servo : g_servos) {
         void* none = nullptr;
-        if (e.work.compare_exchange_strong(none, this)) {
+        if (servo.compare_exchange_strong(none, this)) {
             entered = true;
             break;
         }
@@ -187,12 +184,12 @@ void Servo::Work::end() noexcept
     device.zero();
     quit = true;
     if (servo_thread.joinable()) servo_thread.join();
-    settled = true;  // it writes no more: nobody who ends the process has to wait for it
+    settled = true;  // it writes no more, so halt_all() need not wait for it
     if (watchdog_thread.joinable()) watchdog_thread.join();
     device.zero();
-    for (Entry& e : g_servos) {
+    for (std::atomic<void*>& servo : g_servos) {
         void* self = this;
-        e.work.compare_exchange_strong(self, nullptr);
+        servo.compare_exchange_strong(self, nullptr);
     }
 }
 
@@ -218,7 +215,7 @@ void Servo::Work::loop() noexcept
             now,
             {.held = held, .stop = stopped || halted, .resume = resumed.exchange(false), .restart = restarted.exchange(false)});
 
-        // A wrench that took longer than the watchdog waits must not undo what the watchdog did.
+        // A tick that took longer than the watchdog allows must not undo the watchdog's zero.
         const std::int64_t answered = steady_ns();
         if (halted || stopped || answered - begin > k_heartbeat) {
             now.sent.fill({});
@@ -240,7 +237,7 @@ void Servo::Work::loop() noexcept
         heartbeat = done;
 
         next += period;
-        if (done > next) {  // no burst of ticks to catch up: what was missed is missed
+        if (done > next) {  // missed ticks are counted, not made up in a burst
             const std::int64_t skipped = (done - next) / period + 1;
             count(missed, static_cast<std::uint64_t>(skipped));
             next += skipped * period;
@@ -256,7 +253,7 @@ void Servo::Work::watch() noexcept
     while (!quit) {
         if (steady_ns() - heartbeat.load() > k_heartbeat) {
             device.zero();
-            restarted = true;  // should it come back, it engages anew
+            restarted = true;  // if the tick returns, the filter engages anew
             if (!silent) count(watchdog);
             silent = true;
         } else {

@@ -19,7 +19,7 @@ double steady_now() noexcept
 struct Servo::Work {
     Work(Device& d, const ServoOptions& o, TickFunction t, void* c) : device(d), options(o), tick(d, o, t, c) {}
 
-    /// Whether a tick is due; what is more than a burst behind is missed.
+    /// True when a tick is due. Counts the ticks that lie more than a burst behind as missed.
     bool is_due() noexcept
     {
         const double behind = steady_now() - next;
@@ -59,7 +59,7 @@ struct Servo::Work {
     ServoTick now{};
     TickActs acts{};
     ServoCounters counters{};
-    double next = steady_now(), time = next;  ///< s: when the next tick is due; of the last tick
+    double next = steady_now(), time = next;  ///< s: due time of the next tick; time of the last
 };
 
 Servo::Servo(Device& device, const ServoOptions& options, TickFunction tick, void* context)

@@ -1,11 +1,11 @@
-// What a tick of a servo does between reading its device and writing to it: the same with threads and without.
+// The work of a servo's tick between reading its device and writing to it: the same with threads and without.
 #pragma once
 
 #include "sqmap/device/servo.h"
 
 namespace sqmap::device {
 
-/// What the user has done since the tick before.
+/// The user's acts since the last tick.
 struct TickActs {
     bool held = false, stop = false, resume = false, restart = false;
 };
@@ -26,7 +26,7 @@ private:
     void* context_;
     std::size_t zones_;
     haptic::SafetyFilter filter_;
-    std::uint32_t resumes_ = 0;  ///< at the device, that were seen
+    std::uint32_t resumes_ = 0;  ///< Sample::resumes of the last reading
 };
 
 }  // namespace sqmap::device

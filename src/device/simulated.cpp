@@ -15,7 +15,7 @@ namespace {
 constexpr double k_substep = 50e-6;   // s
 constexpr double k_tick = 1e-3;       // s, of the device's own controller
 constexpr double k_never_hot = 1000;  // N, more than any limit
-constexpr double k_max_passed = 1;    // s that one read() lets pass: a program that was stopped does not replay an hour
+constexpr double k_max_passed = 1;    // s that one read() simulates: a program that was stopped does not replay an hour
 
 double steady_now() noexcept
 {

@@ -84,7 +84,7 @@ private:
     void take(const spnav_event& event)
     {
         if (event.type == SPNAV_EVENT_MOTION) {
-            // The daemon's z points away from the user: ours towards.
+            // The daemon's z points away from the user, ours towards the user.
             const spnav_event_motion& m = event.motion;
             const auto share = [](int counts) { return std::clamp(counts / k_full, -1.0, 1.0); };
             motion_.linear = settings_.speed * Vec3d{share(m.x), share(m.y), -share(m.z)};

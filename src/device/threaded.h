@@ -25,7 +25,7 @@ public:
 
 protected:
     ThreadedDevice() = default;
-    /// Derived classes stop their thread in their own destructor, before what it uses goes.
+    /// Derived classes call stop() in their own destructors, before the members that the thread uses are destroyed.
     ~ThreadedDevice() override = default;
 
     template <class Loop>
@@ -39,7 +39,7 @@ protected:
         if (thread_.joinable()) thread_.join();
     }
     [[nodiscard]] bool stopping() const noexcept { return stopping_; }
-    /// Waits until the thread has published a first sample, at most so long. False where it has not.
+    /// Waits until the thread has published a first sample, for this long at most. False if it has not.
     bool wait_for_sample(double seconds) noexcept
     {
         const double end = now() + seconds;

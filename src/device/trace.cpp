@@ -25,7 +25,8 @@ constexpr std::string_view k_end = "# end ";
 constexpr std::size_t k_max_line = 64 * 1024;
 constexpr std::size_t k_max_header = 256;
 
-/// The columns, once for writing, reading and comparing: visit(name, value) for each scalar of a row.
+/// Calls visit(name, zone, value) for each scalar of a row, zone -1 for what all zones share: the order of the columns, for
+/// writing, reading and comparing.
 template <class Row, class Visit>
 void each_column(Row& row, std::size_t zones, Visit visit)
 {
@@ -200,7 +201,7 @@ struct TraceWriter::State {
 
 namespace {
 
-/// Where rows go: beside the target until the recording ends, or straight into what is no file.
+/// A recording's file: beside the target until the recording ends, or the target itself if that is no regular file.
 struct Opened {
     std::filesystem::path target, temporary;
     int file = -1;

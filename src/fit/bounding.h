@@ -27,7 +27,7 @@ struct Candidate {
 template <int N>
 [[nodiscard]] Candidate least_volume(const ScaledPart& part, shape::Superquadricd start, const FitOptions& options, int rounds);
 
-/// Whether some semi-axis is more than max_overhang times (and a tenth) the part's half extent along it.
+/// True if a semi-axis is more than max_overhang times (and a tenth) the part's half extent along it.
 [[nodiscard]] bool overhangs(const shape::Superquadricd& sq, const ScaledPart& part, double max_overhang);
 
 /// Lengths of sq times s.

@@ -18,7 +18,7 @@ Wrench blended(ZoneTick& tick, const TickForces& f)
     if (!f.touching || !(o.blend_time > 0)) {
         m.left = {};
     } else if (m.was_touching) {
-        // A share of a large jump would be a jump itself.
+        // By k_fade at most: an exponential share of a large jump would be a jump itself.
         const double size = std::max(norm(m.left.force), norm(m.left.torque) / k_fade_arm);
         const double slowest = size > 0 ? 1 - k_fade * tick.in.dt / size : 0;
         m.left = std::max(std::exp(-tick.in.dt / o.blend_time), slowest) * m.left;

@@ -18,16 +18,15 @@ struct Explained {
 /// A zone's forces in a tick.
 struct TickForces {
     bool touching = false;
-    Wrench springs{};  ///< tell of a jump
+    Wrench springs{};  ///< jumps show in them
     Wrench whole{};    ///< with damping and friction
     Explained explained{};
 };
 
-/// The whole wrench with what remains of jumps. Damping and friction, whose normal and lever jump with the springs, are spread
-/// alike, so that the wrench changes by no more than motion explains.
-[[nodiscard]] Wrench blended(ZoneTick& tick, const TickForces& forces);
+/// Adds the remains of jumps to the whole wrench. Damping and friction jump with the springs, whose normal and lever they share,
+/// so they are spread alike, and the wrench changes by no more than motion explains.
 
-/// The reaction of what remains of jumps about `centre`: each body's share of the springs.
+/// Adds the reaction of the remains of jumps, about `centre`, to each body by its share of the springs.
 void add_blend_reaction(ZoneTick& tick, Vec3d centre);
 
 }  // namespace sqmap::haptic

@@ -1,11 +1,11 @@
-// What pushes the body of Mode::Coupled.
+// The load on the body of Mode::Coupled.
 #pragma once
 
 #include "rigid.h"
 
 namespace sqmap::haptic {
 
-/// A damper of b, N s/m, along a unit normal at a lever; away: velocity, m/s, of what it is fixed to, negated.
+/// A damper of b, N s/m, along a unit normal at a lever; away: minus the velocity, m/s, of the body it is fixed to.
 struct Damper {
     double b = 0;
     Vec3d away{}, normal{}, lever{};
@@ -24,10 +24,10 @@ struct BodyLoad {
         for (int a = 0; a < 6; ++a)
             for (int b = 0; b < 6; ++b) stiffness[a][b] += k * j[a] * j[b];
     }
-    /// The same in the plane across n.
+    /// Two such springs in the plane across n.
     void stiffen_across(double k, Vec3d n, Vec3d r)
     {
-        const Vec3d least = std::fabs(n.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0}, t = normalized(cross(n, least));
+        const Vec3d other = std::fabs(n.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0}, t = normalized(cross(n, other));
         stiffen(k, t, r);
         stiffen(k, cross(n, t), r);
     }
@@ -42,7 +42,7 @@ struct BodyLoad {
         for (int a = 0; a < 6; ++a)
             for (int b = 0; b < 6; ++b) stiffness[a][b] += k * other.stiffness[a][b];
     }
-    /// Dampers where other's springs are: their force at the end of a step of dt.
+    /// Adds a damper along each of other's springs, with its force at the end of a step of dt.
     void damp(const Damper& d, double dt, const BodyLoad& other)
     {
         add(d.b / dt, other);

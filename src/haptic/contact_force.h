@@ -7,14 +7,14 @@
 
 namespace sqmap::haptic {
 
-/// Which contacts are meant.
+/// A touched body and a pose of the zone's points.
 struct ContactPose {
     std::size_t body = 0;   ///< touched body's number
     Pose at{};              ///< pose of the zone's points
     bool remember = false;  ///< keep planes for a tick without a query, and samples for the next one
 };
 
-/// With how the springs are spread over the contacts.
+/// A force with the spread of its springs over the contacts.
 struct SpreadForce {
     ContactForce force;
     BodyLoad spread{};  ///< Mode::Coupled with a Patch: the mean over the contacts of springs of 1 N/m

@@ -8,9 +8,9 @@
 
 namespace sqmap::haptic {
 
-/// Below this share of full strength opposite walls cancel; above it a levelled force has full strength. 1/2: an edge of 120
-/// degrees.
-inline constexpr double k_least_coherence = 0.5;
+/// Length of the mean normal above which a levelled force has full strength; below it opposite walls cancel. 1/2 is that of an
+/// edge of 120 degrees.
+inline constexpr double k_min_coherence = 0.5;
 
 /// One spring: eq. 32 over the stiffness.
 struct Spring {
@@ -32,7 +32,8 @@ struct ContactForce {
     double reach = 0;    ///< m, of a patch: farthest contact from the pose's centre
 };
 
-/// Depth of full weight; 0: any. A proxy rests on few points, with friction.
+/// Depth of full weight; 0: every contact has full weight. A proxy gets more, so that friction does not swing between the few
+/// points that it rests on.
 [[nodiscard]] inline double entry_depth(const ZoneOptions& options)
 {
     if (!(options.entry_depth > 0)) return 0;
@@ -80,7 +81,7 @@ public:
             return out;
         }
         out.exact = out.depth = first_ / weight_;
-        const double coherence = shading_ == Shading::Mean ? 1 : std::max(norm(normal1_) / first_, k_least_coherence);
+        const double coherence = shading_ == Shading::Mean ? 1 : std::max(norm(normal1_) / first_, k_min_coherence);
         const double gain = 1 / (weight_ * coherence);
         out.force = gain * normal1_;
         out.torque = gain * turn1_;

@@ -11,7 +11,7 @@ namespace {
 
 using Matrix6 = double[6][6];
 
-/// Solves a x = x in place by Cholesky: a is symmetric and positive definite. False where it is not.
+/// Solves a x = x in place by Cholesky: a is symmetric and positive definite. False if it is not.
 bool solve(Matrix6& a, double (&x)[6])
 {
     for (int i = 0; i < 6; ++i)
@@ -98,8 +98,8 @@ Wrench coupled(ZoneTick& tick)
         tick.report.status |= k_step_not_finite;
         return {};
     }
-    // The body leaps as its surface does, and its own motion would explain any force: the device's is what counts.
-    // Of an encoder the steps come now and then, and the body follows in between.
+    // The body leaps when its surface does, so its own motion would explain any force: the device's motion counts. An encoder's
+    // steps come now and then, and the body follows in between, so the resolution counts as motion.
     const double path = std::max(m.track.step(), tick.in.dt * norm(m.device_twist.linear)) + o.resolution;
     const double turn = std::max(m.track.turn(), tick.in.dt * norm(m.device_twist.angular)) + o.resolution / k_fade_arm;
     const Explained by_device{k_free_slope * o.coupling_stiffness * path, k_free_slope * o.coupling_rotational * turn,

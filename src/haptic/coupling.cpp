@@ -9,8 +9,8 @@ namespace sqmap::haptic {
 
 namespace {
 
-constexpr double k_spring_share = 0.7, k_share = 0.9;  // of the device's damping: for the spring; for spring and damper
-constexpr double k_lever = 0.02;                       // m: as SafetyFilter takes what turns
+constexpr double k_spring_share = 0.7, k_share = 0.9;  // shares of the device's damping: for the spring; for spring and damper
+constexpr double k_lever = 0.02;                       // m, as in SafetyFilter
 
 }  // namespace
 

@@ -19,7 +19,7 @@ Vec3d friction_force(ZoneTick& tick, std::size_t s, const Sliding& c)
     const double pull = o.tangential_stiffness * norm(stretch);
     if (pull > t.mu * c.load) {
         t.stuck = false;
-        // The release takes some ticks, or the drop from one coefficient to the other would be a jump.
+        // The release takes some ticks: the drop from one coefficient to the other would be a jump.
         const double kept = o.blend_time > 0 ? std::exp(-tick.in.dt / o.blend_time) : 0;
         t.mu = material.mu_dynamic + kept * std::max(t.mu - material.mu_dynamic, 0.);
         stretch = (t.mu * c.load / pull) * stretch;

@@ -1,4 +1,4 @@
-// What a state remembers of zones and of their contacts with touched bodies.
+// The memory of a state: of its zones and of their contacts with touched bodies.
 #pragma once
 
 #include "sqmap/haptic/step.h"
@@ -12,7 +12,7 @@ namespace sqmap::haptic {
 /// Springs kept for a tick without a query.
 inline constexpr std::uint32_t k_kept = 64;
 
-/// Of a zone with a touched body.
+/// Memory of a zone's contact with a touched body.
 struct TouchMemory {
     /// A contact's tangent plane in the body and its point in the zone's frame.
     struct Plane {
@@ -28,7 +28,7 @@ struct TouchMemory {
     double let_in = 0;    ///< proxy: m that its plane has receded since its last contact
 
     Pose body_before{};  ///< of the touched body at the last step
-    bool known = false;  ///< body_before is
+    bool known = false;  ///< body_before is set
     Vec3d bristle{};     ///< Coulomb: stretch of the sticking spring, in the body's frame
     double mu = 0;       ///< coefficient at which it slips: falls from static to dynamic after release
     bool stuck = true;
@@ -44,17 +44,17 @@ struct CachedQuery {
     query::ProbeResult result{};
 };
 
-/// Of a zone.
+/// Memory of a zone.
 struct ZoneMemory {
     Pose points_before{};  ///< pose of the zone's points at the last step
     Twist device_twist{};
     Track track{};       ///< of the device
-    bool known = false;  ///< the above are
+    bool known = false;  ///< the members above are set
     Pose body{};         ///< proxy or coupled body
     Twist body_twist{};
     bool has_body = false;
     bool inside = false;  ///< proxy: the device has not been free since the proxy was placed
-    Vec3d side{};         ///< proxy, side_path: unit, outwards where it came from; zero while free
+    Vec3d side{};         ///< proxy, side_path: unit, out of the surface on the side that it came from; zero while free
     /// Blending: springs and total of the last tick, and what remains of jumps.
     Wrench springs_before{}, whole_before{}, left{};
     bool was_touching = false;

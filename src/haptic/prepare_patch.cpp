@@ -18,7 +18,7 @@ struct Surface {
     std::span<const Triangle> triangles;
 };
 
-/// Nothing where more than max_points would be needed.
+/// Divides the triangles; nothing if that needs more than max_points.
 std::optional<PatchPoints> divide(const Surface& surface, double spacing, std::size_t max_points)
 {
     PatchPoints out;

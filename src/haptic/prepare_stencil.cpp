@@ -17,8 +17,8 @@ std::vector<Vec3d> stencil_points(const Smoothing& smoothing)
         points[i] = {rho * std::cos(k_turn * i), rho * std::sin(k_turn * i), z};
         mean += points[i] / static_cast<double>(n);
     }
-    // Moved and stretched by a per cent or two until the mean is zero and the second moments are the sphere's: then a plane is
-    // felt in its own direction, however deep.
+    // Moves and stretches the points by a per cent or two until their mean is zero and their second moments are the sphere's:
+    // then the force of a plane has the plane's direction at any depth.
     Mat3d second{{{}, {}, {}}};
     for (Vec3d& p : points) {
         p -= mean;

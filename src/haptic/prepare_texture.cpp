@@ -43,7 +43,7 @@ Texture gaussian_texture(const NoiseOptions& options, std::vector<float>& values
         }
         std::swap(white, smooth);
     }
-    // Variance of what is felt, an axis: autocovariance (6, 4, 1) / 16 of that kernel times the splines' products, on average
+    // Variance of the relief, per axis: autocovariance (6, 4, 1) / 16 of that kernel times the splines' products, on average
     // over a cell 11/20, 13/30 and 1/60.
     constexpr double k_variance = 11. / 20 * 6 / 16 + 13. / 30 * 4 / 16 + 1. / 60 / 16;
     // Cut at three standard deviations: carving from the highest point must not sink the whole surface for one rare value.

@@ -11,13 +11,13 @@ namespace {
 
 constexpr int k_rounds = 4, k_projections = 8;
 constexpr double k_slope = 1;  ///< the force may change by so many times stiffness times motion without being a jump
-/// m: it rests at this depth at least, and so stays in contact; a patch or a ball may rest deeper.
-constexpr double k_least_sink = 1e-5;
+/// m: the proxy rests at least this deep, and so stays in contact; a patch or a ball may rest deeper.
+constexpr double k_min_sink = 1e-5;
 constexpr double k_far_side = -0.5;        ///< cosine between outward directions
 constexpr double k_ball_sink = 0.2;        ///< of its radius
 constexpr double k_steep = 0.3;            ///< cosine between a plane's normal and the side that the proxy keeps to
 constexpr double k_let_in = 1e-4;          ///< m per round
-constexpr double k_step = 0.002;           ///< m per round, so that it passes through nothing thicker
+constexpr double k_step = 0.002;           ///< m per round, so that the proxy passes through nothing thicker
 constexpr double k_damping_depth = 0.001;  ///< m: deeper, damping has full strength
 
 /// A spring's pull, N, at a point of the surface.
@@ -25,7 +25,7 @@ struct Pull {
     Vec3d point{}, normal{}, force{};  ///< world
 };
 
-/// With the relief taken off.
+/// A pull with the body's relief taken off.
 Vec3d carved_pull(const TouchedBody& body, const Pull& pull, double stiffness)
 {
     const double depth = dot(pull.force, pull.normal) / stiffness;
@@ -42,14 +42,14 @@ public:
     {
         const ZoneOptions& o = tick.options;
         const double depth = ball_ ? std::min(o.proxy_depth, k_ball_sink * o.smoothing.radius) : o.proxy_depth;
-        sink_ = std::max(rests_ ? depth : 0., k_least_sink);
+        sink_ = std::max(rests_ ? depth : 0., k_min_sink);
     }
 
-    /// Where it is before it moves: at the device at first, then carried along by what it lies on.
+    /// Puts it where it starts: at the device at first, later carried along by the surface that it lies on.
     void begin();
-    /// Towards the device, a few rounds of plane after plane.
+    /// Moves it towards the device, in a few rounds of plane after plane.
     void advance();
-    /// Which bodies it touches and on which it slips.
+    /// Finds the bodies that it touches and the one on which it slips.
     void settle();
     /// The wrench on the hand, and the report.
     [[nodiscard]] Wrench pull();
@@ -82,14 +82,14 @@ private:
     ZoneTick& tick_;
     Pose& body_ = tick_.memory.body;
     Vec3d goal_;
-    // A tool of many points that rested on its deepest would change it at every step, and its lever with it.
-    // Likewise a ball on facets.
+    // A tool of many points that rested on its deepest one would change that point, and with it the lever, at every step; so
+    // would a ball on facets.
     bool rests_ = tick_.options.averaging != Averaging::Stencil, ball_ = tick_.options.averaging == Averaging::Ball;
     double sink_ = 0;
     double motion_ = 0;  ///< m, of device and surface in this tick
     Vec3d before_{};     ///< its position when it set out
 
-    // Of pull().
+    // Sums of pull().
     double load_ = 0, share_ = 0;  ///< m; number of bodies that bear it
     Vec3d held_{}, damping_{}, lever_{};
     Wrench springs_{}, whole_{};
@@ -153,14 +153,14 @@ void Proxy::turn_side()
     }
 }
 
-/// From a position so far below a plane up to it: along the side that the proxy keeps to, unless the plane is too steep to it.
+/// The shift from `below` metres below a plane up to it: along the side that the proxy keeps to, unless the plane is too steep.
 Vec3d Proxy::out_of(Vec3d normal, double below) const
 {
     const double slope = dot(tick_.memory.side, normal);
     return slope > k_steep ? below / slope * tick_.memory.side : below * normal;
 }
 
-/// Unit, out of all that it lies on.
+/// Unit direction out of all bodies that it lies on.
 Vec3d Proxy::outward() const
 {
     Vec3d normal{};
@@ -186,7 +186,8 @@ double Proxy::load_at(Vec3d at, Vec3d normal) const
     return load;
 }
 
-// A cone about the normal through the device. In every round, or it would look for its rest where it never stands.
+// Friction as a cone about the normal through the device. Every round applies it: else the proxy would seek its rest at a
+// position that it never reaches.
 Proxy::Held Proxy::held_back(Vec3d at) const
 {
     const Vec3d normal = outward();
@@ -225,9 +226,9 @@ void Proxy::touch(std::size_t s)
     const ContactForce contact = contact_force(tick_, {s, body_}).force;
     if (contact.exact > 0 && norm_sq(contact.force) > 0) {
         const Vec3d out_of_it = normalized(contact.force);
-        if (tick_.options.averaging == Averaging::Patch && t.plane_count > 0 && t.sink > 2 * k_least_sink &&
+        if (tick_.options.averaging == Averaging::Patch && t.plane_count > 0 && t.sink > 2 * k_min_sink &&
             dot(out_of_it, plane_normal(s)) < k_far_side) {
-            // So deep it touches the far side of something thin: half as deep, until it leaves.
+            // So deep, it touches the far side of something thin: it rests half as deep until it leaves.
             t.sink *= 0.5;
             t.planes[0].point += t.sink * t.planes[0].normal;
             return;
@@ -250,7 +251,7 @@ void Proxy::advance()
     for (int round = 0; round < k_rounds; ++round) {
         const Vec3d path = held_back(nearest_allowed()).position - body_.translation;
         const double length = norm(path);
-        if (round > 0 && length < k_least_sink) break;
+        if (round > 0 && length < k_min_sink) break;
         body_.translation += (length > k_step ? k_step / length : 1.) * path;
         if (tick_.in.degraded) break;
         tick_.report.contacts = 0;
@@ -281,7 +282,7 @@ void Proxy::pull_of(std::size_t s)
     if (!t.touching) return;
     Vec3d arm = body_.rotation * t.planes[0].probe;
     const Vec3d normal = plane_normal(s);
-    if (ball_) arm -= (o.smoothing.radius - norm(sunk(s, body_.translation))) * normal;  // where it rubs
+    if (ball_) arm -= (o.smoothing.radius - norm(sunk(s, body_.translation))) * normal;  // the point that rubs
     Vec3d pull = o.stiffness * (held_ / share_ + sunk(s, body_.translation));
     if (o.averaging != Averaging::Patch) pull = carved_pull(body, {body_.translation + arm, normal, pull}, o.stiffness);
     Vec3d force = pull + damping_ / share_;

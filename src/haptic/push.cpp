@@ -32,7 +32,7 @@ double turn_over(const ZoneTick& tick, std::size_t s, const Pose& at)
     return norm(twist_between(before, compose(inverse(tick.body(s).pose), at), 1).angular);
 }
 
-/// The force against the approach, from where the zone will be.
+/// The force against the approach, from the position that the zone will reach.
 Wrench brake(ZoneTick& tick, std::size_t s, const PointsMotion& points)
 {
     const ZoneOptions& o = tick.options;
@@ -65,7 +65,7 @@ SpreadForce contact(ZoneTick& tick, std::size_t s, const PointsMotion& points)
     return {force};
 }
 
-/// Where and how a body pushes.
+/// The push of one body.
 struct Contact {
     std::size_t body = 0;
     Vec3d normal{};       ///< unit, outwards
@@ -136,7 +136,7 @@ struct PushSum {
         add_to_report(c, force);
     }
 
-    /// For the implicit step of a coupled body.
+    /// Adds a contact to the load of a coupled body's implicit step.
     void add_load(const Contact& c, BodyLoad spread)
     {
         const ZoneOptions& o = tick.options;

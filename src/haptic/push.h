@@ -13,11 +13,12 @@ struct Push {
     BodyLoad load{};  ///< Mode::Coupled: how the forces weaken as the body yields, and damping in its wrench
 };
 
-/// points: pose and twist of the zone's points. Fills the zone's report.
+/// Pose and twist of the zone's points.
 struct PointsMotion {
     Pose pose{};
     Twist twist{};
 };
+/// Sums the pushes of all touched bodies and fills the zone's report.
 [[nodiscard]] Push push(ZoneTick& tick, const PointsMotion& points);
 
 }  // namespace sqmap::haptic

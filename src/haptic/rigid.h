@@ -11,7 +11,7 @@ namespace sqmap::haptic {
 
 inline bool is_finite(const Twist& t) { return is_finite(t.linear) && is_finite(t.angular); }
 inline bool same_pose(const Pose& a, const Pose& b) { return a.rotation == b.rotation && a.translation == b.translation; }
-/// A point of the parent frame, in the body's.
+/// Takes a point of the parent frame into the body's.
 inline Vec3d apply_inverse(const Pose& pose, Vec3d p) { return transpose_mul(pose.rotation, p - pose.translation); }
 
 inline Twist twist_between(const Pose& before, const Pose& now, double dt)

@@ -1,4 +1,4 @@
-// The eight steps of the safety filter. The passivity step is the time-domain observer and controller of Hannaford and Ryu
+// The nine steps of the safety filter. The passivity step is the time-domain observer and controller of Hannaford and Ryu
 // (2002), with the energy of a held force over the motion that it was held for (Ryu, Kim and Hannaford 2004). A test removes the
 // lines of tick() that name a step, one at a time, and expects that step's test to fail: keep them one a line.
 #include "sqmap/haptic/safety.h"
@@ -13,31 +13,31 @@ namespace sqmap::haptic {
 
 namespace {
 
-constexpr double k_rotation = 1e-3;     // how far a rotation's rows may be from orthonormal: seven digits are
-constexpr double k_smoothing = 0.003;   // s, of the velocity
-constexpr double k_glitch = 0.02;       // s after a motion above the top speed in which the velocity is not believed
-constexpr double k_store = 0.2;         // J, maximum that a zone may store: 2 N over 10 cm
-constexpr double k_debt = 0.02;         // J, maximum that it may owe: more takes longer to be forgiven
-constexpr double k_ramp_store = 0.05;   // J, maximum that a ramp may give: half of 2 N over 5 cm
-constexpr double k_slack = 1.25;        // of what its springs hold: what a delay and an encoder may hide
-constexpr double k_damping = 5;         // N s/m, maximum that the passivity step adds
-constexpr double k_least_valve = 1e-4;  // J, over which the valve closes where the margin is less
-constexpr double k_forgive = 20, k_forgive_free = 1;  // s, in which what is owed is forgiven but for 1/e: in contact, out of it
+constexpr double k_rotation = 1e-3;    // how far a rotation's rows may be from orthonormal: seven digits are
+constexpr double k_smoothing = 0.003;  // s, of the velocity
+constexpr double k_glitch = 0.02;      // s after motion above the top speed during which the velocity is not trusted
+constexpr double k_store = 0.2;        // J, maximum that a zone may store: 2 N over 10 cm
+constexpr double k_debt = 0.02;        // J, maximum that it may owe: more takes longer to be forgiven
+constexpr double k_ramp_store = 0.05;  // J, maximum that a ramp may give: half of 2 N over 5 cm
+constexpr double k_slack = 1.25;       // of its springs' energy: a delay and an encoder may hide the excess
+constexpr double k_damping = 5;        // N s/m, maximum that the passivity step adds
+constexpr double k_min_valve = 1e-4;   // J: the valve closes over this much if the margin is less
+constexpr double k_forgive = 20, k_forgive_free = 1;  // s, time constants of forgiving debt: in contact, out of it
 constexpr double k_left = 0.25;                       // s without force: out of contact
 constexpr double k_fast_damping = 1;                  // N s/m, above the top speed
 constexpr double k_arm = 0.05;                        // m: a damper of b turns with b arm^2
 constexpr double k_lever = 0.02;                      // m: a spring that turns is as stiff as one of K at the end of it
-constexpr double k_longest_tick = k_stale_zero;       // s: a later one is silent
+constexpr double k_longest_tick = k_stale_zero;       // s: a longer tick gives no force
 constexpr double k_bad_window = 0.1;                  // s
-constexpr double k_duty_slack = 0.01;                 // what steps of a tick cost
-constexpr double k_grain = 1e-6;                      // s, of a clock: zero comes this much early rather than late
+constexpr double k_duty_slack = 0.01;                 // share lost to whole ticks
+constexpr double k_grain = 1e-6;                      // s, a clock's rounding: zero comes this much early rather than late
 constexpr double k_finest_rate_share = 0.5;  // a sample is never taken to be younger than this share of the sample period
 
-/// Rows orthonormal and right-handed; false for NaN. What is merely finite may scale or mirror a tool.
+/// Rows orthonormal and right-handed; false for NaN. A matrix that is merely finite may scale or mirror a tool.
 bool is_rotation(const Mat3d& m)
 {
     const auto& r = m.row;
-    if (!std::islessequal(std::fabs(norm_sq(r[0]) - 1), k_rotation)) return false;  // zeros are each other's products
+    if (!std::islessequal(std::fabs(norm_sq(r[0]) - 1), k_rotation)) return false;  // rows of zeros pass the products below
     for (int i = 0; i < 3; ++i) {
         const Vec3d off = cross(r[i], r[(i + 1) % 3]) - r[(i + 2) % 3];
         if (!std::islessequal(norm_sq(off), k_rotation * k_rotation)) return false;
@@ -143,7 +143,7 @@ SafetyFilter::SafetyFilter(const DeviceLimits& device, const SafetyOptions& opti
     margin_ = options.energy_margin;
     softest_ = options.softest;
     dead_man_ = options.dead_man;
-    // A slow device is late between its samples by nature; when force ends is the same for all.
+    // A slow device is always late between its samples, so it holds longer; all forces end at k_stale_zero.
     hold_ = std::clamp(2 * device.sample_period, k_stale_hold, 0.75 * k_stale_zero);
     delay_ticks_ = std::min(static_cast<std::size_t>(device.delay / device.period + 0.5), k_history - 2);
 }
@@ -166,7 +166,7 @@ struct SafetyFilter::Tick {
     std::array<bool, k_max_safe_zones> jumped{};
     std::array<double, k_max_safe_zones> push{};       // N, of springs, though they cancel in the commanded wrench
     std::array<double, k_max_safe_zones> springs{};    // J, maximum that the springs behind the commanded wrench hold
-    std::array<double, k_max_safe_zones> stiffened{};  // J that the ramp adds to them where they are
+    std::array<double, k_max_safe_zones> stiffened{};  // J that the ramp adds to them at rest
 };
 
 SafetyReport SafetyFilter::tick(const SafetyInput& in, std::span<Wrench> safe) noexcept
@@ -248,8 +248,8 @@ SafetyFilter::Tick SafetyFilter::begin(const SafetyInput& in, std::size_t capaci
     return tick;
 }
 
-/// Step 1. Anything that is not a number, or absurd, a rotation that is none, or a clock that runs back: nothing goes out in this
-/// tick; three such ticks within 100 ms are a fault.
+/// Step 1. A number that is not finite or absurd, a matrix that is no rotation, or a clock that runs back: nothing goes out in
+/// this tick; three such ticks within 100 ms are a fault.
 void SafetyFilter::finite(const SafetyInput& in, Tick& tick) noexcept
 {
     bool ok = sane(in.time) && sane(in.sample_time) && tick.dt >= 0;
@@ -264,7 +264,7 @@ void SafetyFilter::finite(const SafetyInput& in, Tick& tick) noexcept
     tick.wrench = {};
     tick.dt = std::max(tick.dt, 0.);
     ++counters_.not_finite;
-    // A slow device's one bad sample is seen in several ticks, and is one.
+    // One bad sample of a slow device shows in several ticks and counts once.
     if (in.sequence != 0 && in.sequence == bad_sequence_) return;
     bad_sequence_ = in.sequence;
     bad_ = {sane(in.time) ? in.time : time_, bad_[0], bad_[1]};
@@ -302,7 +302,7 @@ void SafetyFilter::observe(const SafetyInput& in, Tick& tick) noexcept
             tick.turned[z] = turned;
             tick.speed[z] = norm(moved) / tick.sample_dt;
             tick.spin[z] = norm(turned) / tick.sample_dt;
-            // A glitch is faster than any motion: what brakes must not kick for it.
+            // A glitch is faster than any motion: the velocity for the brakes is cut, so that they do not kick.
             zone.velocity += blend * (shortened(moved / tick.sample_dt, k_top_speed) - zone.velocity);
             zone.turn += blend * (shortened(turned / tick.sample_dt, k_top_turn) - zone.turn);
             if (z < in.twists.size()) {
@@ -316,8 +316,8 @@ void SafetyFilter::observe(const SafetyInput& in, Tick& tick) noexcept
     if (sampled_) tick.age = time_ - std::min(stamp_, sampled_at_);
 }
 
-/// Step 2. Without a fresh sample the wrench is held, falls from 5 ms on and is gone 20 ms after the last sample, which a slow
-/// device's own clock may date earlier than it came; so is that of a tick that comes 20 ms after the one before.
+/// Step 2. Without a fresh sample the wrench is held, falls from 5 ms on and is zero 20 ms after the last sample, whose time a
+/// slow device's own clock may put before its arrival. A tick that comes 20 ms after the one before gives zero too.
 void SafetyFilter::stale(const SafetyInput& in, Tick& tick) noexcept
 {
     if (!sampled_) return;
@@ -333,7 +333,7 @@ void SafetyFilter::stale(const SafetyInput& in, Tick& tick) noexcept
     if (tick.scale >= 1) return;
     tick.acted |= k_acted_stale;
     ++counters_.stale;
-    if (late > k_stale_fault && in.connected) latch(k_fault_stale);  // who is gone may come back, and engages anew
+    if (late > k_stale_fault && in.connected) latch(k_fault_stale);  // a device that is gone may come back and engages anew
     if (tick.scale <= 0) {
         tick.off = true;
         disengage();
@@ -434,8 +434,8 @@ void SafetyFilter::speed(Tick& tick) noexcept
     ++counters_.fast;
 }
 
-/// Step 7. Observer: the work of what was in effect over the motion that was measured, less what the device's own damping took.
-/// Controller: a valve that closes as the excess grows to the margin once more, and a damper.
+/// Step 7. The observer sums the work of the wrenches in effect over the measured motion, less the loss in the device's own
+/// damping. The controller is a valve that closes as the excess grows to the margin once more, and a damper.
 void SafetyFilter::passivity(Tick& tick) noexcept
 {
     bool acted = false;
@@ -453,18 +453,18 @@ void SafetyFilter::passivity(Tick& tick) noexcept
             zone.since_count = 0;
         }
         Wrench& wrench = tick.wrench[z];
-        // No more is saved up than springs hold, so that what friction has taken cannot pay for what something else gives; out of
-        // contact nothing.
+        // The account never holds more than the springs do, and nothing out of contact, so that energy lost to friction cannot
+        // pay for energy from elsewhere.
         const double springs = std::max(tick.springs[z], stored(then, tick.share[z]));
         // A spring that the ramp stiffens while it is pressed in pushes the hand out: that much is the filter's own doing.
         const double stiffened = std::min(tick.stiffened[z], zone.ramp_store);
         zone.ramp_store -= stiffened;
         zone.energy -= stiffened;
-        // There and back in two samples is a glitch: what it took on the way there it gives on the way back.
+        // A motion there and back within two samples is a glitch: the second sample returns the energy that the first one took.
         if (zone.since_fast >= k_glitch) zone.energy = std::max(zone.energy, -k_slack * springs);
         const bool free = is_zero(wrench) && is_zero(then);
-        // What is owed is forgiven slowly, in contact down to the margin, or a zone that owes would be dead for ever.
-        // A touch that comes and goes many times a second is one: else every time would be given the margin anew.
+        // Debt is forgiven slowly, in contact down to the margin: else a zone in debt would stay dead for ever. A touch that
+        // comes and goes many times a second is one touch: else each would be given the margin anew.
         zone.free_for = free ? zone.free_for + tick.dt : 0;
         const bool left = zone.free_for > k_left;
         const double kept = left ? 0 : margin_, rate = tick.dt / (left ? k_forgive_free : k_forgive);
@@ -472,11 +472,11 @@ void SafetyFilter::passivity(Tick& tick) noexcept
         const double excess = zone.energy - margin_;
         if (!(excess > 0) || is_zero(wrench)) continue;
         acted = true;
-        // The valve follows energy, which is never late, not velocity, which is; and a damper of half the device's own cannot
+        // The valve follows energy, which is never late, not velocity, which is; a damper of half the device's own cannot
         // make the two together active, however late it is.
-        wrench = std::clamp(1 - excess / std::max(margin_, k_least_valve), 0., 1.) * wrench;
+        wrench = std::clamp(1 - excess / std::max(margin_, k_min_valve), 0., 1.) * wrench;
         wrench.force -= std::min(k_damping, 0.5 * device_.damping) * zone.velocity;
-        // A glitch is no motion: what the damper makes of it grows no faster than the slew, or it is a blow.
+        // A glitch gives a false velocity: the slew limit keeps the damper from turning it into a blow.
         if (zone.since_fast < k_glitch) wrench = slewed(sent_before(zone, 1), wrench, tick.dt);
     }
     if (!acted) return;
@@ -484,10 +484,10 @@ void SafetyFilter::passivity(Tick& tick) noexcept
     ++counters_.passivity;
 }
 
-/// Step 8. The motors' heat. spare is what is left of what the window may take, as a first-order thermal model keeps it; the most
-/// that may go out, squared and over the continuous force's square, is 1 - spare + peak spare^3. So it falls smoothly from the
-/// limits to just below the continuous force and from there rises to it. With duty_time at most 2 window peak / (peak^2 - 1) no
-/// window's mean square passes the continuous force's: docs/algorithms/safety.md.
+/// Step 8. The motors' heat. A first-order thermal model keeps spare, the share of the window's heat that is left. The largest
+/// force, squared and over the continuous force's square, is 1 - spare + peak spare^3. So it falls smoothly from the limits to
+/// just below the continuous force and from there rises to it. With duty_time at most 2 window peak / (peak^2 - 1) no window's
+/// mean square passes the continuous force's: docs/algorithms/safety.md.
 void SafetyFilter::duty(Tick& tick) noexcept
 {
     if (!(peak_ > 1)) return;
@@ -505,7 +505,7 @@ void SafetyFilter::duty(Tick& tick) noexcept
     ++counters_.duty;
 }
 
-/// Always last: whatever the steps before did, no more than the limits goes out, less while engaging or while samples are late.
+/// Step 9. Whatever the steps before did, no more than the limits goes out, less while engaging or while samples are late.
 void SafetyFilter::clamp_last(Tick& tick) noexcept
 {
     bool acted = false;
@@ -527,7 +527,7 @@ SafetyReport SafetyFilter::finish(Tick& tick, std::span<Wrench> safe) noexcept
     if (off) {
         tick.acted |= k_acted_off;
         ++counters_.off;
-        // A tick that is not finite passes; all else begins anew.
+        // One tick that is not finite does not disengage the filter; every other cause does.
         if ((tick.acted & k_acted_finite) == 0 || faults_ != 0) disengage();
     }
     SafetyReport report{.acted = tick.acted,

@@ -7,9 +7,9 @@
 
 namespace sqmap::haptic {
 
-inline constexpr double k_absurd = 1e9;  ///< no metre, newton or second of a haptic device: counts as not finite
+inline constexpr double k_absurd = 1e9;  ///< beyond any length, force or time of a haptic device: counts as not finite
 
-/// False for NaN, and quiet: no floating-point exception.
+/// False for NaN, without a floating-point exception.
 inline bool sane(double x) { return std::islessequal(std::fabs(x), k_absurd); }
 inline bool sane(const Vec3d& v) { return sane(v.x) && sane(v.y) && sane(v.z); }
 inline bool sane(const Pose& p)

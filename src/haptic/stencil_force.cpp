@@ -74,7 +74,7 @@ ContactForce stencil_force(ZoneTick& tick, const ContactPose& where, std::span<c
     }
     const std::span<Trail> trail = tick.trail(where.body).first(own);
     const Passed since = passed(tick, where);
-    sum.trust_the_least(trail, since, [&](Vec3d p) { return apply(body.pose, p) - where.at.translation - centre; });
+    sum.bound_by_neighbours(trail, since, [&](Vec3d p) { return apply(body.pose, p) - where.at.translation - centre; });
     sum.settle(o, trail[own - 1], since,
                [&](Vec3d offset) { return o.layer == query::Layer::Exact ? nearer_surface(body, tip, offset) : offset; });
     if (where.remember) {
@@ -88,7 +88,8 @@ ContactForce stencil_force(ZoneTick& tick, const ContactPose& where, std::span<c
     force.lever = centre;
     force.torque = cross(centre, force.force);
     if (where.remember) remember_plane(tick, where, force, norm(force.force));
-    // After the smoothing, which would flatten it. A proxy rests on the smooth surface; its spring is carved (proxy.cpp).
+    // Carves after the smoothing, which would flatten the relief. A proxy rests on the smooth surface; its spring is carved
+    // (proxy.cpp).
     if (o.mode != Mode::Proxy) carve(tick, where, force);
     return force;
 }

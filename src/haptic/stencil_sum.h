@@ -8,7 +8,7 @@ namespace sqmap::haptic {
 /// A sample on the sphere.
 struct Sample {
     Vec3d position{};  ///< from the centre, world axes
-    Vec3d surface{};   ///< nearest one found, from the centre
+    Vec3d surface{};   ///< nearest surface point found, from the centre
     Vec3d normal{};
     double depth = 0;  ///< 0: free, and then the rest is not known
 };
@@ -20,19 +20,19 @@ struct Trail {
     bool known = false;
 };
 
-/// m: by less, depths differ because they are floats. A surface that is nearer by less than this is not another one: taking it
-/// would keep a sample's foot, and with it its normal, behind while the sample moves.
+/// m, the rounding of depths, which are floats. A surface nearer by less than this counts as the same: taking it would leave a
+/// sample's foot, and its normal, behind while the sample moves.
 inline constexpr double k_rounding = 1e-7;
 
-/// Up to so many samples of a ball, their mean depth is noise; from twice as many on it is not.
+/// Number of touching samples up to which a ball's mean depth is noise; from twice as many on it is trusted.
 inline constexpr double k_few_samples = 10;
 
-/// How far samples may have moved since, and how much of a jump is left after a tick.
+/// How far samples may have moved since the last tick, and how much of a jump is left after a tick.
 struct Passed {
     double motion = INFINITY, left = 0;
 };
 
-/// A depth that should change by no more than the motion, and does so over some ticks where it did.
+/// Limits the change of a depth to the motion: a larger change, a jump, is spread over some ticks.
 inline double without_jump(double depth, const Trail& before, const Passed& passed)
 {
     if (!before.known) return depth;
@@ -47,12 +47,12 @@ struct StencilSum {
     double depth = 0;       ///< of a stencil's centre; of a ball's deepest point
     Vec3d nearest{};        ///< unit, outwards there
 
-    /// A search for the nearest surface that ended at another one gave a depth that is too large. Surfaces that its neighbours,
-    /// the centre or the sample itself in the last tick found bound it; what is found wrong only now is put right over some
-    /// ticks. On a Fibonacci lattice neighbours are Fibonacci numbers apart. trail: one per sample, then the centre;
+    /// Corrects depths that are too large because a sample's search ended at another surface. The surfaces that its neighbours,
+    /// the centre or the sample itself in the last tick found bound the depth; a correction that appears only now is spread over
+    /// some ticks. On a Fibonacci lattice neighbours are Fibonacci numbers apart. trail: one per sample, then the centre;
     /// to_world takes the body's frame to the samples'.
     template <class ToWorld>
-    void trust_the_least(std::span<const Trail> trail, const Passed& passed, ToWorld&& to_world)
+    void bound_by_neighbours(std::span<const Trail> trail, const Passed& passed, ToWorld&& to_world)
     {
         constexpr std::size_t k_steps[] = {1, 2, 3, 5, 8, 13, 21, 34, 55};
         for (std::size_t i = 0; i < samples.size(); ++i) {
@@ -78,8 +78,8 @@ struct StencilSum {
         }
     }
 
-    /// How deep the centre or the ball is, from the nearest of all surfaces found. Samples see those on either side of an edge.
-    /// nearer(surface): the nearest one to the centre about that one.
+    /// Finds the depth of the centre or the ball from the nearest of all surfaces found: samples see both sides of an edge.
+    /// nearer(surface): the surface point nearest to the centre in the neighbourhood of surface.
     template <class Nearer>
     void settle(const ZoneOptions& o, const Trail& before, const Passed& passed, Nearer&& nearer)
     {
@@ -88,23 +88,23 @@ struct StencilSum {
         depth = centre.depth;
         nearest = centre.normal;
         if (!ball && (!inside || searched)) return;
-        double least_sq = inside ? centre.depth * centre.depth : r * r;
+        double min_sq = inside ? centre.depth * centre.depth : r * r;
         Vec3d surface{};
         for (const Sample& s : samples)
-            if (s.depth > 0 && norm_sq(s.surface) < least_sq) least_sq = norm_sq(s.surface), surface = s.surface;
+            if (s.depth > 0 && norm_sq(s.surface) < min_sq) min_sq = norm_sq(s.surface), surface = s.surface;
         if (norm_sq(surface) > 0 && !inside)
-            if (const Vec3d found = nearer(surface); norm_sq(found) < least_sq) least_sq = norm_sq(found), surface = found;
-        const double least = std::sqrt(least_sq);
-        if (norm_sq(surface) > 0) nearest = (inside ? 1 : -1) / least * surface;
-        depth = (ball ? r : 0) + (inside ? least : -least);
+            if (const Vec3d found = nearer(surface); norm_sq(found) < min_sq) min_sq = norm_sq(found), surface = found;
+        const double distance = std::sqrt(min_sq);
+        if (norm_sq(surface) > 0) nearest = (inside ? 1 : -1) / distance * surface;
+        depth = (ball ? r : 0) + (inside ? distance : -distance);
         if (depth > 0) depth = without_jump(depth, before, passed);
     }
 
-    /// The smoothed depth, as far as it stays within max_error of the true one; force begins where the true one does. A point's
-    /// counts little until they differ by twice that: by less they do on facets that turn mildly, where it rises and falls with
-    /// every edge and the true one does not. A ball's counts as little while so few samples touch that each that enters changes
-    /// it. reach: radius of a ball, 0 for a point.
-    [[nodiscard]] double near_the_true(double smooth, double max_error, double reach) const
+    /// The smoothed depth, kept within max_error of the true one, so that force begins where the true depth does. For a point the
+    /// smoothed depth counts little until the two differ by twice max_error: on facets that turn mildly it differs by less, and
+    /// rises and falls with every edge, as the true depth does not. For a ball it counts as little while so few samples touch
+    /// that each new one changes it. reach: radius of a ball, 0 for a point.
+    [[nodiscard]] double smoothed_depth(double smooth, double max_error, double reach) const
     {
         if (!(max_error > 0)) return depth;
         const double x = (smooth - depth) / max_error, cube = std::abs(x * x * x);
@@ -143,13 +143,13 @@ struct StencilSum {
             return out;
         }
         if (!(depth > 0)) return out;
-        // A ball's depths on flat ground are evenly spread from 0 to its own, or, where all of it is inside, about that of its
-        // centre: either of these is then exact, the other too large. Where walls meet it lies between their depths, never above
-        // them all, and so changes no faster than they do.
+        // On flat ground a ball's depths are spread evenly from 0 to its own depth, or, once all of it is inside, about the depth
+        // of its centre. One of the two estimates below is then exact and the other too large. Where walls meet, the smaller one
+        // lies between the walls' depths, and so changes no faster than they do.
         const double smooth = ball ? std::min(1.25 * fourth / third, first + r) : flat.depth;
-        out.depth = near_the_true(smooth, std::min(o.smoothing.tolerance, depth), ball ? r : 0);
-        // A ball weighs a wall by the square of how deep it is in it, a stencil, whose centre is inside, by the cube: the mean of
-        // the normals, or of depth times normal, over what is inside.
+        out.depth = smoothed_depth(smooth, std::min(o.smoothing.tolerance, depth), ball ? r : 0);
+        // A ball weighs a wall by the square of its depth in it, a stencil, whose centre is inside, by the cube: the mean of the
+        // normals, or of depth times normal, over the part inside.
         const bool shell = o.smoothing.kernel == Kernel::Shell;
         const Vec3d sum = shell ? normal : -1. * (ball ? inwards1 : inwards2);
         const double size = norm(sum), inside = static_cast<double>(out.contacts) / total;
@@ -159,7 +159,7 @@ struct StencilSum {
                                         : std::max(size / second, 1.5 * size / (r * first));
         Vec3d direction = size > 0 ? sum / size : Vec3d{};
         if (const double u = (coherence - 0.2) / 0.3; u < 1) {
-            // Thinner than the sphere: the nearest surface alone tells the outward direction.
+            // The body is thinner than the sphere: only the nearest surface gives the outward direction.
             const double share = u > 0 ? u * u * (3 - 2 * u) : 0;
             direction = share * direction + (1 - share) * nearest;
             if (norm(direction) > 0.5) direction = normalized(direction);

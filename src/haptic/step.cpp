@@ -82,7 +82,7 @@ Wrench step_zone(ZoneTick& tick)
     ZoneReport& report = tick.report;
     const Pose& device = tick.device();
     SQMAP_ASSERT(is_finite(device));
-    // No motion leads from what was touched before a jump, friction's stretch or a proxy behind a wall to here.
+    // After a jump the zone's memory, such as friction's stretch or a proxy behind a wall, means nothing here.
     if (m.track.jumps(device, in.dt)) {
         tick.clear();
         report.status |= k_step_teleport;

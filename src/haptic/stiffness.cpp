@@ -52,7 +52,7 @@ StiffnessCheck check_stiffness(const DeviceLimits& device, double stiffness, dou
         return check;
     }
     const double by_encoder = 2 * friction / resolution;
-    // Strictly less: a share that rounding cannot eat.
+    // Strictly less, by a share that rounding cannot eat.
     const double by_damping = (1 - 1e-9) * left / (period / 2 + delay);
     check.largest = std::min(by_encoder, by_damping);
     if (by_encoder <= by_damping)

@@ -8,7 +8,7 @@ namespace sqmap::haptic {
 
 namespace {
 
-/// Where a coordinate falls: three values with their weights and the weights' slopes.
+/// The three values about a coordinate, with their weights and the weights' slopes.
 struct Taps {
     std::uint32_t index[3];
     double weight[3], slope[3];
@@ -47,8 +47,8 @@ Relief solid_relief(const Texture& texture, Vec3d p)
     return r;
 }
 
-/// Three projections, each by the square of the normal's component along it. That these weights change along a curved surface
-/// is left out of the gradient.
+/// Three projections, each by the square of the normal's component along it. The gradient leaves out that these weights change
+/// along a curved surface.
 Relief planar_relief(const Texture& texture, Vec3d p, Vec3d normal)
 {
     Relief r;
@@ -77,7 +77,7 @@ Relief relief_at(const Texture& texture, Vec3d p, Vec3d normal) noexcept
     const std::size_t n = texture.n, needed = n * n * (texture.map == TextureMap::Solid ? n : 1);
     if (n == 0 || texture.values.size() < needed || !(texture.step > 0) || !std::isfinite(p.x + p.y + p.z)) return {};
     Relief r = texture.map == TextureMap::Solid ? solid_relief(texture, p) : planar_relief(texture, p, normal);
-    if (r.height > 0) r = {};  // a table that does not keep to its promise
+    if (r.height > 0) r = {};  // the table breaks its promise of heights <= 0
     return r;
 }
 

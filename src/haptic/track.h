@@ -20,8 +20,8 @@ public:
         count_ = std::min(count_ + 1, k_max + 1);
     }
 
-    /// Whether this pose is farther from the last one than any motion: more than k_teleport or k_teleport_turn, and than the top
-    /// speeds make of dt, s.
+    /// True if a pose is farther from the last one than any motion leads: by more than k_teleport or k_teleport_turn, and by more
+    /// than the top speeds allow in dt, s.
     [[nodiscard]] bool jumps(const Pose& pose, double dt) const
     {
         if (count_ == 0) return false;
@@ -68,12 +68,12 @@ private:
         double age = 0;
     };
 
-    /// What lies between is within a step of the straight line from n ticks ago until now, along every axis.
+    /// True if all poses since n ticks ago lie within a step of the straight line from then to now, along every axis.
     [[nodiscard]] bool fits(const Vec3d (&shift)[k_max + 1], int n, double step) const
     {
         for (int i = 1; i < n; ++i) {
             const Vec3d off = shift[i] - (past_[i].age / past_[n].age) * shift[n];
-            // A hair more: steps are compared with steps.
+            // 0.1 % more, since the differences are whole steps themselves.
             for (int k = 0; k < 3; ++k)
                 if (!(std::fabs(off[k]) <= 1.001 * step)) return false;
         }

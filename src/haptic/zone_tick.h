@@ -18,7 +18,7 @@ struct ZoneTick {
     const ZoneOptions& options = zone.options;
     ZoneMemory& memory = state.memory[index];
     ZoneReport& report = state.reports[index];
-    /// Of the touched bodies that count: as many as the input and the state hold.
+    /// The memory of each touched body: of as many as the input and the state hold.
     std::span<TouchMemory> touches =
         std::span(state.touches).subspan(index * state.max_touched, std::min(in.touched.size(), state.max_touched));
 
@@ -39,14 +39,14 @@ struct ZoneTick {
         on_touched[s].force -= w.force;
         on_touched[s].torque -= w.torque + cross(centre - body(s).pose.translation, w.force);
     }
-    /// The share of the torque that the zone is to have.
+    /// The wrench with the zone's share of its torque.
     [[nodiscard]] Wrench with_torque_share(const Wrench& w) const { return {w.force, options.torque_share * w.torque}; }
     /// Velocity of the zone over a touched body at a lever from `at`.
     [[nodiscard]] Vec3d velocity_over(std::size_t s, const Twist& twist, const Pose& at, Vec3d lever) const
     {
         return velocity_at(twist, lever) - velocity_at(body(s).twist, at.translation + lever - body(s).pose.translation);
     }
-    /// Forgets the zone.
+    /// Clears the zone's memory.
     void clear() const;
 };
 

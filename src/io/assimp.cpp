@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 constexpr const char* k_cure = "open the mesh in a modelling program and save it as GLB, OBJ, PLY or STL";
 constexpr const char *k_converted = "mesh.glb", *k_log = "log";
 
-/// Of a link: what it leads to.
+/// True for a file; follows links.
 bool is_file(const fs::path& path)
 {
     std::error_code ignored;
@@ -31,7 +31,7 @@ std::string first_bytes(const fs::path& path, std::size_t count)
     return text;
 }
 
-/// What the program itself said went wrong.
+/// The program's own error message.
 std::string complaint(const fs::path& log)
 {
     const std::string text = first_bytes(log, 1 << 16);

@@ -93,7 +93,7 @@ std::uint32_t word(std::span<const std::byte> bytes, std::size_t at)
     return value;
 }
 
-/// Where the chunk after this one starts: at the next multiple of four, or where a file that does not pad has its binary chunk.
+/// Start of the next chunk: at a multiple of four, or at once if a file without padding has its binary chunk there.
 std::size_t next_chunk(std::span<const std::byte> bytes, std::size_t end)
 {
     const std::size_t padded = (end + 3) / 4 * 4;
@@ -101,7 +101,7 @@ std::size_t next_chunk(std::span<const std::byte> bytes, std::size_t end)
     return is_binary(end) && !is_binary(padded) ? end : padded;
 }
 
-/// Of a GLB file the chunk of JSON, and the binary one if there is one; of any other file all of it.
+/// The JSON chunk of a GLB file, and its binary chunk if there is one; for any other file all bytes.
 std::span<const std::byte> text_of(std::span<const std::byte> bytes, std::span<const std::byte>& binary)
 {
     std::span<const std::byte> text = bytes;
@@ -137,7 +137,7 @@ json parsed(std::span<const std::byte> text)
     const char* begin = reinterpret_cast<const char*>(text.data());
     json root = json::parse(begin, begin + text.size(), nullptr, false);
     if (root.is_discarded()) {
-        // What a cut leaves has no closing brace; anything else is not JSON.
+        // A file that was cut short has no closing brace; anything else is not JSON.
         std::size_t last = text.size();
         while (last > 0 && (begin[last - 1] <= ' ' && begin[last - 1] >= '\0')) --last;
         const std::size_t first = std::string_view(begin, last).find_first_not_of(" \t\r\n");

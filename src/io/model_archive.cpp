@@ -10,7 +10,7 @@
 namespace sqmap::io {
 namespace {
 
-// Of a header of POSIX ustar.
+// Offsets in a header of POSIX ustar.
 constexpr std::size_t k_block = 512, k_size_field = 124, k_magic_field = 257;
 
 std::size_t padded(std::size_t size) { return (size + k_block - 1) / k_block * k_block; }

@@ -60,7 +60,7 @@ ordered_json part_json(const model::Part& p, std::size_t index, const model::Hea
     return out;
 }
 
-/// Of the normal projection.
+/// The map of the paper's projection.
 ordered_json map_json(const model::NormalMapView& map)
 {
     return {{"rows", ((map.eta_count - 1) >> map.subdivisions) + 1},

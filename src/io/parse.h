@@ -1,4 +1,4 @@
-// What the readers share: how they fail, how they count, and a cursor over text.
+// Shared by the readers: errors, counting, and a cursor over text.
 #pragma once
 
 #include "math/number_text.h"

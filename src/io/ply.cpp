@@ -171,7 +171,7 @@ public:
     }
 
 private:
-    /// Whether the text has as many lines as elements, as it should. One of fewer lines is read value by value.
+    /// True if the text has as many lines as elements, as it should. A text with fewer lines is read value by value.
     [[nodiscard]] bool has_a_line_for_each(const std::vector<Element>& elements) const
     {
         std::uint64_t lines = 0;

@@ -105,7 +105,7 @@ HWY_INLINE std::size_t count_of(M mask)
 }
 
 #if HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_SSE4 || HWY_TARGET == HWY_SSSE3
-/// Of a mask's bits the order of lanes that puts those of the mask first; half of it serves half as many lanes.
+/// For each mask, the order of lanes that puts the lanes of the mask first; half of it serves half as many lanes.
 alignas(64) constexpr auto k_first_lanes = [] {
     std::array<std::array<std::uint8_t, 8>, 256> order{};
     for (std::size_t bits = 0; bits < order.size(); ++bits) {

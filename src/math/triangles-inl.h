@@ -80,7 +80,7 @@ public:
         for (std::size_t k = 0; k < k_fields; ++k) hn::StoreU(values[k], df, columns_[k] + at);
     }
 
-    /// Where points lie to triangle i.
+    /// Position of points relative to triangle i.
     struct Position {
         V3 ap;             // from a
         F height;          // above the plane

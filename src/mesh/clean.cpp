@@ -13,7 +13,7 @@ constexpr double k_sliver_height = 1e-9;  // of the box's diagonal: lower triang
 constexpr double k_thin_height = 1e-6;    // of the diagonal: extra faces this low are what rounding left of such
 constexpr double k_weld_distance = 1e-7;  // of the diagonal: positions closer may be one vertex
 
-/// Whether a face is lower than `height` diagonals.
+/// True if a face is lower than `height` diagonals.
 bool is_sliver(const Surface& surface, const Face& f, double height, double diagonal)
 {
     const Vec3d a = surface.points[f.v[0]], b = surface.points[f.v[1]], c = surface.points[f.v[2]];

@@ -7,7 +7,7 @@
 
 namespace sqmap::mesh {
 
-/// What cleaning took out.
+/// Counts of cleaning.
 struct Cleaned {
     std::uint64_t degenerate_faces = 0, duplicate_faces = 0, welded_vertices = 0;
 };

@@ -1,4 +1,4 @@
-// What a user should know of a mesh that was closed or wrapped.
+// Warnings about a mesh that was closed or wrapped.
 #pragma once
 
 #include "sqmap/mesh/admit.h"

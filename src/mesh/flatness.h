@@ -1,4 +1,4 @@
-// Whether a surface is a sheet: too thin for a fit to have anything to hold on to.
+// Recognises a surface that is a sheet: too thin for a fit to find a volume.
 #pragma once
 
 #include "surface.h"

@@ -24,7 +24,7 @@ struct Plane {
     double height(Vec3d p) const { return dot(normal, p - point); }
 };
 
-/// What of the way from a to b lies in a convex polygon of that plane, as shares of the way; empty where from >= to.
+/// The part of the segment from a to b that lies in a convex polygon of its plane, as shares of the segment; empty if from >= to.
 struct Stretch {
     double from = 0, to = 1;
 };

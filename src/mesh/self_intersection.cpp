@@ -76,7 +76,7 @@ public:
             points_.push_back({std::ldexp(p.x, -exponent), std::ldexp(p.y, -exponent), std::ldexp(p.z, -exponent)});
         for (const Triangle& t : mesh.triangles) centres_.push_back((points_[t[0]] + points_[t[1]] + points_[t[2]]) / 3.0);
         out_.crossed.assign(mesh.triangles.size(), 0);
-        // What meets a wanted one meets the box of them all.
+        // A triangle that meets a wanted one also meets the box around all wanted ones.
         Box wanted;
         for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
             if (is_wanted(t)) extend(wanted, box_around(corners(t)));

@@ -8,7 +8,7 @@
 
 namespace sqmap::mesh {
 
-/// Of a region that has one side only, a Moebius strip: nothing is turned, or it is turned as though it were torn somewhere.
+/// The treatment of a region with one side only, a Moebius strip: it is left alone, or turned as though it were torn.
 enum class OneSided { Refused, Torn };
 
 /// Turns faces so that neighbours over two-faced edges agree; in each region the smaller number of faces is turned.

@@ -29,12 +29,12 @@ private:
     std::filesystem::path path_;
 };
 
-/// Of the child alone: seconds of CPU time, bytes of memory, bytes of a file.
+/// Limits of the child alone: seconds of CPU time, bytes of memory, bytes of a file.
 struct ChildLimits {
     std::uint64_t seconds, memory, file;
 };
 
-/// What is run, in which folder; what it prints goes to the file `log`.
+/// A program, the folder to run it in, and the file `log` for its output.
 struct Command {
     std::string program, folder, log;
     std::vector<std::string> arguments, environment;

@@ -55,7 +55,7 @@ void limit(__rlimit_resource resource, rlim_t soft, rlim_t hard)
     ::_exit(127);
 }
 
-/// Whether the process ended before the deadline.
+/// True if the process ended before the deadline.
 bool ends_within(pid_t child, std::chrono::seconds time)
 {
     const auto handle = static_cast<int>(::syscall(SYS_pidfd_open, child, 0));

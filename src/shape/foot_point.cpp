@@ -9,7 +9,7 @@
 namespace sqmap::shape {
 namespace {
 
-// Where the omega tangent is too short to span the tangent plane, derivatives are those of this latitude.
+// Near a pole the omega tangent is too short to span the tangent plane: derivatives are taken at this latitude instead.
 template <class Real>
 constexpr Real k_pole_margin = Real(2e-3);
 

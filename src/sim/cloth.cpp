@@ -13,7 +13,7 @@ namespace sqmap::sim {
 namespace {
 
 constexpr int k_last_pushes = 3;  ///< a node between several surfaces needs more than one
-constexpr int k_self_pushes = 8;  ///< at most: what goes through itself on the way is put back
+constexpr int k_self_pushes = 8;  ///< at most: stop() puts back pairs that still cross
 
 }  // namespace
 

@@ -185,7 +185,7 @@ void Cloth::State::finish(double dt, bool colliders_stand, StepReport& report)
             const Vec3d normal = cast<double>(s.normal);
             const double leaves = dot(velocity[s.node] - cast<double>(s.motion) / dt, normal);
             if (leaves > 0) velocity[s.node] -= leaves * normal;
-            // Where threads and a surface pull a node to and fro, it does not gain by it.
+            // A node that threads and a surface pull to and fro gains no speed by it.
             if (static_cast<double>(s.push) > k_hard_push * fabric.thickness) velocity[s.node] = cast<double>(s.motion) / dt;
             report.deepest =
                 std::max(report.deepest, static_cast<double>(s.offset) - fabric.thickness - dot(position[s.node], normal));

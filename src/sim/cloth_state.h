@@ -22,8 +22,8 @@ struct Cloth::State {
         int first = 0, count = 0;  ///< of the body's links
         bool sewn = true;
         std::vector<btScalar> gap;  ///< rest lengths at the time of sewing
-        double age = 0;             ///< negative while it waits for those that are sewn before it
-        bool carried = true;        ///< the first sewing
+        double age = 0;             ///< negative while it waits for the seams before it
+        bool carried = true;        ///< hands carry the cloth: its first sewing
     };
     struct Pin {
         std::uint32_t node, collider;
@@ -31,7 +31,7 @@ struct Cloth::State {
         btScalar mass;
     };
     struct Restless {
-        Vec3f path{};                   ///< of the step in which it last stirred
+        Vec3f path{};                   ///< of the last step in which it stirred
         float turns = 0, leash = 1e9f;  ///< recent reversals; m
     };
     /// A node on a spring to its position in a tool's grip.
@@ -40,8 +40,8 @@ struct Cloth::State {
         Vec3d offset;  ///< from the tool
         Vec3d pull;    ///< kg m: the spring's force in this step, times dt^2
     };
-    /// A link between two nodes: with Moving the data of Bullet's own, in an eighth of the bytes. They are read a dozen times a
-    /// step, and the contacts wait for all that they push out of the caches.
+    /// A link between two nodes: with Moving the data of Bullet's own, in an eighth of the bytes. The solver reads them a dozen
+    /// times a step, and the contacts wait for all that these reads push out of the caches.
     struct Thread {
         std::uint32_t a, b;
         float stiff, rest_sq;  ///< Bullet's c0: inverse masses over stiffness, not positive where it is cut; c1
@@ -52,7 +52,7 @@ struct Cloth::State {
     void add_threads(const Garment& garment);
     void add_mass(const Garment& garment);
     void add_seams(const Garment& garment);
-    /// A number for each node, the same for those that are sewn together.
+    /// A number for each node; nodes that are sewn together have the same.
     std::vector<std::uint32_t> sewn_names() const;
 
     // cloth_handling.cpp
@@ -63,22 +63,21 @@ struct Cloth::State {
     void solve_held(double dt);
 
     // cloth_solver.cpp
-    /// From Bullet's nodes and links, after it has predicted; links alone where one has changed.
+    /// Copies Bullet's nodes and links after its prediction.
     void take_nodes();
     void take_links();
     /// A sweep of Bullet's PSolve_Links.
     void solve_threads();
-    /// Raises the nodes of triangles in which a collider is, each by its weight at the point.
+    /// Raises the nodes of triangles that a collider pierces, each by its weight at the point.
     void push_interiors_out();
-    /// last: after the step's new half-spaces were found.
+    /// Moves nodes out of half-spaces, with friction. last: after the step's new half-spaces were found.
     void push_out(double dt, bool last);
-    /// No node goes farther in the step than max_speed allows: the sweep has to follow it.
+    /// Cuts the path of each node to max_speed, so that the sweep can follow it.
     void limit(double dt, StepReport& report);
-    /// Nodes that go to and fro without end are stilled, where no collider moves and the cloth as a whole hardly does.
+    /// Stills nodes that go to and fro without end while no collider moves and the cloth as a whole hardly does.
     void still_restless(double dt, bool colliders_stand);
     void finish(double dt, bool colliders_stand, StepReport& report);
-    /// Whether a quarter of the threads, diagonals of the weave too, are longer than k_max_stretch allows; looked at now and
-    /// then.
+    /// True if a quarter of the threads, diagonals of the weave too, are longer than k_max_stretch allows; measured now and then.
     bool stretched();
 
     btSoftBody::Node& node(std::size_t i) { return body->m_nodes[static_cast<int>(i)]; }
@@ -102,8 +101,8 @@ struct Cloth::State {
     std::vector<Held> held;
     double grip_stiffness = 0;  ///< N / m, of all the springs
     Vec3d tool{}, tension{};
-    std::unique_ptr<SelfContacts> self;  ///< where wanted
-    std::vector<std::uint32_t> names;    ///< of nodes, as they are sewn
+    std::unique_ptr<SelfContacts> self;  ///< null without self_collision
+    std::vector<std::uint32_t> names;    ///< sewn_names() now
     Contacts contacts;
     Interiors interiors;
 };

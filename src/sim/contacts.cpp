@@ -202,7 +202,7 @@ void Contacts::squeeze(std::uint32_t node, Vec3d now) noexcept
             HalfSpace &a = spaces_[s], &b = spaces_[t];
             if (dot(a.normal, b.normal) > k_facing) continue;
             normals_[node] = a.normal;
-            // Where there is no space for the thickness, both give half of what is missing.
+            // If there is no space for the thickness, each surface yields half of the missing distance.
             const float missing = a.offset + b.offset - dot(a.normal + b.normal, x) + a.give + b.give;
             const float give = std::clamp(0.5f * missing, 0.f, static_cast<float>(thickness_));
             for (HalfSpace* side : {&a, &b}) {

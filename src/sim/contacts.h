@@ -25,12 +25,12 @@ struct HalfSpace {
     std::uint32_t next = 0;  ///< of the same node
     std::uint32_t collider = 0;
     Vec3f at{};                        ///< surface point, world
-    float give = 0;                    ///< how far it gives way to one that faces it
-    std::uint8_t kept = 0;             ///< for so many steps without having been found again
+    float give = 0;                    ///< how far it yields to a half-space that faces it
+    std::uint8_t kept = 0;             ///< number of steps that it was kept without being found again
     Vec3f local_at{}, local_normal{};  ///< surface point and normal in the collider's frame, the bound one of a skin
 };
 
-/// Whether a collider does not move in the step.
+/// True if a collider does not move in the step.
 [[nodiscard]] inline bool stands(const Collider& s) noexcept
 {
     return s.skin != nullptr ? !(s.skin->motion() > 0)
@@ -50,7 +50,7 @@ public:
     /// Nodes went from previous to now; finds the half-spaces. Bits of ClothStatus. No allocation.
     std::uint32_t find(const Nodes& nodes, std::span<const Collider> colliders, StepReport& report) noexcept;
 
-    /// Room for skinned colliders.
+    /// Allocates for skinned colliders.
     void expect(const query::SkinLattice& lattice, std::span<const Vec3d> points);
     [[nodiscard]] bool expects_skins() const noexcept { return skin_workspace_ != nullptr; }
 
@@ -60,32 +60,35 @@ public:
     [[nodiscard]] std::span<const Vec3d> query_points() const noexcept { return query_points_; }
     /// The last normal of each node's contacts; zero where it is free.
     [[nodiscard]] std::span<const Vec3f> normals() const noexcept { return normals_; }
-    /// Most nodes kept their answers in the last step.
+    /// True if most nodes kept their answers in the last step.
     [[nodiscard]] bool rests() const noexcept { return 2 * stale_count_ < stale_.size(); }
     [[nodiscard]] std::span<HalfSpace> all() noexcept { return std::span(spaces_).first(count_); }
 
 private:
-    /// Marks the nodes that need a query; false: every node does. still: no collider moves.
+    /// Marks the nodes that need a query; false if every node does. still: no collider moves.
     bool mark_stale(std::span<const Vec3d> now, bool still) noexcept;
-    /// Sets the query points of all nodes, or of the stale ones alone. stand: no collider moves. The longest path of a node, m.
+    /// Sets the query points of all nodes, or of the stale ones alone. stand: no collider moves. Returns the longest path of a
+    /// node, m.
     double set_query_points(const Nodes& nodes, bool some, bool stand) noexcept;
     /// Sets aside the half-spaces of the last step; keeps those of nodes that are not stale.
     void turn_over(bool some) noexcept;
+    /// Removes half-spaces that another one made void.
     void drop_void() noexcept;
-    /// Half-spaces that a node is pressed against beside an edge, where nothing is found below it any more.
+    /// Keeps half-spaces that press a node beside an edge although a query finds nothing below it any more.
     void keep_pressed(std::uint32_t node, Vec3d now) noexcept;
-    /// Whether a node's query looks for a surface on the other side of the cloth in this step.
+    /// True if a node's query looks on the other side of the cloth in this step.
     [[nodiscard]] bool turned(std::size_t node) const noexcept;
-    /// Half-spaces that held a node before and that the query of this step could not find.
+    /// Keeps half-spaces that held a node before and that the query of this step could not find.
     void keep_unseen(std::uint32_t node, Vec3d now) noexcept;
-    /// Between two surfaces that face each other.
+    /// Shares the thickness out between two surfaces that face each other.
     void squeeze(std::uint32_t node, Vec3d now) noexcept;
-    /// Nodes, the longest path of one, and the colliders. Bits of ClothStatus.
+    /// The nodes, the longest path of one, m, and the colliders.
     struct Search {
         Nodes nodes;
         std::span<const Collider> colliders;
         double longest = 0;
     };
+    /// Add the half-spaces of one collider; return bits of ClothStatus.
     std::uint32_t query_rigid(std::uint32_t number, const Search& search, StepReport& report) noexcept;
     std::uint32_t query_skinned(std::uint32_t number, const Search& search, StepReport& report) noexcept;
     /// A surface that a node is behind: world, and in the collider's frame.
@@ -95,7 +98,7 @@ private:
         double depth;  ///< m, of the query point
         Vec3d local_at, local_normal;
     };
-    /// False where there is no room for it.
+    /// Adds a half-space; false if there is no space for it.
     bool add(const Surface& surface, const Nodes& nodes) noexcept;
     /// How far the surface may be moved along the normal so that it does not jump under a node that hardly moves.
     double steadied(const HalfSpace& space, Vec3d previous, Vec3d now) const noexcept;
@@ -115,7 +118,7 @@ private:
     std::vector<std::uint32_t> last_head_;
     std::vector<std::uint8_t> stale_;
     enum class Kept { Nothing, Samples, All } kept_ = Kept::Nothing;  ///< of queried_from_
-    bool voided_ = false;                                             ///< half-spaces that another one made void
+    bool voided_ = false;                                             ///< some half-spaces are void: another one hides them
     std::size_t stale_count_ = 0, colliders_ = 0, step_ = 0;
     std::size_t count_ = 0, held_ = 0;  ///< half-spaces; nodes with one
     double thickness_, sweep_step_;

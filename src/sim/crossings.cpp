@@ -1,4 +1,4 @@
-// Edges through triangles: measured, apart from what the simulation believes.
+// Edges through triangles, measured independently of the simulation.
 #include "sqmap/sim/crossings.h"
 
 #include <BulletCollision/BroadphaseCollision/btDbvt.h>

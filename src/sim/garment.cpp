@@ -20,7 +20,7 @@ bool positive(double v) { return std::isfinite(v) && v > 0; }
 struct Grid {
     int columns = 0, rows = 0;  ///< of cells
     double pitch_x = 0, pitch_y = 0;
-    std::vector<std::int64_t> vertex;  ///< (columns + 1) x (rows + 1): its number, -1 where none is kept
+    std::vector<std::int64_t> vertex;  ///< (columns + 1) x (rows + 1): its number, -1 if none is kept
 
     std::int64_t& at(int i, int j)
     {
@@ -28,7 +28,7 @@ struct Grid {
     }
 };
 
-/// keep(i, j): whether a cell is cloth; start(i, j): the initial position of a corner.
+/// keep(i, j): true if a cell is cloth; start(i, j): the initial position of a corner.
 template <class Keep, class Start>
 Grid add_panel(Garment& garment, Grid grid, Keep&& keep, Start&& start)
 {

@@ -11,17 +11,18 @@ namespace sqmap::sim {
 namespace {
 
 constexpr std::size_t k_max = 512;  ///< points held at once
-// In a step: triangles that are looked at, and points that are queried, held ones before new ones. Where the cloth rests there is
-// little new; among bones that move a point is queried on several, and costs more.
+// In a step: triangles examined, and points queried, held ones before new ones. A cloth at rest has little new; among bones that
+// move a point is queried on several, which costs more.
 constexpr std::size_t k_looked_at = 1250, k_looked_at_resting = 300, k_queries = 32, k_queries_moving = 1;
-// Points of a triangle, a quarter of an edge apart; how many of them are queried in a visit, and how far on the next one begins.
+// Points of a triangle, a quarter of an edge apart; how many of them are queried in a visit, and how far on the next visit
+// begins.
 constexpr std::size_t k_points = 12, k_visit = 4, k_next = 5;
 constexpr Vec3f k_weights[k_points] = {{.5f, .5f, 0},   {0, .5f, .5f},   {.5f, 0, .5f},   {.5f, .25f, .25f},
                                        {.75f, .25f, 0}, {0, .75f, .25f}, {.25f, 0, .75f}, {.25f, .5f, .25f},
                                        {.25f, .75f, 0}, {0, .25f, .75f}, {.75f, 0, .25f}, {.25f, .25f, .5f}};
 constexpr float k_parting = 0.5f;  ///< cosine between nodes' normals: below it something sharp may be between them
-// In thicknesses: how far off the surface a point is held, how far below it the query is, how far it is raised in a step at most,
-// also where the cloth rests, how far it may creep until its next query.
+// In thicknesses: height at which a point is held above the surface, depth of the query below it, the most that a step raises it,
+// also at rest, and how far it may creep until its next query.
 constexpr double k_off = 0.25, k_below = 0.5, k_raise = 1, k_raise_resting = 0.05, k_creep = 0.1;
 constexpr double k_along = 0.5;  ///< cosine between the surface's normal and the cloth's: below it the cloth is pierced
 
@@ -64,7 +65,7 @@ bool Interiors::hold(InteriorSpace& space, const TouchingNodes& nodes, std::span
         const query::PointResult c = query::query_point(touched, below, {.layer = layer_});
         if (!c.contact || (c.status & query::k_no_surface) != 0 || c.depth <= deepest) continue;
         deepest = c.depth;
-        // Where something thin has gone through the cloth its surface is beside the point: outwards is along the cloth's own
+        // Something thin that has gone through the cloth has its surface beside the point: outwards is then along the cloth's own
         // normal, back to the tip.
         const bool pierced = dot(c.normal, out) < k_along;
         const Vec3d direction = pierced ? out : c.normal;

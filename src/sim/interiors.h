@@ -1,4 +1,4 @@
-// Interiors of triangles: where something sharp pokes through cloth between the nodes, which have no contact with it.
+// Interiors of triangles: something sharp may poke through cloth between nodes that have no contact with it.
 #pragma once
 
 #include "sqmap/sim/cloth.h"
@@ -19,7 +19,7 @@ struct InteriorSpace {
     Vec3f motion{};  ///< of the surface in this step
     float push = 0;  ///< by how much it has moved the point in this step, >= 0
     std::uint32_t number = 0, collider = 0;
-    bool settled = true;               ///< it is where it is to be
+    bool settled = true;               ///< the point has reached its offset
     Vec3d queried_from{};              ///< the point at its last query
     Vec3f local_at{}, local_normal{};  ///< in the collider's frame
 };
@@ -31,8 +31,8 @@ struct TouchingNodes {
     bool rests = false;              ///< the cloth hardly moves
 };
 
-/// Queries points within triangles whose nodes' normals part: a share of them in each step, and those that were found in a
-/// collider again and again. Colliders with a skin are left out. One thread at a time.
+/// Queries points within triangles whose nodes' normals part: in each step a share of them, and again and again the points that
+/// were found in a collider. Leaves out colliders with a skin. One thread at a time.
 class Interiors {
 public:
     Interiors(std::span<const std::array<std::uint32_t, 3>> triangles, double thickness, query::Layer layer);
@@ -46,12 +46,12 @@ public:
     [[nodiscard]] std::span<InteriorSpace> all() noexcept { return std::span(spaces_).first(count_); }
 
 private:
-    /// Sets where and how the point is to be held; false where no collider is below it.
+    /// Sets the plane that holds the point; false if no collider is below it.
     bool hold(InteriorSpace& space, const TouchingNodes& nodes, std::span<const Collider> colliders) const noexcept;
 
     std::vector<std::array<std::uint32_t, 3>> triangles_;
     std::vector<InteriorSpace> spaces_;
-    std::vector<std::uint8_t> held_;     ///< of each triangle's points: whether a space holds it
+    std::vector<std::uint8_t> held_;     ///< 1 for each point of a triangle that a space holds
     std::size_t count_ = 0, first_ = 0;  ///< spaces; the first to be queried
     std::size_t next_ = 0, visit_ = 0;   ///< the next triangle, and the first of its points
     double thickness_;

@@ -1,4 +1,4 @@
-// How deep cloth is inside colliders: measured apart from the simulation.
+// Depth of cloth inside colliders, measured independently of the simulation.
 #include "sqmap/math/assert.h"
 #include "sqmap/query/point.h"
 #include "sqmap/sim/cloth.h"

@@ -14,16 +14,16 @@ namespace sqmap::sim {
 
 namespace {
 
-constexpr double k_recovers = 0.05;       ///< of a thickness that is missing, in a step
-constexpr double k_looks = 1.5;           ///< thicknesses: what is farther apart is not kept apart
-constexpr double k_least = 0.1;           ///< of a thickness: what would go through is put back so far
-constexpr double k_touches = 1e-6;        ///< m: what comes so near goes through
+constexpr double k_recovers = 0.05;       ///< share of the missing thickness that a step recovers
+constexpr double k_looks = 1.5;           ///< thicknesses: pairs farther apart are ignored
+constexpr double k_min_gap = 0.1;         ///< thicknesses: pairs that would cross are put back this far
+constexpr double k_touches = 1e-6;        ///< m: pairs as near as this go through
 constexpr double k_flat = 1.0;            ///< rad: half a cone of normals within which a patch does not touch itself
-constexpr double k_share_of_edge = 0.25;  ///< what is kept between is no more than this share of the mesh's mean edge
-constexpr double k_any_direction = 10;    ///< rad
-constexpr double k_held_mass = 1e6;       ///< kg: what is held does not give way
-constexpr int k_searches = 4;
-constexpr int k_zones = 12;  ///< rounds
+constexpr double k_share_of_edge = 0.25;  ///< the distance kept is at most this share of the mesh's mean edge
+constexpr double k_any_direction = 10;    ///< rad: a cone that holds every direction
+constexpr double k_held_mass = 1e6;       ///< kg: a held node does not yield
+constexpr int k_searches = 4;             ///< in a step
+constexpr int k_zones = 12;               ///< rounds of joining and moving zones in a search
 constexpr double k_parallel = 1e-12;
 
 /// The difference of the nearest points of two features as weights of their four nodes.
@@ -93,20 +93,20 @@ Nearest nearest(const Four& x, bool edges)
     return out;
 }
 
-/// How far the plane across normal is from having one feature on each side.
+/// Width of the gap between the features along normal; negative if no plane across it separates them.
 double gap(const Four& x, bool edges, Vec3d normal)
 {
     const double h0 = dot(normal, x[0]), h1 = dot(normal, x[1]), h2 = dot(normal, x[2]), h3 = dot(normal, x[3]);
     return edges ? std::min(h0, h1) - std::max(h2, h3) : h0 - std::max(h1, std::max(h2, h3));
 }
 
-/// Where and when, in [0, 1], two features meet.
+/// Nearest points and time, in [0, 1], at which two features meet.
 struct Meeting {
     Nearest at;
     double when = 0;
 };
 
-/// When four points on straight paths are next in a plane and touch; nothing where they do not.
+/// The first meeting of the features of four points on straight paths; nothing if they do not meet.
 std::optional<Meeting> meet(const Four& from, const Four& to, bool edges)
 {
     const Vec3d a = from[1] - from[0], b = from[2] - from[0], c = from[3] - from[0];
@@ -137,7 +137,7 @@ std::optional<Meeting> meet(const Four& from, const Four& to, bool edges)
         double low = ends[k], high = ends[k + 1];
         const double f_low = value(low), f_high = value(high);
         if ((f_low > 0) == (f_high > 0)) {
-            // A turn that touches zero but for rounding.
+            // At a turn the cubic may touch zero but for rounding.
             if (k > 0)
                 if (const auto meeting = touching(low)) return meeting;
             continue;
@@ -180,7 +180,7 @@ SelfContacts::SelfContacts(std::span<const Vec3d> start, std::span<const Triangl
       zone_path_(start.size()),
       zone_mass_(start.size())
 {
-    // Joined from above, whatever hangs together; later only its boxes change.
+    // Builds the tree from above once; later only its boxes and cones change.
     btDbvt tree;
     std::vector<std::uint8_t> taken(start.size());
     constexpr std::uint32_t k_none = 0xffffffffu;
@@ -245,17 +245,17 @@ std::vector<std::uint32_t> SelfContacts::join(const Tree& node, std::span<const 
 
 auto SelfContacts::around(const Box& a, const Box& b) noexcept -> Box
 {
-    const auto least = [](float x, float y) { return x < y ? x : y; };
-    const auto greatest = [](float x, float y) { return x > y ? x : y; };
-    return {{least(a.low.x, b.low.x), least(a.low.y, b.low.y), least(a.low.z, b.low.z)},
-            {greatest(a.high.x, b.high.x), greatest(a.high.y, b.high.y), greatest(a.high.z, b.high.z)}};
+    const auto min = [](float x, float y) { return x < y ? x : y; };
+    const auto max = [](float x, float y) { return x > y ? x : y; };
+    return {{min(a.low.x, b.low.x), min(a.low.y, b.low.y), min(a.low.z, b.low.z)},
+            {max(a.high.x, b.high.x), max(a.high.y, b.high.y), max(a.high.z, b.high.z)}};
 }
 
 void SelfContacts::refit(Tree& node, std::size_t& number)
 {
     const bool joined = joined_[number++] != 0;
     Vec3d normal;
-    double half, wider = 0;  // the cone, kept as the normal's fourth
+    double half, wider = 0;  // half angles of the cone; the node keeps it as the normal's fourth component
     const auto vec = [](const btVector3& v) {
         return Vec3d{static_cast<double>(v.x()), static_cast<double>(v.y()), static_cast<double>(v.z())};
     };
@@ -277,7 +277,7 @@ void SelfContacts::refit(Tree& node, std::size_t& number)
     if (length > 1e-3) normal = normal / length;
     node.normal = to_bullet(normal);
     node.normal.setW(static_cast<btScalar>(half));
-    // Bullet goes down where this is more than pi. What is not one piece may lie on itself whatever its normals.
+    // Bullet descends if this exceeds pi. Triangles that are not one piece may lie on each other whatever their normals.
     node.angle = static_cast<btScalar>((joined ? half : k_any_direction) * (SIMD_PI / k_flat));
 }
 
@@ -393,7 +393,7 @@ void SelfContacts::search(std::span<const Vec3d> previous)
 {
     previous_ = previous;
     watched_.clear();
-    // Outwards by the rounding of float, too.
+    // Rounded outwards, since the boxes are float.
     const auto far = static_cast<float>(0.5 * k_looks * thickness_ * (1 + 1e-3));
     for (std::size_t i = 0; i < now_.size(); ++i) {
         const Vec3f was = cast<float>(previous[i]), is = cast<float>(now_[i]);
@@ -412,11 +412,11 @@ void SelfContacts::search(std::span<const Vec3d> previous)
 std::size_t SelfContacts::push_apart(std::span<const Vec3d> previous, std::span<Moving> moving) noexcept
 {
     std::size_t met = 0;
-    const double least = k_least * thickness_;
+    const double min_gap = k_min_gap * thickness_;
     for (const Watched& w : watched_) {
         Four is;
         for (std::size_t k = 0; k < 4; ++k) is[k] = cast<double>(moving[w.node[k]].at);
-        const double keep = std::min(least, 0.5 * static_cast<double>(w.distance));
+        const double keep = std::min(min_gap, 0.5 * static_cast<double>(w.distance));
         Vec3d normal = cast<double>(w.normal);
         if (gap(is, w.edges, normal) >= keep) continue;
         Four was;
@@ -424,7 +424,7 @@ std::size_t SelfContacts::push_apart(std::span<const Vec3d> previous, std::span<
         const std::optional<Meeting> meeting = meet(was, is, w.edges);
         if (!meeting) continue;
         const Nearest& at = meeting->at;
-        // Its normal where they meet, on the side they come from.
+        // The pair's normal at the meeting, on the side that they come from.
         Four there;
         for (std::size_t k = 0; k < 4; ++k) there[k] = was[k] + meeting->when * (is[k] - was[k]);
         const Vec3d across =
@@ -453,7 +453,7 @@ std::size_t SelfContacts::push_apart(std::span<const Vec3d> previous, std::span<
 std::size_t SelfContacts::stop(std::span<const Vec3d> previous, std::span<Vec3d> now, std::span<const Moving> mass)
 {
     std::iota(zone_.begin(), zone_.end(), 0u);
-    // What was pushed farther since the search than it looked may touch what it did not see.
+    // The search covers nodes that have moved at most `seen` since. If one has moved farther, search again: it may touch others.
     const double seen = 0.5 * k_looks * thickness_;
     const auto search_again = [&] {
         bool far = false;

@@ -20,27 +20,27 @@ struct Moving {
     float inverse_mass;
 };
 
-/// A node and a triangle, or two edges, without a vertex in common. Which side of each other they are on is where they were at
-/// the step's beginning, when nothing went through: the contact's normal points from their nearest points then.
+/// Pairs of a node and a triangle, or of two edges, without a vertex in common. The step's beginning, when nothing went through,
+/// decides on which side of each other they are: the contact's normal points between their nearest points then.
 /// One thread at a time; begin, find and stop may allocate.
 class SelfContacts {
 public:
     using Triangle = std::array<std::uint32_t, 3>;
 
-    /// same: vertices with equal numbers are sewn together. thickness: what is kept between, m. @pre triangles outlives this
+    /// same: vertices with equal numbers are sewn together. thickness: distance that is kept, m. @pre triangles outlives this
     SelfContacts(std::span<const Vec3d> start, std::span<const Triangle> triangles, double thickness);
     ~SelfContacts();
 
-    /// Before the iterations: near pairs, on the side they are on.
+    /// Before the iterations: collects near pairs, each on its present side.
     void begin(std::span<const Vec3d> now);
-    /// One of the iterations: near pairs are kept apart, with friction.
+    /// One of the iterations: keeps near pairs apart, with friction.
     void solve(std::span<const Vec3d> previous, std::span<Moving> moving, double friction) noexcept;
-    /// Pairs that may touch on the path from previous to now; none where a position is not finite. same: vertices with equal
+    /// Finds pairs that may touch on the path from previous to now; none if a position is not finite. same: vertices with equal
     /// numbers are sewn together.
     void find(std::span<const Vec3d> previous, std::span<const Moving> moving, std::span<const std::uint32_t> same);
-    /// Puts back pairs that would cross on their paths; how many would.
+    /// Puts back pairs that would cross on their paths; returns how many would.
     std::size_t push_apart(std::span<const Vec3d> previous, std::span<Moving> moving) noexcept;
-    /// Pairs that would still cross take the mean path of their neighbours instead. How many pairs that did not help.
+    /// Pairs that would still cross take the mean path of their neighbours instead. Returns how many pairs still cross then.
     std::size_t stop(std::span<const Vec3d> previous, std::span<Vec3d> now, std::span<const Moving> mass);
 
 private:
@@ -65,7 +65,7 @@ private:
     using Tree = btDbvntNode;
 
     [[nodiscard]] static Box around(const Box& a, const Box& b) noexcept;
-    /// number: of the nodes before it, from the root down, first child first.
+    /// number: count of the nodes before it, from the root down, first child first.
     void refit(Tree& node, std::size_t& number);
     std::vector<std::uint32_t> join(const Tree& node, std::span<const std::array<std::uint32_t, 3>> beside);
     void search(std::span<const Vec3d> previous);
@@ -79,12 +79,12 @@ private:
     std::span<const Triangle> triangles_;
     double thickness_;
     std::unique_ptr<Tree> root_;
-    std::vector<std::uint8_t> joined_;  ///< of the tree's nodes: whether their triangles are one piece
+    std::vector<std::uint8_t> joined_;  ///< 1 for each node of the tree whose triangles are one piece
     std::vector<std::uint8_t> owned_;   ///< of each triangle: the corners and the edges that it represents, three bits each
     std::span<const Vec3d> previous_;
     std::span<const std::uint32_t> same_;
     std::vector<Vec3d> now_;
-    std::vector<Box> swept_;  ///< of nodes, widened by half the distance that is looked at
+    std::vector<Box> swept_;  ///< of nodes, widened by half the distance k_looks
     std::vector<Near> near_;
     std::vector<Watched> watched_;
     std::vector<std::uint32_t> zone_;

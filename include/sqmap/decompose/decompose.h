@@ -74,7 +74,7 @@ struct DecomposeOptions {
     double printed_curvature = 300;  ///< Printed: t_h, least |mean curvature of hyperbolic points| times the surface area
 };
 
-/// What decompose() saw on the way, for pictures and reports.
+/// Findings of decompose(), for pictures and reports.
 struct Decomposition {
     Partition partition;
     std::vector<double> protrusion;               ///< p of eq. 4 over the mean of p, #triangles

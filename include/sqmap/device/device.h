@@ -41,12 +41,12 @@ struct Capabilities {
 /// One reading.
 struct Sample {
     double time = 0;                          ///< s, monotonic, when the device measured it
-    std::uint64_t sequence = 0;               ///< grows by one with every fresh reading: the same number is a stale one
+    std::uint64_t sequence = 0;               ///< grows by one with every fresh reading: an unchanged number marks a stale one
     std::array<Pose, k_max_zones> poses{};    ///< of the zones; the world, metres
-    std::array<Twist, k_max_zones> twists{};  ///< where the device measures them; else zero and has_twist is false
+    std::array<Twist, k_max_zones> twists{};  ///< measured by the device; zero while has_twist is false
     bool has_twist = false;
     std::uint32_t buttons = 0;  ///< a bit each
-    std::uint32_t resumes = 0;  ///< times that the user has, at the device, chosen to go on after a fault or STOP of the filter
+    std::uint32_t resumes = 0;  ///< how often the user has chosen, at the device, to resume after a FAULT or STOP of the filter
 };
 
 /// A device that cannot be opened: no such kind, not there, or wrong arguments; what() gives the reason and the remedy.
@@ -58,12 +58,12 @@ public:
 
 /// Implementations: one file per family in src/device.
 /// Thread safety: one thread at a time, the servo's; zero() may be called by any thread at any time. read, write, report and zero
-/// never wait, allocate or throw: a thread of the device's own waits for the hardware. That thread exerts nothing where the last
+/// never wait, allocate or throw: a thread of the device's own waits for the hardware. That thread exerts nothing once the last
 /// write is older than 20 ms, and the destructor leaves the hardware without force.
 class Device {
 public:
     virtual ~Device() = default;
-    /// The same for the device's whole life.
+    /// Does not change during the device's life.
     [[nodiscard]] virtual const Capabilities& capabilities() const noexcept = 0;
     /// The newest reading. False when the device is gone; sample is then unchanged.
     virtual bool read(Sample& sample) noexcept = 0;
@@ -71,8 +71,8 @@ public:
     virtual bool write(std::span<const Wrench> wrenches) noexcept = 0;
     /// The safety filter's report on the wrenches of the next write (haptic::bits): for devices that can show it.
     virtual void report(std::uint32_t /*filter*/) noexcept {}
-    /// No force, now: any thread, any time, also twice; for watchdogs. It cancels every wrench written before it; a later write()
-    /// counts again, so that to stop for good the servo must be kept from writing.
+    /// Removes all force at once. Any thread may call it, at any time and more than once; watchdogs do. It cancels every wrench
+    /// written before it. A later write() counts again, so whoever stops for good must also keep the servo from writing.
     virtual void zero() noexcept = 0;
 };
 

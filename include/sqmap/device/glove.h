@@ -23,7 +23,7 @@ struct HandPosture {
     std::array<double, 5> spread{};  ///< of each finger at its proximal joint, towards the thumb's side
 };
 
-/// World pose of every joint, m; the y axis lies along the bone that begins there. right-handed; length: m, wrist to
+/// World pose of every joint, m, right-handed; the y axis lies along the bone that begins at the joint. length: m, from wrist to
 /// middle fingertip. Bones are about as long as Buchholz, Armstrong and Goldstein (1992) found, as shares of the hand's length.
 [[nodiscard]] std::array<Pose, k_hand_joints> hand_joints(const HandPosture& posture, double length = 0.19) noexcept;
 
@@ -32,10 +32,10 @@ struct HandPosture {
 
 /// A hand that opens and closes while it goes to and fro.
 struct GloveMotion {
-    Pose wrist{};            ///< in the middle
+    Pose wrist{};            ///< in the middle of the sway
     Vec3d sway{0, 0, 0.02};  ///< m, to either side
     double sway_period = 3;  ///< s
-    double curl = 0.9;       ///< rad, most
+    double curl = 0.9;       ///< rad, of the closed hand
     double curl_period = 2;  ///< s
     double length = 0.19;    ///< m, of the hand
 };
@@ -44,7 +44,7 @@ struct GloveMotion {
 /// A HandScript; its context is a GloveMotion.
 HandTarget glove_script(const void* motion, double time, std::size_t zone) noexcept;
 
-/// A SimulatedDevice of six zones in a hand that moves so. @pre motion outlives it
+/// A SimulatedDevice of six zones, held by a hand that follows the motion. @pre motion outlives it
 [[nodiscard]] std::unique_ptr<SimulatedDevice> simulated_glove(const GloveMotion& motion, MotorRecord* motors = nullptr);
 
 }  // namespace sqmap::device

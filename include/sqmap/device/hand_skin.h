@@ -17,29 +17,29 @@ namespace sqmap::device {
 struct HandMesh {
     std::vector<Vec3d> points;
     std::vector<float> weights;                        ///< area about each point
-    std::vector<std::array<std::uint16_t, 4>> joints;  ///< #points, that move it: numbers of hand_joints
-    std::vector<std::array<double, 4>> shares;         ///< #points, sum 1
+    std::vector<std::array<std::uint16_t, 4>> joints;  ///< #points by 4: the joints that move the point, indices into hand_joints
+    std::vector<std::array<double, 4>> shares;         ///< #points by 4: weight of each of these joints, sum 1
     std::array<Vec3d, k_hand_joints> positions{};      ///< of the joints
 };
 
-/// Linear blend skinning of a HandMesh by the zones of a glove. Wrist and curls follow from how the zones lie, as though its
-/// bones were those of hand_joints; what the tips then are off by, as when a force holds them back, moves the finger's bones, in
-/// thirds from the knuckle on: a fingertip moves with its zone.
-/// Thread safety: one thread at a time; const functions by many while nobody poses it.
+/// Linear blend skinning of a HandMesh by the zones of a glove. The wrist and the curl of each finger follow from the zones'
+/// poses, as though the hand had the bones of hand_joints. A force that holds a tip back leaves the tip off that pose: the
+/// finger's bones take up the difference, a third each from the knuckle on, so that a fingertip moves with its zone. Thread
+/// safety: one thread at a time; const functions by many while nobody poses it.
 class HandSkin {
 public:
-    /// Scaled to `length`, m, from wrist to middle fingertip; a right hand becomes a left one, which hand_joints is.
-    /// Points are sorted by zone. Allocates. @pre sizes agree, joints < k_hand_joints, weights finite
+    /// Scales the mesh to `length`, m, from wrist to middle fingertip, mirrors a right hand, since hand_joints is a left one, and
+    /// sorts the points by zone. Allocates. @pre sizes agree, joints < k_hand_joints, weights finite
     HandSkin(const HandMesh& mesh, double length);
 
-    /// No allocation; cost: some 50 operations a point. Of poses that are not finite, points are not.
+    /// No allocation; cost: some 50 operations a point. Poses that are not finite give points that are not finite.
     void pose(std::span<const Pose, k_glove_zones> zones) noexcept;
 
     [[nodiscard]] std::span<const Vec3d> points() const noexcept { return posed_; }     ///< world
     [[nodiscard]] std::span<const float> weights() const noexcept { return weights_; }  ///< of each point
     /// The points of a zone are [first(zone), first(zone + 1)).
     [[nodiscard]] std::uint32_t first(std::size_t zone) const noexcept { return first_[zone]; }
-    /// How far what a zone moves is from its pose in the flat hand, m: its points; of the palm all.
+    /// The greatest distance, m, in the flat hand from a zone's pose to the points that it moves; for the palm, to all points.
     [[nodiscard]] double reach(std::size_t zone) const noexcept { return reach_[zone]; }
 
 private:
@@ -49,7 +49,7 @@ private:
     std::vector<std::array<std::uint16_t, 4>> joints_;
     std::vector<std::array<double, 4>> shares_;
     std::array<Vec3d, k_hand_joints> positions_{};  ///< hand's frame
-    std::array<Vec3d, 5> axis_{};                   ///< about which each finger closes, hand's frame
+    std::array<Vec3d, 5> axis_{};                   ///< axis about which each finger closes, hand's frame
     std::array<std::uint32_t, k_glove_zones + 1> first_{};
     std::array<double, k_glove_zones> reach_{};
 };

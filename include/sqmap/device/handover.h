@@ -9,8 +9,8 @@
 
 namespace sqmap::device {
 
-/// The newest of a stream of values (triple buffer). Where the reader is slower, values in between are lost. No pointers inside,
-/// so that it may lie in shared memory.
+/// The newest of a stream of values (triple buffer). A slower reader misses the values in between. Holds no pointers, so it may
+/// lie in shared memory.
 /// Thread safety: one writing and one reading thread (or process) at once; neither ever waits.
 template <class T>
 class Newest {
@@ -23,14 +23,14 @@ public:
         slot_[back_] = value;
         back_ = shared_.exchange(back_ | k_fresh, std::memory_order_acq_rel) & k_index;
     }
-    /// The reader's thread: moves on to the newest value; false where there is none since the last call.
+    /// The reader's thread: moves on to the newest value; false if none came since the last call.
     bool take() noexcept
     {
         if ((shared_.load(std::memory_order_relaxed) & k_fresh) == 0) return false;
         front_ = shared_.exchange(front_, std::memory_order_acq_rel) & k_index;
         return true;
     }
-    /// The reader's thread: what the last take() that was true moved on to; a default value before that.
+    /// The reader's thread: the value that the last successful take() moved on to; a default value before that.
     [[nodiscard]] const T& value() const noexcept { return slot_[front_]; }
 
 private:
@@ -43,14 +43,14 @@ private:
     alignas(64) std::atomic<std::uint32_t> shared_{2};
 };
 
-/// Every value in order (ring). Where the reader falls N behind, new values are refused, and push() says so.
+/// Every value in order (ring). Once the reader is N values behind, push() refuses new ones and returns false.
 /// Thread safety: one writing and one reading thread at once; neither ever waits.
 template <class T, std::size_t N>
 class Ring {
     static_assert(std::is_trivially_copyable_v<T> && (N & (N - 1)) == 0);
 
 public:
-    /// The writer's thread. False where it is full.
+    /// The writer's thread. False when the ring is full.
     bool push(const T& value) noexcept
     {
         const std::uint64_t at = written_.load(std::memory_order_relaxed);
@@ -59,7 +59,7 @@ public:
         written_.store(at + 1, std::memory_order_release);
         return true;
     }
-    /// The reader's thread. False where it is empty.
+    /// The reader's thread. False when the ring is empty.
     bool pop(T& value) noexcept
     {
         const std::uint64_t at = read_.load(std::memory_order_relaxed);

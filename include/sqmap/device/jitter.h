@@ -8,7 +8,7 @@
 
 namespace sqmap::device {
 
-/// Of measure_jitter.
+/// Options of measure_jitter.
 struct JitterOptions {
     double seconds = 10;   ///< 0.1 to 3600
     double period = 1e-3;  ///< s, 0.1 to 20 ms
@@ -22,8 +22,8 @@ struct Jitter {
     std::uint64_t late = 0;  ///< more than a period
 };
 
-/// Runs the servo's own sleep for a while, without work, in a thread of its own; returns when it has ended. Nothing where the
-/// priority is not granted. Any thread.
+/// Runs the servo's own sleep for a while, without work, in a thread of its own; returns when that has ended. Returns nothing if
+/// the system does not grant the priority. Any thread.
 /// @throw std::invalid_argument for options out of range
 [[nodiscard]] std::optional<Jitter> measure_jitter(const JitterOptions& options);
 
@@ -45,7 +45,7 @@ struct Machine {
 /// Reads them from the system. Any thread.
 [[nodiscard]] Machine machine();
 
-/// Whether a machine holds the servo's rate.
+/// How well a machine holds the servo's rate.
 enum class Holds : std::uint8_t {
     Steadily,  ///< under 0.1 % of the ticks late, 99.9 % within half a millisecond
     Mostly,    ///< under 1 % late: works, with ticks that the servo answers from the last contacts

@@ -10,7 +10,7 @@ namespace sqmap::device {
 /// Opens the device, in the process that is to own it. May throw: keep_in_own_process throws what() of it.
 using OpenDevice = std::unique_ptr<Device> (*)(void* context);
 
-/// Of keep_in_own_process.
+/// Options of keep_in_own_process.
 struct KeeperOptions {
     double timeout = 0.020;  ///< s without a wrench until the keeper zeroes the device, 1 to 100 ms
     double period = 1e-3;    ///< s between two exchanges with device and program

@@ -15,7 +15,7 @@ namespace sqmap::device {
 inline constexpr std::uint16_t k_network_port = 47710;
 inline constexpr std::uint32_t k_network_version = 1;
 
-/// Of open_network.
+/// Options of open_network.
 struct NetworkOptions {
     std::string address =
         "127.0.0.1";  ///< IPv4 to listen on; any client that reaches it may move the tool and receives its forces
@@ -27,11 +27,11 @@ struct NetworkOptions {
 /// A thread of the device's own receives and answers.
 /// One client at a time: another is refused until the first says goodbye or is silent for a second. Each pose is answered at
 /// once with the newest wrench, so the force that answers a pose comes with the answer to the next.
-/// @throw DeviceError where the address cannot be listened on, or nobody came.
+/// @throw DeviceError if the address cannot be listened on, or no client came.
 [[nodiscard]] std::unique_ptr<Device> open_network(const NetworkOptions& options);
 /// network[:ADDRESS][,port=,wait=]
 [[nodiscard]] std::unique_ptr<Device> open_network(const DeviceSpec& spec);
-/// Appends its entry.
+/// Appends the network's entry to the list.
 void list_network(std::vector<DeviceListing>& list);
 
 }  // namespace sqmap::device

@@ -12,8 +12,8 @@
 
 namespace sqmap::device {
 
-/// Plays poses: each read() is the next one, whatever the clock says, so that runs repeat; a sample's time is that of reading it,
-/// as of any device. After the last one the device is gone. Wrenches are ignored. Thread safety: as every Device.
+/// Plays poses: each read() gives the next one, whatever the clock says, so that runs repeat. A sample's time is the time of its
+/// read(), as for any device. After the last pose the device is gone. Ignores wrenches. Thread safety: as every Device.
 class PathDevice final : public Device {
 public:
     /// poses: #ticks by #zones, a tick's zones side by side. rate: Hz at which they were taken, for capabilities().
@@ -38,7 +38,7 @@ private:
 /// rotation within 1e-4, no row at all. Any thread.
 [[nodiscard]] std::vector<Pose> read_path(const std::filesystem::path& path);
 
-/// What a scripted hand does.
+/// Motion of a scripted hand.
 enum class Script {
     Press,   ///< in along the normal, a hold, out again
     Tap,     ///< in and out as a sine, its greatest speed as chosen
@@ -55,19 +55,19 @@ struct ScriptOptions {
     double depth = 0.002;  ///< of the deepest point of the tool
     double gap = 0.005;    ///< from where the tool starts
     double radius = 0.02;  ///< of the circle
-    /// From the model's origin to the point that is touched, any length; zero: the first of z, x, y, -z, -x, -y where there is
-    /// one.
+    /// From the model's origin towards the point to touch, any length; zero: the first of z, x, y, -z, -x, -y that meets the
+    /// surface.
     Vec3d direction{};
-    Vec3d travel{1, 0, 0};  ///< where a slide or circle sets out to, as far as the surface lets it
+    Vec3d travel{1, 0, 0};  ///< direction in which a slide or circle starts, projected onto the surface
 };
 
-/// s from the start until the tool is as deep as it is to be; of a press or a tap, until it is out again. Less time cuts the
-/// script short. Any thread.
+/// Time, s, from the start until the tool reaches its full depth; for a press or a tap, until it has left again. A script with
+/// less time ends early. Any thread.
 [[nodiscard]] double script_needs(Script script, const ScriptOptions& options) noexcept;
 
-/// Poses of a tool over a model, in the mesh's frame and units: the tool is never turned. Slides and circles are smoothed over 50
-/// ticks, so depth is met on the average. A circle follows the surface along one direction and hovers where it drops away.
-/// Neither ever jumps. Deterministic. Cost: some 40 queries per tick of a slide or circle. Any thread.
+/// Poses of a tool over a model, in the mesh's frame and units; the tool keeps its orientation. Slides and circles are smoothed
+/// over 50 ticks, so the depth holds on average. A circle follows the surface along one direction and hovers over drops. Neither
+/// ever jumps. Deterministic. Cost: some 40 queries per tick of a slide or circle. Any thread.
 /// @throw DeviceError where no surface lies in the direction, or for options out of range.
 [[nodiscard]] std::vector<Pose> scripted_path(const model::ModelView& model, const query::Probe& tool, Script script,
                                               const ScriptOptions& options);

@@ -16,16 +16,16 @@ namespace sqmap::device {
 struct TickInput {
     const Sample& sample;
     double time = 0;        ///< s, steady clock
-    double dt = 0;          ///< s since the last tick, as it really was
+    double dt = 0;          ///< s since the last tick, measured
     bool degraded = false;  ///< the last tick overran or this one is late: answer cheaply, from the last contacts
     std::uint64_t tick = 0;
-    std::span<double> pushes{};  ///< to be filled, where known, zero at first: haptic::SafetyInput::pushes
+    std::span<double> pushes{};  ///< zero at first; filled in if known, see haptic::SafetyInput::pushes
 };
 /// wrenches: one per zone, zero at first. Runs on the servo's thread: must not wait, allocate or throw. Its result becomes
 /// ServoTick::status. A plain function and a context: no indirection that could allocate.
 using TickFunction = std::uint32_t (*)(void* context, const TickInput& input, std::span<Wrench> wrenches) noexcept;
 
-/// Of a servo.
+/// Options of a Servo.
 struct ServoOptions {
     double period = 1e-3;      ///< s, 0.1 to 20 ms
     double budget = 0.8;       ///< share of the period that a tick may work; more makes the next one degraded
@@ -50,7 +50,7 @@ struct ServoTick {
     std::array<Wrench, k_max_zones> commanded{}, sent{};
 };
 
-/// Since the servo's start.
+/// Counts since the servo's start.
 struct ServoCounters {
     std::uint64_t ticks = 0;
     std::uint64_t late = 0;      ///< more than a period after their deadline
@@ -58,7 +58,7 @@ struct ServoCounters {
     std::uint64_t overruns = 0;  ///< ticks that worked longer than their budget
     std::uint64_t degraded = 0;
     std::uint64_t watchdog = 0;  ///< times the watchdog found no heartbeat for 20 ms
-    std::uint64_t dropped = 0;   ///< ticks that next() never shows, because nobody read them in time
+    std::uint64_t dropped = 0;   ///< ticks lost to next(), because its caller fell too far behind
     double worst_late = 0;       ///< s
 };
 
@@ -67,12 +67,12 @@ struct ServoCounters {
 
 /// Runs from construction to destruction. The device exerts nothing: before the filter engages, after stop(), when the heartbeat
 /// is more than 20 ms old (a thread of its own watches, with its own timer), in the destructor, on SIGINT, SIGTERM, std::exit and
-/// std::terminate. What acts when the process is killed: the device's own time-out, or keep_in_own_process.
-/// The loop is in docs/realtime.md. At most 8 servos at a time.
-/// Where there are no threads (WebAssembly) next() runs the ticks that are due, one a call; time goes on by one period a tick,
-/// and what was missed while nobody called is counted, not caught up. Thread safety: stop, resume, hold, restart and counters may
-/// be called by any thread at once; newest by one thread at a time and next by one thread at a time; construction and destruction
-/// by the owner alone. None of them waits for the loop.
+/// std::terminate. If the process is killed, the device's own time-out acts, or keep_in_own_process.
+/// docs/realtime.md describes the loop. At most 8 servos at a time.
+/// Without threads (WebAssembly), next() runs one due tick a call; time advances by one period a tick, and ticks missed while
+/// nobody called are counted, not made up. Thread safety: stop, resume, hold, restart and counters may be called by any thread at
+/// once; newest by one thread at a time and next by one thread at a time; construction and destruction by the owner alone. None
+/// of them waits for the loop.
 class Servo {
 public:
     /// @throw std::invalid_argument for limits that the filter refuses, with its reason, or a period or priority out of range;
@@ -88,11 +88,11 @@ public:
     void resume() noexcept;         ///< the user's act that clears STOP and FAULT
     void hold(bool held) noexcept;  ///< the dead-man switch, where SafetyOptions::dead_man
     void restart() noexcept;        ///< the scene has changed: engage anew
-    [[nodiscard]] ServoCounters counters() const noexcept;  ///< each is right; together they may be of two ticks
+    [[nodiscard]] ServoCounters counters() const noexcept;  ///< each value is exact; two of them may belong to different ticks
 
     // One thread each.
-    bool newest(ServoTick& tick) noexcept;  ///< the last one; false where there is none since the last call
-    bool next(ServoTick& tick) noexcept;    ///< every one in order, up to 1024 behind; false where there is none
+    bool newest(ServoTick& tick) noexcept;  ///< the last tick; false if none came since the last call
+    bool next(ServoTick& tick) noexcept;    ///< every tick in order, up to 1024 behind; false if none waits
 
 private:
     struct Work;

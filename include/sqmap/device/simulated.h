@@ -1,5 +1,5 @@
-// A device without hardware in a hand without flesh: a mechanism with mass, friction, encoder and delay, held by a mass, a spring
-// and a damper. In steps for tests, and by the clock as a Device.
+// A simulated device in a simulated hand: a mechanism with mass, friction, encoder and delay, held by a mass, a spring and a
+// damper. In steps for tests, and by the clock as a Device.
 #pragma once
 
 #include "sqmap/device/device.h"
@@ -13,7 +13,7 @@
 
 namespace sqmap::device {
 
-/// How a hand holds the tool: a mass on a spring and a damper whose other end is where the hand wants to be.
+/// How a hand holds the tool: a mass on a spring and a damper whose other end is the hand's target.
 struct HandProfile {
     const char* name = "";
     double mass = 0;            ///< kg that moves with the tool
@@ -52,7 +52,7 @@ struct Mechanism {
     double continuous_force = 0;               ///< N that motors could hold for long; 0: there are no motors that heat
 };
 
-/// Where the hand wants to be.
+/// Pose and twist that the hand aims at.
 struct HandTarget {
     Pose pose{};
     Twist twist{};
@@ -62,14 +62,14 @@ struct HandTarget {
 /// bits. Semi-implicit Euler in substeps of at most 50 us. Thread safety: one thread at a time.
 class HeldTool {
 public:
-    /// At rest at the origin.
+    /// Starts at rest at the origin.
     HeldTool(const Mechanism& mechanism, const HandProfile& hand) noexcept : mechanism_(mechanism), hand_(hand) {}
 
-    /// At rest there, without force.
+    /// Puts the tool at rest at a pose, without force.
     void reset(const Pose& pose) noexcept;
-    /// dt seconds. written: the wrench of this tick; null: none came.
+    /// dt seconds. written: the wrench of this tick; null if none came.
     void step(const Wrench* written, const HandTarget& target, double dt) noexcept;
-    /// No force from now on, until something is written.
+    /// Removes the force until the next wrench.
     void zero() noexcept;
 
     [[nodiscard]] Pose measured() const noexcept;                         ///< as the encoder sees it
@@ -77,9 +77,9 @@ public:
     [[nodiscard]] const Twist& twist() const noexcept { return twist_; }  ///< true
     /// Wrench of the motors now.
     [[nodiscard]] const Wrench& exerted() const noexcept { return exerted_; }
-    /// J that the motors have given since reset.
+    /// Work of the motors since reset, J.
     [[nodiscard]] double work() const noexcept { return work_; }
-    /// J that the mechanism's own friction has taken since reset.
+    /// Energy, J, that the mechanism's own friction has dissipated since reset.
     [[nodiscard]] double dissipated() const noexcept { return dissipated_; }
     /// Seconds since a wrench was written.
     [[nodiscard]] double since_write() const noexcept { return since_write_; }
@@ -99,15 +99,15 @@ private:
 /// The motors of a SimulatedDevice, for watching. Any number of threads or processes may read it: lock-free, so that it may lie
 /// in shared memory.
 struct MotorRecord {
-    std::atomic<double> force{0};      ///< N, of the zone with most, as it is exerted
+    std::atomic<double> force{0};      ///< N, the largest of the zones, exerted now
     std::atomic<double> max_force{0};  ///< N, since the start
     std::atomic<std::uint64_t> writes{0}, zeros{0};
     std::atomic<double> last_write{0};  ///< s, steady clock
-    std::atomic<double> let_go{0};      ///< s, steady clock: when force became zero after having been more
+    std::atomic<double> let_go{0};      ///< s, steady clock: when the force last fell to zero
     static_assert(std::atomic<double>::is_always_lock_free && std::atomic<std::uint64_t>::is_always_lock_free);
 };
 
-/// Where the hand of a zone wants to be, time seconds after the device was made.
+/// Target of a zone's hand, time seconds after the device was made.
 using HandScript = HandTarget (*)(const void* context, double time, std::size_t zone) noexcept;
 
 /// A simulated device and the hand that holds it.
@@ -121,7 +121,7 @@ struct SimulatedOptions {
     double step = 0;                ///< s that every read() simulates, whole milliseconds; 0: the time since the last one
 };
 
-/// By the steady clock, where the options name no step: read() simulates the time since the last one. capabilities().simulated.
+/// Each read() simulates the time since the last one by the steady clock, or SimulatedOptions::step. capabilities().simulated.
 /// Thread safety: as every Device; unplug, freeze and poison by any thread.
 class SimulatedDevice final : public Device {
 public:
@@ -156,7 +156,7 @@ private:
     std::atomic<bool> cancelled_{false}, plugged_{true}, frozen_{false}, poisoned_{false};
 };
 
-/// Capabilities of a mechanism with so many zones. Any thread.
+/// Capabilities of a mechanism with a number of zones. Any thread.
 [[nodiscard]] Capabilities capabilities_of(const Mechanism& mechanism, std::size_t zones);
 
 }  // namespace sqmap::device

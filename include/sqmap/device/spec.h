@@ -21,9 +21,9 @@ struct DeviceSpec {
 
     /// The value of an option, or the default.
     [[nodiscard]] std::string text(std::string_view name, std::string_view otherwise) const;
-    /// @throw DeviceError where it is given and no finite number in [least, most].
+    /// @throw DeviceError where it is given and no finite number in [min, max].
     [[nodiscard]] double number(std::string_view name, double otherwise, double min, double max) const;
-    /// @throw DeviceError where it is given and no whole number in [least, most].
+    /// @throw DeviceError where it is given and no whole number in [min, max].
     [[nodiscard]] int whole(std::string_view name, int otherwise, int min, int max) const;
     /// The argument without a name as a whole number. @throw as whole
     [[nodiscard]] int index(int otherwise, int min, int max) const;
@@ -38,18 +38,18 @@ struct DeviceSpec {
 /// @throw DeviceError for an empty kind, an empty argument, an option without a name or one given twice.
 [[nodiscard]] DeviceSpec parse_spec(std::string_view text);
 
-/// Whether a device can be opened.
+/// Availability of a device.
 enum class Presence {
     Here,      ///< can be opened now
     Absent,    ///< supported by this build, but not there: unplugged, or its service does not run
-    NotBuilt,  ///< this build has no support: what is missing is said
+    NotBuilt,  ///< this build has no support; the listing names the missing library
 };
 
 /// A line of `sqmap devices`.
 struct DeviceListing {
-    std::string spec;  ///< what to pass to open_device
+    std::string spec;  ///< the argument of open_device
     Presence presence = Presence::Absent;
-    std::string state;            ///< for people: what was found, or what is missing and how to get it
+    std::string state;            ///< for people: the device found, or the missing part and how to get it
     Capabilities capabilities{};  ///< where known
 };
 

@@ -23,7 +23,7 @@ public:
     using std::runtime_error::runtime_error;
 };
 
-/// Of the trace format.
+/// Version of the trace format.
 inline constexpr int k_trace_version = 1;
 
 /// The recording's setting: a zone count, and all that a replay needs, as key and value, in order; a key may repeat.
@@ -65,7 +65,7 @@ struct TraceRow {
 /// Names of the columns in which they differ, separated by blanks; empty where same_bits. Any thread.
 [[nodiscard]] std::string differences(const TraceRow& a, const TraceRow& b, std::size_t zones);
 
-/// Whether a TraceWriter could write there; leaves nothing. @throw TraceError where not
+/// Checks that a TraceWriter could write to a path; leaves no file. @throw TraceError if not
 void check_recording(const std::filesystem::path& path);
 
 /// Writes a trace. Rows go to PATH.recording, which becomes PATH on finish(): PATH is never partly there, and a recording that
@@ -77,14 +77,15 @@ class TraceWriter {
 public:
     /// @throw TraceError where the file cannot be made, or an earlier recording that was cut short lies there.
     TraceWriter(const std::filesystem::path& path, const TraceHeader& header);
-    /// Without finish(): what was pushed is written and stays under its temporary name.
+    /// Without finish(), writes the pushed rows and leaves them under the temporary name.
     ~TraceWriter();
     TraceWriter(const TraceWriter&) = delete;
     TraceWriter& operator=(const TraceWriter&) = delete;
 
-    /// For the servo: wait-free, no allocation. False where the writer is a ring (k_ring rows) behind: the row is dropped.
+    /// For the servo: wait-free, no allocation. False when the writer is a ring (k_ring rows) behind: the row is dropped.
     bool push(const TraceRow& row) noexcept;
-    /// For programs without a clock to keep: waits for a place. Returns once the row is in the ring, or nothing can be written.
+    /// For programs without a clock to keep: waits for room in the ring. Returns once the row is there, or nothing can be
+    /// written.
     void push_wait(const TraceRow& row);
     /// Rows that push() had to drop.
     [[nodiscard]] std::uint64_t dropped() const noexcept;
@@ -92,7 +93,7 @@ public:
     /// @throw TraceError where the disk is full or the file cannot be renamed.
     void finish();
 
-    /// Rows that wait to be written at most.
+    /// Capacity of the ring: how many rows may wait to be written.
     static constexpr std::size_t k_ring = 2048;
 
 private:

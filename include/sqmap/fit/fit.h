@@ -10,7 +10,7 @@
 
 namespace sqmap::fit {
 
-/// What the data term of the fit sums over the samples (both weighted by area).
+/// Residual that the data term of the fit sums over the samples; both kinds weigh by area.
 enum class Residual : std::uint8_t {
     Radial,    ///< |q| (1 - F^-1/2), the distance along the ray from the centre; without the bias of eq. 3
     Equation3  ///< (a1 a2 a3)^1/4 (F - 1): eq. 3 as printed

@@ -19,9 +19,9 @@ struct CouplingPhysics {
 /// Rotation alike. 0 where stiffness, mass or period is not positive. Any thread.
 [[nodiscard]] double coupling_damping(const CouplingPhysics& physics) noexcept;
 
-/// Mode::Coupled for a device: lowers coupling_stiffness to what 7/10 of the device's damping carries (and to 2 f_c / Delta),
-/// sets the damping to coupling_damping of nine tenths of it, rotation as though at a lever of 2 cm, and the device's resolution.
-/// Mass and inertia stay. Numbers that the device does not report: the careful ones of check_stiffness.
+/// Sets up Mode::Coupled for a device: lowers coupling_stiffness to the bound of check_stiffness for 7/10 of the device's
+/// damping, sets coupling_damping for 9/10 of it, takes rotation as at a lever of 2 cm, and copies the device's resolution. Mass
+/// and inertia stay. The careful numbers of check_stiffness stand for those that the device does not report.
 void choose_coupling(ZoneOptions& options, const DeviceLimits& device) noexcept;
 
 /// Largest torque_share with which a tool of stiffness K, N/m, and points up to `reach`, m, from its pose turns the device no

@@ -18,9 +18,8 @@ struct PatchPoints {
 };
 
 /// The corners of a mesh's triangles, each divided in four, again and again, while its longest edge exceeds `spacing` (the
-/// vertices' unit): finer meshes of one surface then give the same points where their triangles are larger than that. The first
-/// points are the vertices, in their order; spacing 0: these alone. At most max_points: the spacing is widened by a fifth until
-/// that holds or nothing is divided.
+/// vertices' unit): a subdivided mesh thus gives the points of the coarse one, as long as its triangles exceed the spacing. The
+/// first that holds or nothing is divided.
 /// @pre triangles index vertices @throw std::bad_alloc. Cost: n log n in the points. Any thread.
 [[nodiscard]] PatchPoints patch_points(std::span<const Vec3d> vertices, std::span<const std::array<std::uint32_t, 3>> triangles,
                                        double spacing, std::size_t max_points = 100000);

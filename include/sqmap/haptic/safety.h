@@ -1,4 +1,4 @@
-// The safety filter between an algorithm and a hand: eight steps and a last clamp in every tick; none can be switched off.
+// The safety filter between an algorithm and a hand: nine steps in every tick, the last a clamp; none can be switched off.
 #pragma once
 
 #include "sqmap/haptic/stiffness.h"
@@ -12,7 +12,7 @@
 
 namespace sqmap::haptic {
 
-/// Zones that a filter takes at most.
+/// Largest number of zones of a filter.
 inline constexpr std::size_t k_max_safe_zones = 16;
 
 /// The filter's fixed numbers: no program can loosen them.
@@ -44,7 +44,7 @@ struct SafetyOptions {
     bool dead_man = false;  ///< force only while SafetyInput::held
 };
 
-/// Whether the limits can be held.
+/// Verdict on the limits of a filter.
 enum class SetupVerdict : std::uint8_t {
     Ok,
     NotFinite,         ///< a limit or a number of the device is NaN, infinite or negative
@@ -86,13 +86,13 @@ enum SafetyStep : std::uint32_t {
     k_acted_duty = 1u << 7,
     k_acted_last = 1u << 8,     ///< the final clamp
     k_acted_off = 1u << 9,      ///< FAULT, STOP, dead-man switch or no device: zero
-    k_acted_inside = 1u << 10,  ///< of k_acted_engage: some zone has a force commanded before it has been free: see waiting
+    k_acted_inside = 1u << 10,  ///< beside k_acted_engage: a zone was commanded a force before it was free, see waiting
 };
 
 /// Bits of SafetyReport::faults; any of them means zero until the user acts.
 enum SafetyFault : std::uint32_t {
     k_fault_setup = 1u << 0,       ///< refused limits: cannot be cleared
-    k_fault_not_finite = 1u << 1,  ///< three samples with something not finite, or a rotation that is none, within 100 ms
+    k_fault_not_finite = 1u << 1,  ///< within 100 ms, three samples not finite or with a matrix that is no rotation
     k_fault_stale = 1u << 2,       ///< no fresh sample for 100 ms
     k_fault_fast = 1u << 3,        ///< faster than the top speed for 20 ms
     k_fault_stop = 1u << 4,        ///< the user's STOP
@@ -104,8 +104,8 @@ struct SafetyReport {
     std::uint32_t faults = 0;  ///< bits of SafetyFault
     bool engaged = false;      ///< every zone gets all that is commanded, within limits
     double age = 0;            ///< s since the last sample
-    /// A bit per zone: it was inside a body when forces were to begin, and has none until it has left (k_engage_force). The
-    /// cure is to lift it out once.
+    /// A bit per zone that was inside a body when forces were to begin: it gets no force until it has left the body
+    /// (k_engage_force). The user's cure is to lift the tool out once.
     std::uint32_t waiting = 0;
 };
 
@@ -119,22 +119,22 @@ struct SafetyCounters {
 };
 
 /// Deterministic: the same inputs give the same wrenches, bit for bit. Total, noexcept, no allocation; cost: linear in the zones.
-/// Promises, for any input whatever: |force| and |torque| never exceed the limits; both are exactly zero in the tick in which
-/// anything is not finite or a rotation is none, from 20 ms after the last sample on, and while a fault is latched. A filter that
-/// was set up with refused limits always answers zero. Steps, defaults and limits: docs/algorithms/safety.md.
-/// Thread safety: none; one thread at a time, const functions included (the servo's, where one runs it).
+/// Promises, for any input whatever: |force| and |torque| never exceed the limits; both are exactly zero in a tick with a number
+/// that is not finite or a matrix that is no rotation, from 20 ms after the last sample on, and while a fault is latched. A
+/// filter that was set up with refused limits always answers zero. Steps, defaults and limits: docs/algorithms/safety.md. Thread
+/// safety: none; one thread at a time, const functions included (the servo's, where one runs it).
 class SafetyFilter {
 public:
     /// Refused limits: verdict() says why, and every wrench is zero.
     SafetyFilter(const DeviceLimits& device, const SafetyOptions& options) noexcept;
 
-    /// Of the construction.
+    /// The constructor's verdict.
     [[nodiscard]] SetupVerdict verdict() const noexcept { return verdict_; }
     [[nodiscard]] double force_limit() const noexcept { return force_limit_; }           ///< N, in force
     [[nodiscard]] double torque_limit() const noexcept { return torque_limit_; }         ///< N m
     [[nodiscard]] const SafetyCounters& counters() const noexcept { return counters_; }  ///< since the construction
-    /// J given by a zone to the hand since it came into contact, less what the device's own damping took: the quantity that the
-    /// passivity step bounds. 0 for a zone that there is not.
+    /// Energy, J, that a zone has given the hand since it came into contact, less the loss in the device's own damping: the
+    /// passivity step bounds it. 0 for a zone that does not exist.
     [[nodiscard]] double energy(std::size_t zone) const noexcept { return zone < k_max_safe_zones ? zones_[zone].energy : 0; }
 
     /// safe[i]: the wrench that may be sent to zone i. As many zones as the shortest of poses, commanded and safe has; the rest
@@ -147,7 +147,7 @@ private:
 
     struct Zone {
         Pose pose{};
-        bool known = false;        ///< pose is one that was measured
+        bool known = false;        ///< pose was measured
         Vec3d velocity{}, turn{};  ///< smoothed over a few samples
         Wrench held{};             ///< commanded at the last fresh sample
         std::array<Wrench, k_history> sent{};
@@ -158,7 +158,7 @@ private:
         double ramp = 0;
         double ramp_store = 0;  ///< J that the ramp may yet give
         double fast = 0;        ///< s above the top speed
-        double since_fast = 1;  ///< s since it was last above it, no longer than matters
+        double since_fast = 1;  ///< s since the last sample above the top speed; saturates
         double energy = 0;      ///< J
         double free_for = 0;    ///< s without force
         double spare = 1;       ///< share of the motors' heat that is left
@@ -180,7 +180,7 @@ private:
 
     void disengage() noexcept;
     void latch(std::uint32_t fault) noexcept;
-    /// J that springs hold that command this at a share of their stiffness.
+    /// Energy, J, in springs that command this wrench at a share of their stiffness.
     [[nodiscard]] double stored(const Wrench& commanded, double share) const noexcept;
     [[nodiscard]] double heat(const Wrench& wrench) const noexcept;
     [[nodiscard]] Wrench slewed(const Wrench& from, const Wrench& to, double dt) const noexcept;
@@ -191,7 +191,7 @@ private:
     double force_limit_ = 0, torque_limit_ = 0, force_slew_ = 0, torque_slew_ = 0, margin_ = 0, softest_ = 0,
            hold_ = k_stale_hold;
     double per_heat_force_ = 0, per_heat_torque_ = 0;  ///< 1/N^2, 1/(N m)^2: share of the continuous heat
-    double peak_ = 0, duty_time_ = k_duty_window;      ///< most of that, from cold; s
+    double peak_ = 0, duty_time_ = k_duty_window;      ///< largest heat, from cold; time constant, s
     bool dead_man_ = false;
     std::size_t delay_ticks_ = 0;
 
@@ -204,7 +204,7 @@ private:
     double sampled_at_ = 0, stamp_ = 0;  ///< of the last fresh sample: when it came, and the earlier of that and its own time
     std::array<double, 3> bad_{};        ///< times of the last ticks with something not finite, newest first
     std::size_t bad_count_ = 0;
-    std::uint64_t bad_sequence_ = 0;  ///< of the last of them
+    std::uint64_t bad_sequence_ = 0;  ///< sequence number of the last of them
 };
 
 }  // namespace sqmap::haptic

@@ -24,7 +24,7 @@ struct Smoothing {
     double tolerance = 0.0002;  ///< m
 };
 
-/// The samples of a ball as tool, radius in metres: 0.8 mm apart on one of 5 mm.
+/// Samples for a ball as tool, radius in metres; on a ball of 5 mm they are 0.8 mm apart.
 [[nodiscard]] constexpr Smoothing ball_of(double radius) noexcept
 {
     return {.radius = radius, .points = 500, .tolerance = 0.0003};
@@ -40,7 +40,7 @@ struct Smoothing {
 
 /// A depth and its derivative.
 struct StencilDepth {
-    double depth = 0, slope = 0;  ///< m, and d depth / d mean_square, 1/m; zero where nothing is inside
+    double depth = 0, slope = 0;  ///< m, and d depth / d mean_square, 1/m; zero if nothing is inside
 };
 /// The inverse of mean_square_depth and its slope: the depth of the centre, at least -r. Any thread.
 [[nodiscard]] StencilDepth depth_of_stencil(double r, double mean_square) noexcept;

@@ -10,28 +10,28 @@
 
 namespace sqmap::haptic {
 
-/// The same model measured in metres, where a mesh unit is not a metre. Shares the model's bytes. Any thread.
+/// The same model with its lengths in metres. Shares the model's bytes. Any thread.
 /// @pre metres_per_unit > 0
 [[nodiscard]] model::ModelView in_metres(const model::ModelView& model, double metres_per_unit) noexcept;
 
-/// Bits of what happened in a step.
+/// Events of a step, as bits.
 enum StepStatus : std::uint32_t {
     k_step_ok = 0,
     k_step_contact = 1,
     k_step_full = 2,        ///< more contacts than the state holds: the rest does not count
-    k_step_not_finite = 4,  ///< a pose, a touched body or dt was not: that zone's wrench is zero and its memory is cleared
+    k_step_not_finite = 4,  ///< a pose, a touched body or dt was not finite: that zone's wrench is zero and its memory is cleared
     k_step_degraded = 8,    ///< answered from the last tangent planes
     k_step_blended = 16,    ///< a jump of the force is being blended
     k_step_slipping = 32,
     k_step_no_surface = 64,   ///< some contact had no surface to push to and was left out
-    k_step_short_span = 128,  ///< wrenches or on_touched holds fewer than there are: the rest is lost
+    k_step_short_span = 128,  ///< wrenches or on_touched has too few elements: the rest is lost
     k_step_teleport = 256,    ///< the device jumped by more than k_teleport or k_teleport_turn: its zone's memory was cleared
 };
 
 /// The contact of a zone in the last tick, for traces and pictures. World, metres.
 struct ZoneReport {
     double depth = 0;    ///< effective penetration depth: spring force over stiffness
-    double deepest = 0;  ///< of its contacts; of a stencil or ball its own depth, before smoothing
+    double deepest = 0;  ///< of its contacts; for a stencil or ball its own depth before smoothing
     Vec3d normal{};      ///< unit, outwards; zero where free
     Vec3d point{};       ///< centre of the contacts on the surface
     std::uint32_t contacts = 0;
@@ -48,18 +48,19 @@ struct StepInput {
     std::span<const Pose> poses{};    ///< per zone, world; torque is about their translation
     std::span<const Twist> twists{};  ///< per zone where measured, world; empty: differences of poses
     double dt = 0.001;                ///< s since the last step, the real one
-    /// No time for a query: every zone is answered from the tangent planes of its last one. Never by superquadrics alone.
+    /// Set if there is no time for a query: every zone is answered from the tangent planes of its last one. Never by
+    /// superquadrics alone.
     bool degraded = false;
 };
 
-/// What a tick found.
+/// Outcome of a tick.
 struct StepResult {
     std::uint32_t status = k_step_ok;  ///< of all zones, bits of StepStatus
     std::uint32_t contacts = 0;
     double deepest = 0;  ///< m
 };
 
-/// How much a state has space for.
+/// Capacity of a state.
 struct StateOptions {
     std::size_t max_contacts = 8192;  ///< of one probe with one touched body
     std::size_t max_touched = 8;      ///< bodies beyond it have no contacts, and k_step_full says so
@@ -74,7 +75,7 @@ class State;
 /// Thread safety: one thread per state at a time; any number of states at once.
 StepResult step(State& state, const StepInput& input, std::span<Wrench> wrenches, std::span<Wrench> on_touched = {}) noexcept;
 
-/// What step() remembers from tick to tick. Made outside the loop. Movable, not copyable; a moved-from state may only be
+/// Memory of step() from tick to tick. Made outside the loop. Movable, not copyable; a moved-from state may only be
 /// destroyed or assigned to.
 /// Thread safety: one thread at a time, const functions included.
 class State {
@@ -87,7 +88,8 @@ public:
 
     /// Number of zones.
     [[nodiscard]] std::size_t zones() const noexcept;
-    /// To be changed between ticks; not the averaging, which the state has allocated for. @pre zone < zones()
+    /// Options of a zone. They may change between ticks, except the averaging, for which the state has allocated.
+    /// @pre zone < zones()
     [[nodiscard]] ZoneOptions& options(std::size_t zone) noexcept;
     /// @pre zone < zones()
     [[nodiscard]] const ZoneReport& report(std::size_t zone) const noexcept;

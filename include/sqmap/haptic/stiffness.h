@@ -28,20 +28,20 @@ enum class StiffnessReason : std::uint8_t {
 /// A sentence for people. Any thread.
 [[nodiscard]] const char* describe(StiffnessReason reason) noexcept;
 
-/// Whether a device can show a stiffness, and why not.
+/// Verdict on a stiffness for a device.
 struct StiffnessCheck {
     bool safe = false;                                   ///< the requested stiffness is at most largest
     double largest = 0;                                  ///< N/m, the largest safe K
-    StiffnessReason reason = StiffnessReason::Sampling;  ///< of the bound that largest comes from
-    bool assumed = false;  ///< the device does not report a number that this needs: a careful one stands in
+    StiffnessReason reason = StiffnessReason::Sampling;  ///< the bound that sets largest
+    bool assumed = false;                                ///< a careful number stands for one that the device does not report
 };
 
-/// The stiffness that a device can show without ever being able to give energy, whoever holds it: the least of 2 f_c/Delta and
+/// The stiffness that a device can show without ever being able to give energy, whoever holds it: the smaller of 2 f_c/Delta and
 /// (b - |B|)/(T/2 + delay), which without delay is Colgate's bound and without B Abbott and Okamura's 2b/T. virtual_damping is B,
 /// N s/m. Unknown b, f_c, Delta: 0.1 N s/m, 0.02 N, 50 um. Not safe where a number is not finite or |B| >= b. Any thread.
 [[nodiscard]] StiffnessCheck check_stiffness(const DeviceLimits& device, double stiffness, double virtual_damping = 0) noexcept;
 
-/// The device with the careful numbers of check_stiffness where it reports none. Any thread.
+/// The device with the careful numbers of check_stiffness for those it does not report. Any thread.
 [[nodiscard]] DeviceLimits with_careful_numbers(const DeviceLimits& device) noexcept;
 
 }  // namespace sqmap::haptic

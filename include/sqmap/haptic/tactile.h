@@ -21,7 +21,7 @@ struct TactileOptions {
     query::QueryOptions query{};  ///< layer and margin of the model
 };
 
-/// What a taxel feels, in the pad's frame.
+/// Force on a taxel, in the pad's frame.
 struct Taxel {
     float normal = 0;  ///< pressed in: along minus the taxel's normal, never negative
     Vec3f shear{};     ///< perpendicular to the taxel's normal
@@ -43,7 +43,7 @@ struct TactileResult {
     std::uint8_t status = 0;   ///< bits of query::Status
 };
 
-/// Taxels and where they were: queried tick by tick. One thread at a time.
+/// The taxels of a pad and its last pose. One thread at a time.
 class TactilePad {
 public:
     /// Points and outward normals of the taxels, in the pad's frame; as many of each, finite. Normals need not be unit; a zero
@@ -53,11 +53,11 @@ public:
     /// Number of taxels.
     [[nodiscard]] std::size_t size() const noexcept { return normals_.size(); }
 
-    /// taxels: size() of them, in the order of the points. Where the poses or dt are not finite all forces are zero. No
+    /// taxels: size() of them, in the order of the points. If a pose or dt is not finite, all forces are zero. No
     /// allocation, no lock. Cost: 20 us for 1,000 taxels that all touch with AVX-512, 40 us with SSE4; less where they are free.
     /// @pre taxels.size() == size()
     TactileResult tick(const TactileTick& tick, const TactileOptions& options, std::span<Taxel> taxels) noexcept;
-    /// The pad was lifted and set elsewhere: the next tick has no slip.
+    /// Forgets the last pose, as after lifting the pad: the next tick has no slip.
     void restart() noexcept { has_last_ = false; }
 
 private:

@@ -1,4 +1,4 @@
-// What a tool touches, and the zones that feel it: materials, modes, options (section 6.1).
+// The bodies that a tool touches, and the tool's zones: materials, modes, options (section 6.1).
 // Plain data: any number of threads may read it.
 #pragma once
 
@@ -75,8 +75,8 @@ struct ZoneOptions {
     double brake = 0, brake_ahead = 0.005;
     /// s: a jump of the force, as at the medial axis, decays to 1/e in this time; 0: jumps pass.
     double blend_time = 0.010;
-    /// m, of the device's encoder, where twists are not measured: velocity is taken over the longest past that one velocity
-    /// explains to within it; 0: over the last tick.
+    /// m, the encoder's step of a device without twists: the velocity is that over the longest past that one velocity fits to
+    /// within this step; 0: over the last tick.
     double resolution = 0;
     /// m, Proxy with a Patch or a Ball (at most a fifth of its radius): the depth at which the proxy rests, so that many points
     /// bear it. The force is then smooth and the torque soft: as the tool turns, the bearing point moves across it. A Patch in
@@ -116,9 +116,9 @@ struct Zone {
     std::uint32_t first = 0, count = std::numeric_limits<std::uint32_t>::max();  ///< the probe's points that belong to it
     Vec3d tip{};                       ///< Stencil and Ball: the centre of the points, the zone's frame
     std::span<const float> weights{};  ///< Patch: area per point, #points of the probe; empty: all alike. Outlives the state
-    /// Patch, and only a zone that has all of its probe: ever more points; at most one set is exchanged per tick. The next
-    /// denser set follows while it would not have more than max_touching points in contact, so that large triangles are felt
-    /// between their corners and small ones cost no more. The change of force is blended. Outlives the state.
+    /// Patch, for a zone with all points of its probe: sets of ever more points of the same surface. A tick moves on by one set
+    /// at most, to the next denser one only if that would have at most max_touching points in contact, so that large triangles
+    /// touch between their corners too and small ones cost no more. The change of force is blended. Outlives the state.
     std::span<const DenserPoints> denser{};
     std::uint32_t max_touching = 1200;
     double radius = std::numeric_limits<double>::infinity();  ///< m, of the impact sphere about the zone's pose

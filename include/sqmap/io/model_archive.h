@@ -29,7 +29,7 @@ private:
     std::string why_, cure_;
 };
 
-/// Where a model stands in its archive. The texts are valid as long as the archive.
+/// Position of a model in its archive. The texts are valid as long as the archive.
 struct ArchivedModel {
     std::string_view key;     ///< 64 hexadecimal digits: of the mesh's bytes, the options and the version
     std::string_view sha256;  ///< of the model's bytes, 64 hexadecimal digits

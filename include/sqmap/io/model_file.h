@@ -32,7 +32,7 @@ struct SectionBytes {
     std::size_t exact = 0, mesh = 0;
     std::size_t distance = 0;  ///< signed distance on both sides
 };
-/// Of a parsed model whose file has `total` bytes.
+/// Sections of a parsed model whose file has `total` bytes.
 [[nodiscard]] SectionBytes section_bytes(const model::ModelView& view, std::size_t total);
 
 /// Writes through a temporary file beside path and a rename: path is never partly written.

@@ -1,4 +1,4 @@
-// What is in a model, as JSON text for reports and other programs.
+// Contents of a model as JSON text, for reports and other programs.
 // Pure functions: any number of threads.
 #pragma once
 

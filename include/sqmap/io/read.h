@@ -13,7 +13,7 @@
 
 namespace sqmap::io {
 
-/// What a reader is willing to take on.
+/// Limits of a reader.
 struct ReadLimits {
     std::uint64_t max_bytes = std::uint64_t{2} << 30;  ///< size of the file
     std::uint64_t max_faces = 20'000'000;              ///< polygons in it, instances counted
@@ -34,7 +34,7 @@ struct ReadError {
     std::string cure;     ///< what a user can do
 };
 
-/// What a mesh file holds, or why it is not read.
+/// Contents of a mesh file, or the reason why it is not read.
 struct ReadResult {
     PolygonSoup soup;                  ///< empty after an error
     std::optional<MeshFormat> format;  ///< as recognised, also after most errors

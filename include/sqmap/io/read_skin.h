@@ -34,7 +34,7 @@ struct SkinJoint {
 
 /// One channel of an animation.
 struct JointTrack {
-    /// What a channel moves.
+    /// The part of a joint's transform that a channel moves.
     enum class Path : std::uint8_t { Translation, Rotation, Scale };
     /// How values between its keys are found.
     enum class Between : std::uint8_t { Step, Linear, Cubic };

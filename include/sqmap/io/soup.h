@@ -1,4 +1,4 @@
-// What a mesh file holds, before anyone has checked it.
+// Polygons of a mesh file, not yet checked.
 // Plain data: any number of threads may read it.
 #pragma once
 

@@ -13,7 +13,7 @@
 
 namespace sqmap::io {
 
-/// Where a body stands at a time: x_world = rotation x + translation.
+/// Pose of a body at a time: x_world = rotation x + translation.
 struct RigidKey {
     Mat3d rotation{};  ///< proper
     Vec3d translation{};

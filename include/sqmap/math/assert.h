@@ -4,7 +4,7 @@
 
 namespace sqmap {
 
-/// What is called with a broken precondition: its text, its file and its line. The program ends when it returns.
+/// Handles a broken precondition, given its text, file and line. The program ends when the handler returns.
 using AssertHandler = void (*)(const char* condition, const char* file, int line);
 
 /// Replaces what is called; nullptr: a line to the standard error. Returns what was called before, nullptr: that line.

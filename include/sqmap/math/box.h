@@ -55,7 +55,7 @@ template <class Points>
     return box;
 }
 
-/// Whether no point is in the box.
+/// True if the box holds no point.
 template <class Real>
 [[nodiscard]] constexpr bool is_empty(const Box3<Real>& box) noexcept
 {
@@ -76,14 +76,14 @@ template <class Real>
     return Real(0.5) * (box.lo + box.hi);
 }
 
-/// Whether p is in the box or on its sides.
+/// True if p is in the box or on its sides.
 template <class Real>
 [[nodiscard]] constexpr bool contains(const Box3<Real>& box, Vec3<Real> p) noexcept
 {
     return box.lo.x <= p.x && p.x <= box.hi.x && box.lo.y <= p.y && p.y <= box.hi.y && box.lo.z <= p.z && p.z <= box.hi.z;
 }
 
-/// Whether two boxes have a point in common; they do where they only touch.
+/// True if two boxes have a point in common, also if they only touch.
 template <class Real>
 [[nodiscard]] constexpr bool overlap(const Box3<Real>& a, const Box3<Real>& b) noexcept
 {

@@ -1,4 +1,4 @@
-// Where a rigid body is, and a sphere about it.
+// Pose of a rigid body, and a sphere about it.
 // Pure functions and plain data: any number of threads.
 #pragma once
 
@@ -6,7 +6,7 @@
 
 namespace sqmap {
 
-/// Where a body is: x in the parent frame = rotation x + translation; the parent's units.
+/// Pose of a body: x in the parent frame = rotation x + translation; the parent's units.
 struct Pose {
     Mat3d rotation{};
     Vec3d translation{};
@@ -19,7 +19,7 @@ struct Pose {
 {
     return {a.rotation * b.rotation, a.rotation * b.translation + a.translation};
 }
-/// Of a rotation: another matrix is transposed, not inverted. NaN stays NaN.
+/// Inverse of a pose whose matrix is a rotation; another matrix is transposed, not inverted. NaN stays NaN.
 [[nodiscard]] constexpr Pose inverse(const Pose& pose) noexcept
 {
     return {transpose(pose.rotation), -transpose_mul(pose.rotation, pose.translation)};
@@ -34,7 +34,7 @@ struct Sphere3 {
 /// In double.
 using Sphere = Sphere3<double>;
 
-/// Whether all numbers of the pose are finite.
+/// True if all numbers of the pose are finite.
 [[nodiscard]] inline bool is_finite(const Pose& pose) noexcept
 {
     return is_finite(pose.rotation.row[0]) && is_finite(pose.rotation.row[1]) && is_finite(pose.rotation.row[2]) &&

@@ -12,7 +12,7 @@ struct SineCosine {
     double sine, cosine;
 };
 
-/// Of an angle in radians; beyond a million of either sign, or not finite: NaN.
+/// Sine and cosine of an angle in radians; NaN for an angle beyond a million of either sign, or not finite.
 [[nodiscard]] inline SineCosine sine_cosine(double angle) noexcept
 {
     if (!(std::abs(angle) <= 1e6)) return {NAN, NAN};

@@ -142,7 +142,7 @@ constexpr Mat3<Real> operator*(const Mat3<Real>& a, const Mat3<Real>& b)
     return {{transpose_mul(b, a.row[0]), transpose_mul(b, a.row[1]), transpose_mul(b, a.row[2])}};
 }
 
-/// Whether all components are finite.
+/// True if all components are finite.
 template <class Real>
 [[nodiscard]] bool is_finite(Vec3<Real> v) noexcept
 {

@@ -17,7 +17,7 @@ inline constexpr std::uint32_t k_no_triangle = std::numeric_limits<std::uint32_t
 /// Dual graph (paper section 3.1, after Lin, Liao and Lin, "Visual salience-guided mesh decomposition").
 struct DualGraph {
     /// #triangles; entry e is the triangle across the edge from corner e to corner e + 1, k_no_triangle on a border.
-    /// Where more than two triangles meet in an edge they are paired in order of their index.
+    /// At an edge of more than two triangles, triangles are paired in order of their index.
     std::vector<std::array<std::uint32_t, 3>> neighbours;
 };
 

@@ -45,7 +45,7 @@ public:
         Vec3d origin, direction;
         double from = 0, to = std::numeric_limits<double>::infinity();
     };
-    /// Where a ray meets a triangle: at origin + t direction, which is (1 - u - v) a + u b + v c of its corners.
+    /// Meeting of a ray and a triangle: at origin + t direction, which is (1 - u - v) a + u b + v c of its corners.
     struct Hit {
         double t = 0, u = 0, v = 0;
         std::uint32_t triangle = 0;
@@ -54,7 +54,7 @@ public:
     /// The first triangle that a ray meets, the least one of several at the same t. A ray through an edge or a corner of a closed
     /// mesh meets a triangle there: nothing slips between two. Cost: O(log #triangles) as a rule.
     [[nodiscard]] std::optional<Hit> first_hit(const Ray& ray) const;
-    /// Whether it meets any triangle. Cost: less than first_hit.
+    /// True if the ray meets any triangle. Cost: less than first_hit.
     [[nodiscard]] bool meets_any(const Ray& ray) const;
     /// All triangles that it meets, nearest first: both of an edge. Cost: as above, times their number.
     void all_hits(const Ray& ray, std::vector<Hit>& out) const;

@@ -15,7 +15,7 @@ struct Distances {
     double mean = 0, p99 = 0, max = 0;
 };
 
-/// What a cure did to a surface.
+/// Effect of a cure on a surface.
 struct Deviation {
     Distances input_to_result;                    ///< from all of the input's surface
     std::optional<Distances> bounding_to_result;  ///< from the input's surface that bounds the solid, of a wrapped one

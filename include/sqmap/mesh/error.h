@@ -1,4 +1,4 @@
-// What the offline side throws. Judging a mesh never throws: see mesh/admit.h.
+// Exceptions of the offline side. Judging a mesh never throws: see mesh/admit.h.
 #pragma once
 
 #include <cstdint>

@@ -11,7 +11,7 @@
 
 namespace sqmap::mesh {
 
-/// Where a mesh meets itself.
+/// The self-intersections of a mesh.
 struct SelfIntersections {
     std::uint64_t pair_count = 0;
     bool is_complete = true;            ///< false: counting stopped at max_pairs

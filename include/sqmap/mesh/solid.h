@@ -24,7 +24,7 @@ public:
     /// crossed: #triangles, non-zero where another triangle cuts it (see find_self_intersections); empty for none.
     explicit Solid(const Mesh& mesh, std::span<const std::uint8_t> crossed = {});
 
-    /// Whether the winding number about p is positive; exact for points off the surface.
+    /// True if the winding number about p is positive; exact for points off the surface.
     [[nodiscard]] bool inside(Vec3d p) const { return bvh_.winding_number(p) > 0; }
     /// Closest point of the solid's boundary; buried pieces do not count. within: how far it is at most, the closer the
     /// faster; where nothing is nearer, the distance is within.
@@ -32,7 +32,7 @@ public:
     [[nodiscard]] const Bvh& bvh() const { return bvh_; }                           ///< of all triangles
     [[nodiscard]] const Mesh& mesh() const { return mesh_; }                        ///< as it was given
     [[nodiscard]] std::span<const Boundary> boundary() const { return boundary_; }  ///< #triangles
-    /// What of a triangle is boundary, cut into triangles; only where it is partly.
+    /// The parts of a triangle that are boundary, cut into triangles; only for a triangle that is partly boundary.
     [[nodiscard]] std::span<const std::array<Vec3d, 3>> visible(std::uint32_t triangle) const
     {
         return first_piece_.empty()

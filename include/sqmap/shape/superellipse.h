@@ -9,7 +9,7 @@ namespace sqmap::shape {
 template <class Real>
 inline constexpr Real k_octant_margin = Real(1e-3);
 
-/// Where the ray from the origin through (x, y) meets the unit superellipse |c|^(2/eps) + |s|^(2/eps) = 1.
+/// Point at which the ray from the origin through (x, y) meets the unit superellipse |c|^(2/eps) + |s|^(2/eps) = 1.
 ///   (c, s) = (cos^eps t, sin^eps t) for the t of eq. 14, signs kept: the radial (equal-spaced) reading of eq. 9.
 ///   (nc, ns) = (sgn c |c|^(2/eps - 1), sgn s |s|^(2/eps - 1)), the outward normal direction (eq. 24 without s):
 ///   c nc + s ns = 1. Neither ever overflows, and never are both small.

@@ -76,7 +76,7 @@ Vec3<Real> deform(const Superquadric<Real>& sq, Vec3<Real> q, Deformation which 
 
 /// Undoes bend and taper: the point of the plain superellipsoid that the local point q came from.
 /// Points where the taper vanishes (behind its apex) have no source: they map to infinity and so lie outside.
-/// Where bend * a.z >= pi the body overlaps itself: of several sources the one nearest to the middle of the axis.
+/// If bend * a.z >= pi, the body overlaps itself: of several sources, gives the one nearest to the middle of the axis.
 template <class Real>
 Vec3<Real> undeform(const Superquadric<Real>& sq, Vec3<Real> q);
 

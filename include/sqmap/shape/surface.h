@@ -39,10 +39,10 @@ struct SurfaceJet {
     Vec3<Real> normal_eta, normal_omega;  ///< of the unit normal (errata 2)
 };
 
-/// Where the surface is at these angles.
+/// Surface position at these angles.
 template <class Real>
 [[nodiscard]] SurfacePosition<Real> position_at(const Superquadric<Real>& sq, SurfaceAngles<Real> angles) noexcept;
-/// Where the undeformed ray from the centre through the model point p leaves the surface, and F(p)^(1/2) as *gauge:
+/// Position at which the undeformed ray from the centre through the model point p leaves the surface, and F(p)^(1/2) as *gauge:
 /// below 1 inside. The centre itself gives the position at angles (0, 0).
 template <class Real>
 [[nodiscard]] SurfacePosition<Real> position_through(const Superquadric<Real>& sq, Vec3<Real> p, Real* gauge = nullptr) noexcept;

@@ -15,14 +15,14 @@ namespace sqmap::sim {
 
 /// A body that cloth lies on: a model and its pose at the step's beginning and end. x_world = pose x_mesh, m. With a skin the
 /// model is that of the bound mesh, the skin gives its shape in the world, and the poses move only nodes that are pinned to it.
-/// Without a model there are no contacts: a joint for pins.
+/// A collider without a model has no contacts: it only carries pins.
 struct Collider {
     const model::ModelView* model = nullptr;
     Pose previous{}, pose{};
     query::MovingSkin* skin = nullptr;
 };
 
-/// Of a cloth. SI units, world axes.
+/// Options of a cloth. SI units, world axes.
 struct ClothOptions {
     Vec3d gravity{0, -9.81, 0};
     query::Layer layer = query::Layer::Three;
@@ -32,7 +32,7 @@ struct ClothOptions {
     int iterations = 12;                    ///< of the threads' solver, each followed by the contacts
     double max_speed = 10;                  ///< m / s: faster nodes are slowed to it, k_cloth_slowed
     double sweep_step = 0.01;               ///< m: colliders twice as thick are not tunnelled through
-    bool self_collision = false;            ///< the cloth keeps thickness from itself, and does not go through itself on the way
+    bool self_collision = false;            ///< the cloth keeps thickness from itself and does not go through itself
 };
 
 /// Bits of StepReport::status.
@@ -40,17 +40,19 @@ enum ClothStatus : std::uint32_t {
     k_cloth_ok = 0,
     k_cloth_not_finite = 1,    ///< a node was NaN or infinite: the cloth was put back to the step before, at rest
     k_cloth_slowed = 2,        ///< a node was faster than max_speed
-    k_cloth_full = 4,          ///< more contacts than there is room for
+    k_cloth_full = 4,          ///< more contacts than there is space for
     k_cloth_coarse_sweep = 8,  ///< a node moved so far that contacts with thin parts may have been missed
-    k_cloth_bad_step = 16,     ///< dt or a pose was not finite or not positive, or a skin was not expected: nothing was done
-    k_cloth_crowded = 32,      ///< more surfaces of a skinned collider at one node than are looked at
+    k_cloth_bad_step =
+        16,  ///< dt or a pose was not finite or not positive, or a collider had a skin without expect(): nothing was done
+    k_cloth_crowded = 32,  ///< more surfaces of a skinned collider at one node than a query examines
     k_cloth_stretched =
         64,  ///< a quarter of the threads are stretched by more than k_max_stretch: smaller steps, or more iterations
-    k_cloth_tangled = 128,  ///< with self_collision: the cloth went through itself, as where held nodes leave it no path
+    k_cloth_tangled = 128,  ///< with self_collision: the cloth went through itself, as when held nodes leave it no path
 };
 
-/// Of rest length. Stiffness by position has no modulus: what the solver leaves of a strain grows with the square of the step,
-/// and it has no energy. So the threads are measured, every sixteenth step; the bit stays until the next measurement.
+/// Stretch, as a share of rest length, of k_cloth_stretched. Stiffness by position has no modulus: the strain that the solver
+/// leaves grows with the square of the step, and it has no energy. So every sixteenth step measures the threads; the bit stays
+/// until the next measurement.
 constexpr double k_max_stretch = 0.1;
 
 /// Seconds of CPU time in a step.
@@ -68,22 +70,22 @@ struct StepReport {
     std::uint32_t status = k_cloth_ok;
     std::size_t contacts = 0;  ///< nodes with one or more
     std::size_t caught = 0;    ///< of these, by the sweep alone
-    double deepest = 0;        ///< m below the surface, of nodes at the end of the step; by the planes of their contacts
+    double deepest = 0;        ///< m below the surface, of nodes at the end of the step, by the planes of their contacts
     double fastest = 0;        ///< m / s
     std::uint32_t fastest_node = 0;
     double kinetic = 0, potential = 0;  ///< J; potential: of gravity, none of the threads
     StepTime seconds;
 };
 
-/// Whether a drape has come to rest.
+/// Rest of a drape.
 struct DrapeReport {
     bool at_rest = false;            ///< for the last quarter of a second no node was faster than the threshold
-    double since = 0;                ///< s, where it is: when the first step of that kind ended
+    double since = 0;                ///< s, once at rest: the end of the first quiet step
     double fastest = 0;              ///< m / s, in the last step
     std::uint32_t fastest_node = 0;  ///< whose
 };
 
-/// Decides it from the steps, one after the other. One thread at a time.
+/// Decides from the steps, one after the other, whether a drape has come to rest. One thread at a time.
 class Drape {
 public:
     static constexpr double k_quiet = 0.25, k_slow = 0.05;  ///< s; m/s
@@ -96,14 +98,14 @@ public:
 
 private:
     double threshold_;
-    double quiet_since_ = -1;  ///< or none
+    double quiet_since_ = -1;  ///< -1: none
     DrapeReport report_;
 };
 
-/// Seams that are sewn at first are drawn together one after the other, in half a second each, in which the cloth has no weight.
-/// Not copyable, movable; a moved-from cloth may only be destroyed or assigned to. Set-up allocates and may throw; a step
-/// allocates only where self_collision is on. Thread safety: one thread at a time, const functions included; several cloths at
-/// once, also on the same models and skins while nobody steps a skin.
+/// Cloth of threads. Seams that are sewn at first are drawn together one after the other, in half a second each, during which the
+/// cloth has no weight. Not copyable, movable; a moved-from cloth may only be destroyed or assigned to. Set-up allocates and may
+/// throw; a step allocates only with self_collision. Thread safety: one thread at a time, const functions included; several
+/// cloths at once, also on the same models and skins while nobody steps a skin.
 class Cloth {
 public:
     /// @throw std::invalid_argument for a garment with indices out of range, without a triangle, or with positions not finite
@@ -112,7 +114,7 @@ public:
     Cloth(Cloth&&) noexcept;
     Cloth& operator=(Cloth&&) noexcept;
 
-    /// Before the first step with a collider that has a skin: the memory of its queries. Allocates, about 2 kB per node.
+    /// Prepares for colliders with skins; call it before the first step with one. Allocates about 2 kB per node.
     void expect(const query::SkinLattice& lattice);
 
     /// One step of dt seconds. Pinned nodes ride their colliders. Bad input (k_cloth_bad_step) changes nothing.
@@ -125,7 +127,7 @@ public:
     [[nodiscard]] std::span<const Vec3d> velocities() const noexcept;  ///< m / s, world; until the next step
     /// Query points of the last step, world, m: a little more than the thickness below each node that is in contact.
     [[nodiscard]] std::span<const Vec3d> query_points() const noexcept;
-    /// Of each vertex: the mean over its triangles of the largest stretch of their edges, length over rest length less 1.
+    /// For each vertex, the mean over its triangles of the largest stretch of their edges, length over rest length less 1.
     [[nodiscard]] std::vector<double> strain() const;
     /// Number of its self-crossings now (crossings.h); sewn pairs count as one vertex. Allocates.
     [[nodiscard]] std::size_t crossings() const;
@@ -133,22 +135,22 @@ public:
     static constexpr std::uint32_t k_world = 0xffffffffu;  ///< for a collider's number: no collider
     /// Nodes keep their present position relative to a collider (its number at step, pose: its present one); k_world: in the
     /// world.
-    /// @throw std::invalid_argument for a node that is not there
+    /// @throw std::invalid_argument for a node that does not exist
     void pin(std::span<const std::uint32_t> nodes, std::uint32_t collider, const Pose& pose);
     /// Nodes that are not pinned stay as they are.
     void unpin(std::span<const std::uint32_t> nodes);
 
     [[nodiscard]] std::size_t seams() const noexcept;  ///< number of the garment's seams
-    void cut(std::size_t seam);                        ///< @throw std::out_of_range unless seam < seams(); so below
+    void cut(std::size_t seam);                        ///< @throw std::out_of_range unless seam < seams(); as do the next two
     void sew(std::size_t seam);                        ///< threads draw the edges together over half a second
     /// Largest distance of a pair of the seam, m.
     [[nodiscard]] double gap(std::size_t seam) const;
 
     /// Holds a node and those within radius, m, of it by springs, at their positions relative to a tool (world, m). stiffness:
     /// N/m, of all springs together. Held nodes still have contacts; pinned ones are not held.
-    /// @throw std::invalid_argument for a node that is not there or a stiffness that is not positive
+    /// @throw std::invalid_argument for a node that does not exist or a stiffness that is not positive
     void grasp(std::uint32_t node, double radius, Vec3d tool, double stiffness = 500);
-    void drag(Vec3d tool) noexcept;                ///< moves the tool; ignored where not finite
+    void drag(Vec3d tool) noexcept;                ///< moves the tool; ignored unless finite
     void release();                                ///< ends the grasp; the tension is zero then
     [[nodiscard]] Vec3d tension() const noexcept;  ///< N, world, on the tool, by the springs
 
@@ -157,7 +159,7 @@ private:
     std::unique_ptr<State> state_;
 };
 
-/// Largest penetration depths of cloth in colliders, m; zero where nothing is inside. Of a union of colliders the deepest one
+/// Largest penetration depths of cloth in colliders, m; zero if nothing is inside. In a union of colliders the deepest one
 /// counts, which bounds the depth in the union from below.
 struct Penetration {
     double nodes = 0, interiors = 0;

@@ -1,4 +1,4 @@
-// How often a cloth goes through itself.
+// Counts how often a cloth goes through itself.
 #pragma once
 
 #include "sqmap/math/vec.h"
@@ -11,7 +11,7 @@
 namespace sqmap::sim {
 
 /// Pairs of an edge and a triangle without a vertex in common, where the edge goes through the triangle's interior; an edge of
-/// two triangles counts once. What merely touches does not count, nor does what lies in one plane.
+/// two triangles counts once. Pairs that merely touch or lie in one plane do not count.
 /// positions: #vertices by 3, m. triangles: #triangles by 3, each index less than #vertices.
 /// same: #vertices, vertices with equal numbers are one (a sewn seam's pairs lie on each other); empty: each is its own.
 /// Cost: O(n log n) in the triangles for cloth that is not heaped up, on Bullet's trees; allocates. Any thread.

@@ -17,7 +17,7 @@ struct Fabric {
     double density = 0.15;     ///< kg / m^2
     double stretch = 1;        ///< share of a thread's strain that an iteration removes, (0, 1]
     double shear = 0.6;        ///< the same across the threads
-    double bend = 0.1;         ///< the same of bending
+    double bend = 0.1;         ///< the same for bending
     double damping = 4.0;      ///< 1 / s: how fast motion against still air dies away
     double friction = 0.4;     ///< Coulomb's coefficient against the body
     double thickness = 0.002;  ///< m: nodes stay this far from the body
@@ -34,7 +34,7 @@ struct Seam {
     bool sewn = true;
 };
 
-/// A garment before the fitting: where its vertices start, and where they lie in the flat pattern.
+/// A garment before the fitting: the positions of its vertices at the start and in the flat pattern.
 struct Garment {
     std::vector<Vec3d> start;  ///< world, m
     std::vector<Vec3d> flat;   ///< in the pattern, m; z is zero
@@ -44,7 +44,7 @@ struct Garment {
 };
 
 /// A rectangle, width along x and depth along z, with an elliptic hole of the given half axes in the middle (none: 0); level, at
-/// height y of centre. A poncho where there is a hole, a blanket where there is none. About `vertices` vertices.
+/// height y of centre. With a hole it is a poncho, without one a blanket. About `vertices` vertices.
 /// @throw std::invalid_argument for sizes that are not positive or a hole that leaves nothing; so do all below
 struct SheetPattern {
     Vec3d centre{0, 1.5, 0};

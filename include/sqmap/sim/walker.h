@@ -16,7 +16,7 @@ struct BoneCapsule {
     double radius_a, radius_b;
 };
 
-/// Of a figure.
+/// A bone of a figure.
 struct Bone {
     std::string name;
     int parent = -1;                 ///< stands before it
@@ -28,7 +28,7 @@ struct Bone {
 /// @throw std::invalid_argument for a height that is not positive
 [[nodiscard]] std::vector<Bone> capsule_human(double height);
 
-/// How it moves: stands with stretched arms, lowers them, walks on the spot.
+/// How the figure moves: it stands with stretched arms, lowers them, walks on the spot.
 struct Gait {
     double lower_at = 1.0;  ///< s: when the arms begin to go down
     double walk_at = 2.0;   ///< s: when the first step begins
@@ -37,11 +37,11 @@ struct Gait {
     double speed = 0;       ///< m / s along +z once it walks
 };
 
-/// Where each bone is at a time: x_world = pose x_rest. poses.size() == bones.size().
+/// Pose of each bone at a time: x_world = pose x_rest. poses.size() == bones.size().
 /// @pre bones came from capsule_human
 void walk(std::span<const Bone> bones, const Gait& gait, double time, std::span<Pose> poses);
 
-/// Turn of each bone about its own joint, in its parent's frame, to where it is in the world: forward kinematics.
+/// Forward kinematics: takes the turn of each bone about its own joint, in its parent's frame, to its pose in the world.
 /// shift: of the root.
 void pose_bones(std::span<const Bone> bones, std::span<const Mat3d> turns, Vec3d shift, std::span<Pose> poses);
 

@@ -28,7 +28,7 @@ Distribution summarize(std::vector<double> values)
     return d;
 }
 
-/// Where the part's map answers.
+/// True where the part's map answers.
 bool in_chart(const model::Part& part, Vec3f p)
 {
     const Vec3f d = p - model::vec3(part.chart_centre);

@@ -25,7 +25,7 @@ struct HeldSurface {
 };
 [[nodiscard]] HeldSurface held_by(const mesh::Mesh& mesh, const Patch& patch);
 
-/// Whether, and how narrowly, a superquadric holds a patch and its caps.
+/// Certifies that a superquadric holds a patch and its caps, and how narrowly.
 [[nodiscard]] fit::Certificate certify_patch(const mesh::Mesh& mesh, const Patch& patch,
                                              const shape::Superquadricd& superquadric);
 

@@ -104,7 +104,7 @@ private:
     std::vector<MeasuredPart> history_;
 };
 
-/// What parts cost, as shares of the whole object, so that a badly served finger does not outweigh a badly served torso.
+/// Cost of the parts, as shares of the whole object, so that a badly served finger does not outweigh a badly served torso.
 class Cost {
 public:
     explicit Cost(const std::vector<MeasuredPart>& parts)

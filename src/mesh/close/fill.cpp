@@ -157,7 +157,7 @@ private:
         return hole;
     }
 
-    /// Where no triangulation of the loop's points avoids what is there: around a point in the middle.
+    /// Fills with a fan around a point in the middle, when no triangulation of the loop's points avoids the surface.
     static void fan(Patch& patch)
     {
         Vec3d middle{};

@@ -5,7 +5,7 @@
 
 namespace sqmap::mesh {
 
-/// What was done.
+/// Counts of resolve_edges.
 struct Resolved {
     std::uint64_t turned_faces = 0;
     std::uint64_t wall_faces = 0;   ///< dropped: walls within the solid, seen from neither side
@@ -14,9 +14,9 @@ struct Resolved {
     std::uint64_t stuck_faces = 0;  ///< dropped: without a partner, and not to be cut off
 };
 
-/// Leaves faces that agree with their neighbours, two at most at an edge: regions are turned towards where they are seen from,
-/// walls that nobody sees are dropped, and at an edge with more faces those with solid between them are joined, then those whose
-/// sides differ most in what sees them; the rest is cut off. Cost: n log n, and rays where an edge has more than two faces.
+/// Leaves faces that agree with their neighbours, two at most at an edge. It turns regions towards the side from which they are
+/// seen, drops walls that are seen from neither side, and at an edge with more faces joins those with solid between them, then
+/// those whose sides differ most in visibility; it cuts off the rest. Cost: n log n, and rays at edges with more than two faces.
 Resolved resolve_edges(Surface& surface);
 
 /// Turns faces to agree with their neighbours, and regions that are clearly seen from behind; nothing is cut or dropped. Returns

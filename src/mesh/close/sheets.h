@@ -5,7 +5,7 @@
 
 namespace sqmap::mesh {
 
-/// What became of sheets.
+/// Counts of drop_sheets.
 struct Sheets {
     std::uint64_t dropped_faces = 0;
     double outside_area = 0;  ///< of the dropped ones that lie neither in the rest's solid nor on it

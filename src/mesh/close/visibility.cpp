@@ -40,7 +40,7 @@ class Caster {
 public:
     explicit Caster(const Mesh& mesh) : mesh_(mesh), bvh_(mesh), lift_(k_lift * norm(size(box_of(mesh.vertices)))) {}
 
-    /// Whether the i-th ray from a face, on the side of sign, leaves; nothing where it cannot be said.
+    /// True if the i-th ray from a face, on the side of sign, leaves; nothing if that cannot be decided.
     std::optional<bool> leaves(std::uint32_t face, std::uint64_t i, double sign)
     {
         const Triangle& t = mesh_.triangles[face];

@@ -196,7 +196,7 @@ private:
         return ring;
     }
 
-    /// Whether the surface stays a manifold: the two share no neighbours but those opposite to their edge.
+    /// True if the surface stays a manifold: the two vertices share no neighbours but those opposite to their edge.
     [[nodiscard]] bool may_join(std::uint32_t a, std::uint32_t b) const
     {
         const std::size_t size = around_[a].size() + around_[b].size();

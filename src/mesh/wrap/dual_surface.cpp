@@ -58,7 +58,7 @@ Sheets sheets_of(int inside)
     return sheets;
 }
 
-/// Where an edge of the dual is one of two between the same sheets.
+/// An edge of the dual that another edge between the same sheets doubles.
 struct Twin {
     std::uint32_t lo, hi, outside, quad;
     int k;
@@ -122,7 +122,7 @@ private:
         }
     }
 
-    /// Whether the corners of the side that two cells share alternate.
+    /// True if the corners of the side that two cells share alternate.
     [[nodiscard]] bool ambiguous(std::uint32_t a, std::uint32_t b) const
     {
         const LatticePoint &p = grid_.cells.point(a), &q = grid_.cells.point(b);

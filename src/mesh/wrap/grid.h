@@ -33,7 +33,7 @@ struct Grid {
 /// About how many pairs of a cell and a triangle make_grid finds, when cells have that side.
 [[nodiscard]] double estimated_pairs(const Mesh& soup, double side);
 
-/// Whether a triangle and the box between two corners have a point in common (Akenine-Moller 2001).
+/// True if a triangle and the box between two corners have a point in common (Akenine-Moller 2001).
 [[nodiscard]] bool touches(const std::array<Vec3d, 3>& triangle, Vec3d lo, Vec3d hi);
 
 }  // namespace sqmap::mesh

@@ -47,7 +47,7 @@ private:
         }
     }
 
-    /// What is thin about a triangle at its point q: nothing where the solid below is deep, or ends at a slope, as it does at a
+    /// Tells a thin wall or a sheet at point q of a triangle; No if the solid below is deep or ends at a slope, as it does at a
     /// sharp edge.
     Thin thinness(Vec3d q, Vec3d normal)
     {
@@ -92,7 +92,7 @@ private:
             if (!suspicious || norm_sq(normal) == 0) continue;
             const Vec3d q = closest_point_on_triangle(middle, a, b, c), off = q - middle, inward = (a + b + c) / 3.0 - q;
             if (std::max({std::abs(off.x), std::abs(off.y), std::abs(off.z)}) > 0.5 + k_beside) continue;
-            // What lies alike in one cell is alike.
+            // Parallel triangles of a cell get the same label without another probe.
             const auto alike = std::find_if(probed.begin(), probed.end(), [&](const auto& other) {
                 const double cosine = dot(other.first, normal);
                 return cosine > k_alike || (cosine < -k_alike && other.second != Thin::No);

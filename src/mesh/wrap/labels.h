@@ -11,14 +11,14 @@
 
 namespace sqmap::mesh {
 
-/// What a triangle bounds where the grid is too coarse for the winding number alone.
+/// The solid that a triangle bounds where the grid is too coarse for the winding number alone.
 enum class Thin : std::uint8_t {
     No,
     Wall,   ///< a solid thinner than a cell, but not than a shell
     Sheet,  ///< no solid, or a thinner one: a shell is made about it
 };
 
-/// What is wrapped, in units of the cells.
+/// The input of a wrap, in units of the cells.
 struct Source {
     const Mesh& soup;
     const Bvh& bvh;

@@ -29,7 +29,7 @@ struct Crossing {
     Vec3d normal;  ///< outward; of a level: zero
 };
 
-/// What is known of a sheet.
+/// Sums over the crossings of a sheet.
 struct SheetSum {
     PlaneSum planes;  ///< about the cell's corner
     Vec3d crossings;  ///< sum, relative to the cell's corner
@@ -91,7 +91,7 @@ private:
         }
     }
 
-    /// Where the edge leaves the solid: at the triangle whose passing takes the winding number below 1/2.
+    /// The crossing at which the edge leaves the solid: at the triangle whose passing takes the winding number below 1/2.
     [[nodiscard]] Crossing crossing_of(const DualQuad& quad, Vec3d from, Vec3d along) const
     {
         if (labels_.inside[quad.inside] == k_shell) return beside_thin(from + 0.5 * along, along);
@@ -133,7 +133,7 @@ private:
         return {Crossed::Level, from + 0.5 * (low + high) * along, {}};
     }
 
-    /// Where an edge along an axis passes through a triangle, borders included.
+    /// The position at which an edge along an axis passes through a triangle, borders included.
     static std::optional<double> hit(const std::array<Vec3d, 3>& t, Vec3d from, Vec3d along)
     {
         const int axis = along.x != 0 ? 0 : (along.y != 0 ? 1 : 2), u = (axis + 1) % 3, v = (axis + 2) % 3;

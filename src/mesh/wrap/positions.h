@@ -1,4 +1,4 @@
-// Where the vertices of a dual surface lie: on the input, on its sharp edges and corners, or where nothing was.
+// Positions of the vertices of a dual surface: on the input, on its sharp edges and corners, or in empty space.
 #pragma once
 
 #include "dual_surface.h"
@@ -8,7 +8,7 @@
 
 namespace sqmap::mesh {
 
-/// What a grid's edge crosses.
+/// The surface that an edge of the grid crosses.
 enum class Crossed : std::uint8_t { Input, Level, Shell };
 
 struct Positions {
@@ -18,7 +18,7 @@ struct Positions {
     bool has_shells = false;
 };
 
-/// What positions are computed from.
+/// The input of the positions.
 struct Labelled {
     const Source& source;
     const Grid& grid;
