@@ -3,10 +3,10 @@
 #pragma once
 
 // IWYU pragma: begin_exports
-#include "sqmap/haptic/coupling.h"
 #include "sqmap/haptic/patch.h"
 #include "sqmap/haptic/safety.h"
 #include "sqmap/haptic/step.h"
+#include "sqmap/haptic/stiffness.h"
 #include "sqmap/haptic/tactile.h"
 #include "sqmap/math/pose.h"
 #include "sqmap/math/rotation.h"

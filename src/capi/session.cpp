@@ -1,9 +1,9 @@
 // Forces behind the C interface: one zone, one touched model, and the safety filter, which no caller goes around.
 #include "objects.h"
 #include "sqmap/device/simulated.h"
-#include "sqmap/haptic/coupling.h"
 #include "sqmap/haptic/safety.h"
 #include "sqmap/haptic/step.h"
+#include "sqmap/haptic/stiffness.h"
 #include "structs.h"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// The families of devices that need something besides this project: each is compiled where that was found at configure time.
+// The families of devices. All but the network need something besides this project: each is compiled where CMake found that.
 #pragma once
 
 #include "sqmap/device/open.h"
@@ -9,6 +9,8 @@
 namespace sqmap::device {
 
 // list_x appends what there is of a family, at least one entry; open_x throws DeviceError.
+void list_network(std::vector<DeviceListing>& list);
+[[nodiscard]] std::unique_ptr<Device> open_network(const DeviceSpec& spec);  ///< network[:ADDRESS][,port=,wait=]
 void list_sdl(std::vector<DeviceListing>& list);
 [[nodiscard]] std::unique_ptr<Device> open_sdl(const DeviceSpec& spec);
 void list_spacenav(std::vector<DeviceListing>& list);

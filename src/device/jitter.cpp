@@ -1,15 +1,14 @@
 #include "sqmap/device/jitter.h"
 
+#include "clock.h"
 #include "sqmap/math/assert.h"
 
 #include <pthread.h>
 #include <sys/resource.h>
 #include <sys/utsname.h>
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <cstdlib>
-#include <ctime>
 #include <fstream>
 #include <stdexcept>
 #include <thread>
@@ -17,15 +16,6 @@
 namespace sqmap::device {
 
 namespace {
-
-constexpr std::int64_t k_second = 1'000'000'000;
-
-std::int64_t steady_ns()
-{
-    timespec t{};
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return t.tv_sec * k_second + t.tv_nsec;
-}
 
 std::string first_line(const char* path)
 {
@@ -65,13 +55,10 @@ std::optional<Jitter> measure_jitter(const JitterOptions& options)
             granted = pthread_setschedparam(pthread_self(), SCHED_FIFO, &param) == 0;
             if (!granted) return;
         }
-        std::int64_t next = steady_ns() + period;
+        std::int64_t next = clock_ns() + period;
         for (double& l : late) {
-            const timespec t{next / k_second, next % k_second};
-            while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, nullptr) == EINTR) {
-            }
-            const std::int64_t now = steady_ns();
-            l = static_cast<double>(now - next) * 1e-9;
+            sleep_until(next);
+            l = static_cast<double>(clock_ns() - next) * 1e-9;
             next += period;  // every deadline counts: those that one long sleep misses are late too
         }
     }).join();
@@ -124,9 +111,9 @@ std::vector<std::string> advice(const Machine& m, const Jitter& plain, const std
 {
     std::vector<std::string> list;
     const Jitter& best = fifo && fifo->late <= plain.late ? *fifo : plain;
+    const char* const take_fifo = "run the servo with SCHED_FIFO: sqmap touch --priority 80, ServoOptions::priority in C++";
     if (judge(best) == Holds::Steadily) {
-        if (&best != &plain && judge(plain) != Holds::Steadily)
-            list.push_back("run the servo with SCHED_FIFO: sqmap touch --priority 80, ServoOptions::priority in C++");
+        if (&best != &plain && judge(plain) != Holds::Steadily) list.push_back(take_fifo);
         return list;
     }
     if (!fifo)
@@ -136,7 +123,7 @@ std::vector<std::string> advice(const Machine& m, const Jitter& plain, const std
             "USER), log "
             "in again, measure again");
     else
-        list.push_back("run the servo with SCHED_FIFO: sqmap touch --priority 80, ServoOptions::priority in C++");
+        list.push_back(take_fifo);
     if (m.load > 0.7 * m.processors)
         list.push_back("the machine is busy: close what works in the background, or give it more processors");
     if (m.preemption != "PREEMPT_RT")

@@ -1,5 +1,6 @@
 #include "sqmap/device/network.h"
 
+#include "device/families.h"
 #include "device/threaded.h"
 
 #include <arpa/inet.h>
@@ -134,12 +135,11 @@ std::optional<Capabilities> capabilities_of(Reader in)
     return c;
 }
 
-bool same(const Capabilities& a, const Capabilities& b)
+/// Equal but for the name.
+bool same(Capabilities a, const Capabilities& b)
 {
-    return a.zones == b.zones && a.rotates_in == b.rotates_in && a.force_out == b.force_out && a.torque_out == b.torque_out &&
-           a.rate == b.rate && a.max_force == b.max_force && a.max_torque == b.max_torque &&
-           a.continuous_force == b.continuous_force && a.damping == b.damping && a.coulomb_friction == b.coulomb_friction &&
-           a.resolution == b.resolution && a.delay == b.delay;
+    a.name = b.name;
+    return a == b;
 }
 
 /// A bound socket, or a reason in errno.

@@ -1,7 +1,6 @@
 #include "sqmap/device/open.h"
 
 #include "device/families.h"
-#include "sqmap/device/network.h"
 #include "sqmap/device/path.h"
 #include "sqmap/device/trace.h"
 
@@ -45,44 +44,18 @@ struct Family {
     const char* missing;  ///< how to get it built
 };
 
-#if SQMAP_HAVE_SDL
-#define SQMAP_SDL list_sdl, open_sdl
-#else
-#define SQMAP_SDL nullptr, nullptr
-#endif
-#if SQMAP_HAVE_SPACENAV
-#define SQMAP_SPACENAV list_spacenav, open_spacenav
-#else
-#define SQMAP_SPACENAV nullptr, nullptr
-#endif
-#if SQMAP_HAVE_HAPLY
-#define SQMAP_HAPLY list_haply, open_haply
-#else
-#define SQMAP_HAPLY nullptr, nullptr
-#endif
-#if SQMAP_HAVE_OPENHAPTICS
-#define SQMAP_OPENHAPTICS list_openhaptics, open_openhaptics
-#else
-#define SQMAP_OPENHAPTICS nullptr, nullptr
-#endif
-#if SQMAP_HAVE_FORCE_DIMENSION
-#define SQMAP_FORCE_DIMENSION list_force_dimension, open_force_dimension
-#else
-#define SQMAP_FORCE_DIMENSION nullptr, nullptr
-#endif
-#if SQMAP_HAVE_CHAI3D
-#define SQMAP_CHAI3D list_chai3d, open_chai3d
-#else
-#define SQMAP_CHAI3D nullptr, nullptr
-#endif
+/// The functions of a family; null if CMake did not find what it needs.
+#define SQMAP_FAMILY(have, name) have ? list_##name : nullptr, have ? open_##name : nullptr
 
 constexpr Family k_families[] = {
-    {"sdl", SQMAP_SDL, "SDL2 was not found at configure time (Debian: libsdl2-dev)"},
-    {"spacenav", SQMAP_SPACENAV, "libspnav was not found at configure time (Debian: libspnav-dev)"},
-    {"haply", SQMAP_HAPLY, "Boost.Beast was not found at configure time (Debian: libboost1.74-dev)"},
-    {"openhaptics", SQMAP_OPENHAPTICS, "OpenHaptics (HD/hd.h) was not found at configure time: 3D Systems gives it to owners"},
-    {"forcedimension", SQMAP_FORCE_DIMENSION, "the Force Dimension SDK (dhdc.h) was not found at configure time"},
-    {"chai3d", SQMAP_CHAI3D, "CHAI3D (chai3d.h) was not found at configure time"},
+    {"sdl", SQMAP_FAMILY(SQMAP_HAVE_SDL, sdl), "SDL2 was not found at configure time (Debian: libsdl2-dev)"},
+    {"spacenav", SQMAP_FAMILY(SQMAP_HAVE_SPACENAV, spacenav), "libspnav was not found at configure time (Debian: libspnav-dev)"},
+    {"haply", SQMAP_FAMILY(SQMAP_HAVE_HAPLY, haply), "Boost.Beast was not found at configure time (Debian: libboost1.74-dev)"},
+    {"openhaptics", SQMAP_FAMILY(SQMAP_HAVE_OPENHAPTICS, openhaptics),
+     "OpenHaptics (HD/hd.h) was not found at configure time: 3D Systems gives it to owners"},
+    {"forcedimension", SQMAP_FAMILY(SQMAP_HAVE_FORCE_DIMENSION, force_dimension),
+     "the Force Dimension SDK (dhdc.h) was not found at configure time"},
+    {"chai3d", SQMAP_FAMILY(SQMAP_HAVE_CHAI3D, chai3d), "CHAI3D (chai3d.h) was not found at configure time"},
 };
 
 }  // namespace

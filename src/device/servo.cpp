@@ -1,5 +1,6 @@
 #include "sqmap/device/servo.h"
 
+#include "clock.h"
 #include "servo_tick.h"
 #include "sqmap/device/handover.h"
 
@@ -12,7 +13,6 @@
 #include <cmath>
 #include <csignal>
 #include <cstdlib>
-#include <ctime>
 #include <exception>
 #include <mutex>
 #include <stdexcept>
@@ -23,28 +23,11 @@ namespace sqmap::device {
 
 namespace {
 
-constexpr std::int64_t k_second = 1'000'000'000;
 constexpr std::int64_t k_heartbeat = 20'000'000;  // ns that a heartbeat may be old
 constexpr std::int64_t k_watch = 5'000'000;       // ns between two looks at it
 constexpr std::int64_t k_settle = 200'000'000;    // ns that an ending process waits for its servos at most
 constexpr std::int64_t k_look = 500'000;          // ns between two looks at `settled`
 constexpr std::size_t k_max_servos = 8;
-
-std::int64_t clock_ns(clockid_t clock) noexcept
-{
-    timespec t{};
-    clock_gettime(clock, &t);
-    return t.tv_sec * k_second + t.tv_nsec;
-}
-
-std::int64_t steady_ns() noexcept { return clock_ns(CLOCK_MONOTONIC); }
-
-void sleep_until(std::int64_t ns) noexcept
-{
-    const timespec t{ns / k_second, ns % k_second};
-    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, nullptr) == EINTR) {
-    }
-}
 
 double seconds(std::int64_t ns) noexcept { return static_cast<double>(ns) * 1e-9; }
 
@@ -133,11 +116,11 @@ void Servo::Work::halt_all() noexcept
             if (void* work = servo.load()) f(*static_cast<Work*>(work));
     };
     each([](Work& work) { work.halt(); });
-    for (const std::int64_t end = steady_ns() + k_settle; steady_ns() < end;) {
+    for (const std::int64_t end = clock_ns() + k_settle; clock_ns() < end;) {
         bool settled = true;
         each([&](const Work& work) { settled = settled && work.settled; });
         if (settled) break;
-        sleep_until(steady_ns() + k_look);
+        sleep_until(clock_ns() + k_look);
     }
     each([](Work& work) { work.halt(); });
 }
@@ -165,7 +148,7 @@ void Servo::Work::start()
     if (options.lock_memory && mlockall(MCL_CURRENT | MCL_FUTURE) != 0)
         throw std::system_error(errno, std::generic_category(), "memory cannot be locked (ulimit -l)");
 
-    heartbeat = steady_ns();
+    heartbeat = clock_ns();
     const auto give = [](std::thread& thread, int priority) {
         if (priority <= 0) return;
         const sched_param param{priority};
@@ -195,10 +178,10 @@ void Servo::Work::end() noexcept
 
 void Servo::Work::loop() noexcept
 {
-    std::int64_t next = steady_ns(), last = next - period;
+    std::int64_t next = clock_ns(), last = next - period;
     bool overran = false;
     while (!quit) {
-        const std::int64_t begin = steady_ns(), cpu = clock_ns(CLOCK_THREAD_CPUTIME_ID);
+        const std::int64_t begin = clock_ns(), cpu = clock_ns(CLOCK_THREAD_CPUTIME_ID);
         heartbeat = begin;
         const std::int64_t behind = begin - next;
         now.tick = ticks.fetch_add(1, std::memory_order_relaxed) + 1;
@@ -216,7 +199,7 @@ void Servo::Work::loop() noexcept
             {.held = held, .stop = stopped || halted, .resume = resumed.exchange(false), .restart = restarted.exchange(false)});
 
         // A tick that took longer than the watchdog allows must not undo the watchdog's zero.
-        const std::int64_t answered = steady_ns();
+        const std::int64_t answered = clock_ns();
         if (halted || stopped || answered - begin > k_heartbeat) {
             now.sent.fill({});
             device.zero();
@@ -228,7 +211,7 @@ void Servo::Work::loop() noexcept
             if (halted) settled = true;
         }
 
-        const std::int64_t done = steady_ns();
+        const std::int64_t done = clock_ns();
         now.cpu = seconds(clock_ns(CLOCK_THREAD_CPUTIME_ID) - cpu);
         overran = static_cast<double>(done - begin) > options.budget * static_cast<double>(period);
         if (overran) count(overruns);
@@ -248,10 +231,10 @@ void Servo::Work::loop() noexcept
 
 void Servo::Work::watch() noexcept
 {
-    std::int64_t next = steady_ns();
+    std::int64_t next = clock_ns();
     bool silent = false;
     while (!quit) {
-        if (steady_ns() - heartbeat.load() > k_heartbeat) {
+        if (clock_ns() - heartbeat.load() > k_heartbeat) {
             device.zero();
             restarted = true;  // if the tick returns, the filter engages anew
             if (!silent) count(watchdog);
@@ -260,7 +243,7 @@ void Servo::Work::watch() noexcept
             silent = false;
         }
         if (const int signal = options.signals ? g_signal.exchange(0) : 0) leave_by_signal(signal);
-        next = std::max(next + k_watch, steady_ns());
+        next = std::max(next + k_watch, clock_ns());
         sleep_until(next);
     }
 }

@@ -1,18 +1,13 @@
 // A servo without threads: its caller runs the ticks that are due, in bursts, in a time that goes on by one period a tick.
+#include "channel.h"
 #include "servo_tick.h"
 
 #include <algorithm>
-#include <chrono>
 
 namespace sqmap::device {
 namespace {
 
 constexpr double k_longest_burst = 0.05;  // s of ticks that are caught up
-
-double steady_now() noexcept
-{
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 }  // namespace
 
@@ -22,7 +17,7 @@ struct Servo::Work {
     /// True when a tick is due. Counts the ticks that lie more than a burst behind as missed.
     bool is_due() noexcept
     {
-        const double behind = steady_now() - next;
+        const double behind = device::now() - next;
         if (behind > k_longest_burst) {
             const auto skipped = static_cast<std::uint64_t>((behind - k_longest_burst) / options.period);
             counters.missed += skipped;
@@ -33,7 +28,7 @@ struct Servo::Work {
 
     void run() noexcept
     {
-        const double begin = steady_now();
+        const double begin = device::now();
         now.tick = ++counters.ticks;
         time += options.period;
         now.time = time;
@@ -48,7 +43,7 @@ struct Servo::Work {
         device.report(haptic::bits(now.safety));
         if (!device.write({now.sent.data(), tick.zones()})) now.connected = false;
         if (acts.stop) device.zero();
-        now.cpu = steady_now() - begin;
+        now.cpu = device::now() - begin;
         if (now.cpu > options.budget * options.period) ++counters.overruns;
         next += options.period;
     }
@@ -59,7 +54,7 @@ struct Servo::Work {
     ServoTick now{};
     TickActs acts{};
     ServoCounters counters{};
-    double next = steady_now(), time = next;  ///< s: due time of the next tick; time of the last
+    double next = device::now(), time = next;  ///< s: due time of the next tick; time of the last
 };
 
 Servo::Servo(Device& device, const ServoOptions& options, TickFunction tick, void* context)

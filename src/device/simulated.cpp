@@ -1,9 +1,9 @@
 #include "sqmap/device/simulated.h"
 
+#include "device/channel.h"
 #include "sqmap/math/rotation.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -16,11 +16,6 @@ constexpr double k_substep = 50e-6;   // s
 constexpr double k_tick = 1e-3;       // s, of the device's own controller
 constexpr double k_never_hot = 1000;  // N, more than any limit
 constexpr double k_max_passed = 1;    // s that one read() simulates: a program that was stopped does not replay an hour
-
-double steady_now() noexcept
-{
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 Vec3d saturated(const Vec3d& v, double max_length)
 {
@@ -126,7 +121,7 @@ SimulatedDevice::SimulatedDevice(const SimulatedOptions& options)
     : options_(options),
       capabilities_(capabilities_of(options.mechanism, options.zones)),
       written_(options.zones),
-      begin_(steady_now()),
+      begin_(now()),
       motors_(options.motors != nullptr ? *options.motors : own_motors_)
 {
     if (options.zones < 1 || options.zones > k_max_zones) throw std::invalid_argument("a simulated device has 1 to 16 zones");
@@ -162,7 +157,7 @@ void SimulatedDevice::pass(double until) noexcept
 
 bool SimulatedDevice::read(Sample& sample) noexcept
 {
-    pass(options_.step > 0 ? time_ + options_.step + 0.5 * k_tick : steady_now() - begin_);
+    pass(options_.step > 0 ? time_ + options_.step + 0.5 * k_tick : now() - begin_);
     if (!plugged_) return false;
     if (frozen_) return true;
     sample.time = begin_ + time_;
@@ -179,7 +174,7 @@ bool SimulatedDevice::write(std::span<const Wrench> wrenches) noexcept
     if (!plugged_) return false;
     for (std::size_t z = 0; z < written_.size(); ++z) written_[z] = z < wrenches.size() ? wrenches[z] : Wrench{};
     fresh_write_ = true;
-    motors_.last_write = steady_now();
+    motors_.last_write = now();
     ++motors_.writes;
     return true;
 }
@@ -188,7 +183,7 @@ void SimulatedDevice::zero() noexcept
 {
     cancelled_ = true;
     ++motors_.zeros;
-    if (motors_.force.exchange(0) > 0) motors_.let_go = steady_now();
+    if (motors_.force.exchange(0) > 0) motors_.let_go = now();
 }
 
 }  // namespace sqmap::device

@@ -1,4 +1,4 @@
-#include "sqmap/device/spec.h"
+#include "sqmap/device/open.h"
 
 #include "math/number_text.h"
 

@@ -25,6 +25,7 @@ struct TickForces {
 
 /// Adds the remains of jumps to the whole wrench. Damping and friction jump with the springs, whose normal and lever they share,
 /// so they are spread alike, and the wrench changes by no more than motion explains.
+[[nodiscard]] Wrench blended(ZoneTick& tick, const TickForces& forces);
 
 /// Adds the reaction of the remains of jumps, about `centre`, to each body by its share of the springs.
 void add_blend_reaction(ZoneTick& tick, Vec3d centre);

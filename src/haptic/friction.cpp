@@ -1,6 +1,6 @@
 #include "friction.h"
 
-#include "sqmap/haptic/force.h"
+#include "sqmap/math/friction.h"
 
 namespace sqmap::haptic {
 

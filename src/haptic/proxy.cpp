@@ -3,7 +3,7 @@
 #include "blend.h"
 #include "contact_force.h"
 #include "modes.h"
-#include "sqmap/haptic/force.h"
+#include "sqmap/math/friction.h"
 
 namespace sqmap::haptic {
 

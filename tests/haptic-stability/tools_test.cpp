@@ -2,9 +2,9 @@
 // a coupling, and of touches that come before the filter's ramp has ended.
 #include "loop.h"
 #include "open_positions.h"
-#include "sqmap/device/hand_skin.h"
-#include "sqmap/haptic/coupling.h"
+#include "sqmap/device/hand.h"
 #include "sqmap/haptic/step.h"
+#include "sqmap/haptic/stiffness.h"
 #include "support/parsed.h"
 #include "support/tube_hand.h"
 

@@ -1,7 +1,7 @@
 // Equations 21, 26 and 32 to 34 of the paper.
-#include "sqmap/haptic/force.h"
 #include "sqmap/haptic/step.h"
 #include "sqmap/haptic/texture.h"
+#include "sqmap/math/friction.h"
 #include "sqmap/query/point.h"
 #include "support/parsed.h"
 
@@ -51,11 +51,11 @@ TEST(Paper, Eq33FrictionAgainstTheMotionGrowsWithDepthAndIsNothingWhileStill)
 {
     const Vec3d motion{0.001, -0.002, 0.0005};
     for (const double depth : {0.0, 0.001, 0.004}) {
-        const Vec3d f = haptic::printed_friction({.f_c = 0.3, .k_f = 200}, depth, motion);
+        const Vec3d f = printed_friction({.f_c = 0.3, .k_f = 200}, depth, motion);
         EXPECT_NEAR(norm(f), 0.3 * (1 + 200 * depth), 1e-12);
         EXPECT_NEAR(dot(f, motion), -norm(f) * norm(motion), 1e-12);
     }
-    EXPECT_EQ(haptic::printed_friction({.f_c = 0.3, .k_f = 200}, 0.001, {}), Vec3d{});
+    EXPECT_EQ(printed_friction({.f_c = 0.3, .k_f = 200}, 0.001, {}), Vec3d{});
 }
 
 TEST(Paper, Eq34NoiseChangesTheSizeByItsHeightAndIsFixedInPlace)

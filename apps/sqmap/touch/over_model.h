@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sqmap/device/device.h"
-#include "sqmap/device/glove.h"
+#include "sqmap/device/hand.h"
 #include "sqmap/device/open.h"
 #include "sqmap/device/simulated.h"
 #include "touch/setup.h"

@@ -1,11 +1,11 @@
 // What a touch is made of, the same for touching and for replaying: the solids, the tool, the state of the forces.
 #pragma once
 
-#include "sqmap/device/hand_skin.h"
+#include "sqmap/device/hand.h"
 #include "sqmap/device/trace.h"
-#include "sqmap/haptic/coupling.h"
 #include "sqmap/haptic/patch.h"
 #include "sqmap/haptic/step.h"
+#include "sqmap/haptic/stiffness.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/mesh/mesh.h"
 #include "touch/objects.h"

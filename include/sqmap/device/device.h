@@ -36,6 +36,7 @@ struct Capabilities {
     double resolution = 0;        ///< Delta, m, of the encoder at the tip
     double delay = 0;             ///< s from a pose to the force that answers it, besides the tick itself
     double rate = 1000;           ///< Hz at which poses come
+    friend bool operator==(const Capabilities&, const Capabilities&) = default;
 };
 
 /// One reading.

@@ -2,12 +2,10 @@
 #pragma once
 
 #include "sqmap/device/device.h"
-#include "sqmap/device/spec.h"
 
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <vector>
 
 namespace sqmap::device {
 
@@ -29,9 +27,5 @@ struct NetworkOptions {
 /// once with the newest wrench, so the force that answers a pose comes with the answer to the next.
 /// @throw DeviceError if the address cannot be listened on, or no client came.
 [[nodiscard]] std::unique_ptr<Device> open_network(const NetworkOptions& options);
-/// network[:ADDRESS][,port=,wait=]
-[[nodiscard]] std::unique_ptr<Device> open_network(const DeviceSpec& spec);
-/// Appends the network's entry to the list.
-void list_network(std::vector<DeviceListing>& list);
 
 }  // namespace sqmap::device

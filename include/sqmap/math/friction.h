@@ -1,6 +1,8 @@
 // Laws of friction, shared by rigid tools and cloth.
 #pragma once
 
+#include "sqmap/math/vec.h"
+
 #include <cstdint>
 
 namespace sqmap {
@@ -20,6 +22,12 @@ struct PrintedFriction {
 [[nodiscard]] constexpr double friction_size(const PrintedFriction& friction, double depth) noexcept
 {
     return friction.f_c * (1 + friction.k_f * depth);
+}
+/// Eq. 33, N: against the motion since the last frame, P_t - P_(t - dt), m. None where the point is at rest (errata 9). Any
+/// thread.
+[[nodiscard]] inline Vec3d printed_friction(const PrintedFriction& friction, double depth, Vec3d motion) noexcept
+{
+    return -friction_size(friction, depth) * normalized(motion);
 }
 
 }  // namespace sqmap

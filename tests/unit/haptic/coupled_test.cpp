@@ -1,4 +1,4 @@
-#include "sqmap/haptic/coupling.h"
+#include "sqmap/haptic/stiffness.h"
 
 #include "sqmap/haptic/step.h"
 #include "touching.h"

@@ -11,7 +11,7 @@ namespace sqmap::device {
 using OpenDevice = std::unique_ptr<Device> (*)(void* context);
 
 /// Options of keep_in_own_process.
-struct KeeperOptions {
+struct OwnProcessOptions {
     double timeout = 0.020;  ///< s without a wrench until the keeper zeroes the device, 1 to 100 ms
     double period = 1e-3;    ///< s between two exchanges with device and program
     double wait = 10;        ///< s for the device to open
@@ -24,6 +24,6 @@ struct KeeperOptions {
 /// @pre no other thread runs yet: a forked process has only the thread that forked. Linux.
 /// @throw std::invalid_argument for options out of range; std::runtime_error where the device cannot be opened, with the reason;
 /// std::system_error where the process cannot be made.
-[[nodiscard]] std::unique_ptr<Device> keep_in_own_process(OpenDevice open, void* context, const KeeperOptions& options = {});
+[[nodiscard]] std::unique_ptr<Device> keep_in_own_process(OpenDevice open, void* context, const OwnProcessOptions& options = {});
 
 }  // namespace sqmap::device

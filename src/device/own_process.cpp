@@ -1,5 +1,6 @@
-#include "sqmap/device/keeper.h"
+#include "sqmap/device/own_process.h"
 
+#include "clock.h"
 #include "sqmap/device/handover.h"
 
 #include <sys/mman.h>
@@ -12,7 +13,6 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
-#include <ctime>
 #include <exception>
 #include <new>
 #include <stdexcept>
@@ -22,18 +22,9 @@ namespace sqmap::device {
 
 namespace {
 
-std::int64_t steady_ns() noexcept
-{
-    timespec t{};
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return t.tv_sec * 1'000'000'000 + t.tv_nsec;
-}
+constexpr std::int64_t k_millisecond = 1'000'000;  // ns
 
-void sleep_ns(std::int64_t ns) noexcept
-{
-    const timespec t{ns / 1'000'000'000, ns % 1'000'000'000};
-    clock_nanosleep(CLOCK_MONOTONIC, 0, &t, nullptr);
-}
+void sleep_for(std::int64_t ns) noexcept { sleep_until(clock_ns() + ns); }
 
 struct Wrenches {
     std::array<Wrench, k_max_zones> of{};
@@ -43,32 +34,11 @@ struct Wrenches {
 
 enum State : int { k_opening, k_open, k_failed };
 
-/// Capabilities without the name, which is memory of one process.
-struct Numbers {
-    std::size_t zones = 0;
-    bool simulated = false, rotates_in = false, force_out = false, torque_out = false, rumble_out = false;
-    double max_force = 0, max_torque = 0, continuous_force = 0, damping = 0, coulomb_friction = 0, resolution = 0, delay = 0,
-           rate = 0;
-};
-
-Numbers numbers_of(const Capabilities& c)
-{
-    return {c.zones,      c.simulated,        c.rotates_in, c.force_out,        c.torque_out, c.rumble_out, c.max_force,
-            c.max_torque, c.continuous_force, c.damping,    c.coulomb_friction, c.resolution, c.delay,      c.rate};
-}
-
-Capabilities capabilities_of(const Numbers& n, std::string name)
-{
-    return {std::move(name), n.simulated,        n.zones,      n.rotates_in, n.force_out,
-            n.torque_out,    n.rumble_out,       n.max_force,  n.max_torque, n.continuous_force,
-            n.damping,       n.coulomb_friction, n.resolution, n.delay,      n.rate};
-}
-
 /// Memory that both processes share. Everything in it is lock-free.
 struct Shared {
     std::atomic<int> state{k_opening};
     std::array<char, 256> text{};  // the device's name, or why it could not be opened
-    Numbers reported;
+    Capabilities reported;         // its name stays empty: a longer one would be memory of one process
     Newest<Sample> samples;
     Newest<Wrenches> wrenches;
     std::atomic<std::int64_t> last_write{0};
@@ -90,7 +60,7 @@ public:
         shared_->quit = true;
         // A second to zero and close the device; a keeper that hangs in it is ended, and the device's own time-out acts.
         for (int i = 0; i < 1000 && waitpid(keeper_, nullptr, WNOHANG) == 0; ++i) {
-            sleep_ns(1'000'000);
+            sleep_for(k_millisecond);
             if (i < 999) continue;
             kill(keeper_, SIGKILL);
             waitpid(keeper_, nullptr, 0);
@@ -117,7 +87,7 @@ public:
         w.zeros = shared_->zeros.load();
         std::copy_n(wrenches.begin(), std::min(wrenches.size(), k_max_zones), w.of.begin());
         shared_->wrenches.put(w);
-        shared_->last_write = steady_ns();
+        shared_->last_write = clock_ns();
         return true;
     }
     void zero() noexcept override { ++shared_->zeros; }
@@ -131,7 +101,7 @@ private:
 };
 
 /// The keeper's loop; ends when the program has ended.
-void keep(Shared& shared, Device& device, const KeeperOptions& options, pid_t program) noexcept
+void keep(Shared& shared, Device& device, const OwnProcessOptions& options, pid_t program) noexcept
 {
     const std::int64_t timeout = std::llround(options.timeout * 1e9), period = std::llround(options.period * 1e9);
     const std::size_t zones = std::min(device.capabilities().zones, k_max_zones);
@@ -144,7 +114,7 @@ void keep(Shared& shared, Device& device, const KeeperOptions& options, pid_t pr
         const bool fresh = shared.wrenches.take();
         const std::uint64_t zeros = shared.zeros.load();
         // A wrench written before the last zero() does not count.
-        const bool current = shared.wrenches.value().zeros == zeros && steady_ns() - shared.last_write.load() < timeout;
+        const bool current = shared.wrenches.value().zeros == zeros && clock_ns() - shared.last_write.load() < timeout;
         if (!current || zeros != zeroed) {
             device.zero();
             zeroed = zeros;
@@ -153,12 +123,12 @@ void keep(Shared& shared, Device& device, const KeeperOptions& options, pid_t pr
             device.report(shared.wrenches.value().filter);
             if (!device.write({shared.wrenches.value().of.data(), zones})) shared.gone = true;
         }
-        sleep_ns(period);
+        sleep_for(period);
     }
     device.zero();
 }
 
-[[noreturn]] void keeper_process(Shared& shared, OpenDevice open, void* context, const KeeperOptions& options,
+[[noreturn]] void keeper_process(Shared& shared, OpenDevice open, void* context, const OwnProcessOptions& options,
                                  pid_t program) noexcept
 {
     // An interrupt from the keyboard goes to both processes, and this one must outlive the other.
@@ -166,9 +136,10 @@ void keep(Shared& shared, Device& device, const KeeperOptions& options, pid_t pr
     try {
         const std::unique_ptr<Device> device = open(context);
         if (device == nullptr) throw std::runtime_error("no device");
-        const Capabilities& c = device->capabilities();
+        Capabilities c = device->capabilities();
         set_text(shared, c.name.c_str());
-        shared.reported = numbers_of(c);
+        c.name = {};
+        shared.reported = c;
         shared.state = k_open;
         keep(shared, *device, options, program);
     } catch (const std::exception& e) {
@@ -180,7 +151,7 @@ void keep(Shared& shared, Device& device, const KeeperOptions& options, pid_t pr
 
 }  // namespace
 
-std::unique_ptr<Device> keep_in_own_process(OpenDevice open, void* context, const KeeperOptions& options)
+std::unique_ptr<Device> keep_in_own_process(OpenDevice open, void* context, const OwnProcessOptions& options)
 {
     if (!(options.timeout >= 1e-3 && options.timeout <= 0.1) || !(options.period >= 1e-4 && options.period <= 0.01))
         throw std::invalid_argument("a keeper's time-out is 1 to 100 ms, its period 0.1 to 10 ms");
@@ -195,8 +166,8 @@ std::unique_ptr<Device> keep_in_own_process(OpenDevice open, void* context, cons
     }
     if (keeper == 0) keeper_process(*shared, open, context, options, program);
 
-    const std::int64_t until = steady_ns() + std::llround(options.wait * 1e9);
-    while (shared->state == k_opening && steady_ns() < until && waitpid(keeper, nullptr, WNOHANG) == 0) sleep_ns(1'000'000);
+    const std::int64_t until = clock_ns() + std::llround(options.wait * 1e9);
+    while (shared->state == k_opening && clock_ns() < until && waitpid(keeper, nullptr, WNOHANG) == 0) sleep_for(k_millisecond);
     if (shared->state != k_open) {
         const std::string why = shared->state == k_failed ? shared->text.data() : "the device did not open in time";
         shared->quit = true;
@@ -205,7 +176,8 @@ std::unique_ptr<Device> keep_in_own_process(OpenDevice open, void* context, cons
         munmap(memory, sizeof(Shared));
         throw std::runtime_error(why);
     }
-    Capabilities capabilities = capabilities_of(shared->reported, std::string(shared->text.data()) + ", in a process of its own");
+    Capabilities capabilities = shared->reported;
+    capabilities.name = std::string(shared->text.data()) + ", in a process of its own";
     capabilities.delay += options.period;
     return std::make_unique<KeptDevice>(shared, keeper, std::move(capabilities));
 }
