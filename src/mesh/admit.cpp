@@ -34,7 +34,7 @@ std::string next_rung(const AdmitOptions& options)
     return options.repair == Repair::Close ? ", or raise --max-filled, or use --repair wrap" : ", or use --repair close or wrap";
 }
 
-/// Whether a higher rung may take what the code refuses.
+/// True if a higher rung may take a mesh that the code refuses.
 bool is_curable(Refusal code, const AdmitOptions& options)
 {
     if (options.repair < Repair::Close || options.accept_surface || options.thickness > 0) return false;
@@ -50,8 +50,8 @@ void check_cost(const Surface& surface, const AdmitOptions& options)
                "raise the limit with --max-cured-faces, or close the mesh");
 }
 
-/// What of the input bounds the solid: without polygons of which a cure kept nothing; or those. cured: faces that are made up
-/// have none.
+/// The part of the input that bounds the solid: the polygons of which a cure kept something, or with counts = false the others.
+/// cured: made-up faces have no polygon.
 Surface what_counts(const Surface& soup, const Surface& cured, bool counts = true)
 {
     std::vector<bool> kept;
@@ -162,7 +162,7 @@ private:
             warn(tolerance_warning(out_.mesh, *out_.deviation, options_.wrap));
     }
 
-    /// Whether a cure gives a solid; else the reason goes to the first refusal's.
+    /// True if a cure gives a solid; else adds the reason to the first refusal's.
     template <class Cure>
     bool cured(const std::vector<RepairNote>& repairs, Cure&& cure)
     {
