@@ -4,7 +4,6 @@
 #include "sqmap/mesh/wrap.h"
 #include "sqmap/io/read.h"
 #include "sqmap/math/box.h"
-#include "sqmap/mesh/deviation.h"
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Surface_mesh.h>

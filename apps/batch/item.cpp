@@ -4,9 +4,9 @@
 #include "batch/manifest.h"
 #include "batch/sha256.h"
 #include "common/render/pictures.h"
-#include "sqmap/io/buffers_beside.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/io/model_json.h"
+#include "sqmap/io/read.h"
 #include "sqmap/model/doubt.h"
 
 #include <fcntl.h>

@@ -4,7 +4,7 @@
 #include "model/central_cells.h"
 #include "model/flags.h"
 #include "sqmap/math/box.h"
-#include "sqmap/shape/euler.h"
+#include "sqmap/shape/superquadric.h"
 
 #include <algorithm>
 #include <cmath>

@@ -11,7 +11,7 @@
 namespace sqmap::capi {
 namespace {
 
-/// Thrown through bake by the progress of a caller who wants no more.
+/// Thrown through bake by the progress of a caller that cancels.
 struct Cancelled {};
 
 /// Polygons of either door: a caller's arrays or a file's.

@@ -1,2 +1,2 @@
-// The WebAssembly module of js/: nothing but what sqmap.h declares, which the linker is told to export.
+// The WebAssembly module of js/: it exports the functions of sqmap.h alone.
 int main() { return 0; }

@@ -21,7 +21,7 @@ struct Failure {
 /// Makes the exception in flight this thread's error; its code.
 sqmap_code caught() noexcept;
 
-/// Runs work; what it throws becomes a code.
+/// Runs work; an exception becomes a code.
 template <class Work>
 sqmap_code guarded(Work&& work) noexcept
 {

@@ -113,12 +113,6 @@ const Surface& Model::surface() const
     return *surface_;
 }
 
-Handles<Model, 1>& models()
-{
-    static auto& table = *new Handles<Model, 1>;
-    return table;
-}
-
 }  // namespace sqmap::capi
 
 using namespace sqmap;

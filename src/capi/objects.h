@@ -1,13 +1,16 @@
 // The objects behind the handles of the C interface. An object lives as long as anything made of it.
 #pragma once
 
-#include "handles.h"
+#include "failure.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/mesh/bvh.h"
 #include "sqmap/query/pair.h"
 #include "sqmap/query/probe.h"
 
+#include <array>
+#include <atomic>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -16,6 +19,64 @@
 #include <vector>
 
 namespace sqmap::capi {
+
+/// Objects by handle. find() takes no lock; open() and close() do.
+/// Layout of a handle: generation, 40 bits; kind, 8; slot + 1, 16.
+template <class T, std::uint8_t Kind>
+class Handles {
+public:
+    /// @throw Failure where as many are open as there are slots
+    std::uint64_t open(std::shared_ptr<T> object)
+    {
+        const std::lock_guard lock(mutex_);
+        if (free_.empty() && used_ == k_slots)
+            throw Failure{SQMAP_E_MEMORY, "handle", std::to_string(k_slots) + " are open", "close those that are done with"};
+        if (free_.empty()) free_.push_back(used_++);
+        const std::uint32_t index = free_.back();
+        free_.pop_back();
+        Slot& slot = slots_[index];
+        slot.object = std::move(object);
+        const std::uint64_t id = (++generation_ << 24) | (std::uint64_t{Kind} << 16) | (index + 1);
+        slot.id.store(id, std::memory_order_release);
+        return id;
+    }
+    /// @throw Failure where it is not open
+    const std::shared_ptr<T>& find(std::uint64_t id) const
+    {
+        const std::uint64_t index = (id & 0xffff) - 1;
+        if (index >= k_slots || slots_[index].id.load(std::memory_order_acquire) != id) refuse();
+        return slots_[index].object;
+    }
+    /// Passes over 0. @throw Failure where it is not open
+    void close(std::uint64_t id)
+    {
+        if (id == 0) return;
+        std::shared_ptr<T> last;  // dies behind the lock
+        const std::lock_guard lock(mutex_);
+        find(id);
+        const auto index = static_cast<std::uint32_t>((id & 0xffff) - 1);
+        slots_[index].id.store(0, std::memory_order_release);
+        last = std::move(slots_[index].object);
+        free_.push_back(index);
+    }
+
+private:
+    static constexpr std::uint32_t k_slots = 0xfffe;
+    struct Slot {
+        std::atomic<std::uint64_t> id{0};
+        std::shared_ptr<T> object;
+    };
+    [[noreturn]] static void refuse()
+    {
+        throw Failure{SQMAP_E_HANDLE, "handle", "is closed, or was never opened", "open it, and do not use it after closing it"};
+    }
+
+    std::unique_ptr<Slot[]> slots_ = std::make_unique<Slot[]>(k_slots);
+    std::mutex mutex_;
+    std::vector<std::uint32_t> free_;
+    std::uint32_t used_ = 0;
+    std::uint64_t generation_ = 0;
+};
 
 /// The model's triangles in mesh units with a tree over them.
 struct Surface {
@@ -51,13 +112,16 @@ private:
     mutable std::unique_ptr<Surface> surface_;
 };
 
-class Session;
-
 /// One table for each kind of handle; made by the first call and never destroyed, so that threads may outlive main().
-Handles<Model, 1>& models();
-Handles<query::Probe, 2>& probes();
-Handles<query::PairWorkspace, 3>& workspaces();
-Handles<Session, 4>& sessions();
+template <class T, std::uint8_t Kind>
+Handles<T, Kind>& table()
+{
+    static auto& table = *new Handles<T, Kind>;
+    return table;
+}
+inline Handles<Model, 1>& models() { return table<Model, 1>(); }
+inline Handles<query::Probe, 2>& probes() { return table<query::Probe, 2>(); }
+inline Handles<query::PairWorkspace, 3>& workspaces() { return table<query::PairWorkspace, 3>(); }
 
 /// The open model. @throw Failure
 inline const std::shared_ptr<Model>& model_of(sqmap_model handle) { return models().find(handle.id); }

@@ -42,18 +42,6 @@ query::Body body_of(const sqmap_body& body)
 
 }  // namespace
 
-Handles<query::Probe, 2>& probes()
-{
-    static auto& table = *new Handles<query::Probe, 2>;
-    return table;
-}
-
-Handles<query::PairWorkspace, 3>& workspaces()
-{
-    static auto& table = *new Handles<query::PairWorkspace, 3>;
-    return table;
-}
-
 }  // namespace sqmap::capi
 
 using namespace sqmap;
@@ -67,9 +55,7 @@ sqmap_code sqmap_make_probe(const sqmap_points* points, sqmap_probe* probe)
         out = {};
         const std::span<const Vec3d> rows = capi::rows(capi::taken(&needed(points, "points"), "points"), "points.xyz");
         if (rows.empty()) throw capi::Failure{SQMAP_E_ARGUMENT, "points.count", "is 0", "give at least one point"};
-        for (std::size_t i = 0; i < rows.size(); ++i)
-            if (!is_finite(rows[i]))
-                throw capi::Failure{SQMAP_E_ARGUMENT, "point " + std::to_string(i), "is not finite", "leave it out"};
+        capi::check_finite(rows, "point ");
         out.id = capi::probes().open(std::make_shared<query::Probe>(rows));
     });
 }

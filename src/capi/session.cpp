@@ -113,13 +113,13 @@ public:
     Session(const Session&) = delete;
     Session& operator=(const Session&) = delete;
 
-    /// Total: what is not finite gives zero and a status bit.
+    /// Total: input that is not finite gives zero and a status bit.
     sqmap_force tick(const sqmap_tick& in) noexcept
     {
         sqmap_force out{};
         const double dt = in.time - time_;
         time_ = in.time;
-        const Pose pose = pose_as_given(in.pose);
+        const Pose pose = pose_as_given(in.pose);  // unchecked: the step and the filter judge it
         haptic::Wrench commanded, sent;
         const haptic::StepResult step = haptic::step(
             state_, {.touched = {&touched_, 1}, .poses = {&pose, 1}, .dt = dt > 0 && dt < 1 ? dt : k_period}, {&commanded, 1});
@@ -174,14 +174,6 @@ private:
         zone.probe = &probe;
         return {&zone, 1};
     }
-    /// Unchecked: the step and the filter judge it.
-    static Pose pose_as_given(const sqmap_pose& p)
-    {
-        Pose out;
-        for (int i = 0; i < 3; ++i) out.rotation.row[i] = {p.rotation[3 * i], p.rotation[3 * i + 1], p.rotation[3 * i + 2]};
-        out.translation = {p.translation[0], p.translation[1], p.translation[2]};
-        return out;
-    }
 
     std::shared_ptr<Model> model_;
     model::ModelView view_;
@@ -197,11 +189,7 @@ private:
     std::uint64_t ticks_ = 0;
 };
 
-Handles<Session, 4>& sessions()
-{
-    static auto& table = *new Handles<Session, 4>;
-    return table;
-}
+static Handles<Session, 4>& sessions() { return table<Session, 4>(); }
 
 }  // namespace sqmap::capi
 
@@ -240,9 +228,7 @@ sqmap_code sqmap_simulate(sqmap_session session, const sqmap_simulation* simulat
         const sqmap_simulation in = capi::taken(&needed(simulation, "simulation"), "simulation");
         const std::span<const Vec3d> targets =
             capi::rows({sizeof(sqmap_points), in.targets, in.count, nullptr}, "simulation.targets");
-        for (std::size_t i = 0; i < targets.size(); ++i)
-            if (!is_finite(targets[i]))
-                throw capi::Failure{SQMAP_E_ARGUMENT, "target " + std::to_string(i), "is not finite", "leave it out"};
+        capi::check_finite(targets, "target ");
         for (std::size_t i = 0; i < targets.size(); ++i) {
             Vec3d position{};
             const sqmap_force out = s.simulate(targets[i], position);

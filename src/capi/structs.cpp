@@ -35,24 +35,30 @@ void check_struct(const void* given, std::size_t known, const char* element)
                           "set it to zero, or take the library of the header"};
 }
 
-double checked(double value, double least, double max, const char* element)
+double checked(double value, double min, double max, const char* element)
 {
-    if (value >= least && value <= max) return value;
+    if (value >= min && value <= max) return value;
     const auto text = [](double v) {
         char line[32];
         std::snprintf(line, sizeof line, "%g", v);
         return std::string(line);
     };
-    throw Failure{SQMAP_E_ARGUMENT, element, "is " + text(value), "give a number from " + text(least) + " to " + text(max)};
+    throw Failure{SQMAP_E_ARGUMENT, element, "is " + text(value), "give a number from " + text(min) + " to " + text(max)};
+}
+
+Pose pose_as_given(const sqmap_pose& pose)
+{
+    Pose out;
+    const double* r = pose.rotation;
+    for (int i = 0; i < 3; ++i) out.rotation.row[i] = {r[3 * i], r[3 * i + 1], r[3 * i + 2]};
+    out.translation = {pose.translation[0], pose.translation[1], pose.translation[2]};
+    return out;
 }
 
 Pose pose_of(const sqmap_pose* pose)
 {
-    Pose out;
-    if (pose == nullptr) return out;
-    const double* r = pose->rotation;
-    for (int i = 0; i < 3; ++i) out.rotation.row[i] = {r[3 * i], r[3 * i + 1], r[3 * i + 2]};
-    out.translation = {pose->translation[0], pose->translation[1], pose->translation[2]};
+    if (pose == nullptr) return {};
+    const Pose out = pose_as_given(*pose);
     if (!is_finite(out.translation))
         throw Failure{SQMAP_E_ARGUMENT, "pose.translation", "is not finite", "give three finite numbers"};
     if (!is_rotation(out.rotation))
@@ -106,6 +112,12 @@ std::span<const Vec3d> rows(const sqmap_points& points, const char* element)
     if (points.count > std::numeric_limits<std::size_t>::max() / sizeof(Vec3d))
         throw Failure{SQMAP_E_ARGUMENT, std::string(element) + ".count", "is more than memory holds", "give the number of rows"};
     return {reinterpret_cast<const Vec3d*>(&needed(points.xyz, element)), points.count};
+}
+
+void check_finite(std::span<const Vec3d> rows, const char* element, const char* cure)
+{
+    for (std::size_t i = 0; i < rows.size(); ++i)
+        if (!is_finite(rows[i])) throw Failure{SQMAP_E_ARGUMENT, element + std::to_string(i), "is not finite", cure};
 }
 
 void give_text(sqmap_text* target, std::string_view text)

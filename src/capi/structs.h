@@ -14,10 +14,10 @@ namespace sqmap::capi {
 
 inline constexpr std::size_t k_max_struct = 4096;  ///< bytes: more is no struct of this header, but memory that was not set
 
-/// Refuses sizes that no header gives, and members that this library does not know and that are not zero.
+/// Refuses sizes that no header gives, and members beyond this library's that are not zero.
 void check_struct(const void* given, std::size_t known, const char* element);
 
-/// A caller's struct with zero for what it does not have; all zero of a null pointer.
+/// A caller's struct, zero for the members that it does not have; all zero for a null pointer.
 template <class T>
 T taken(const T* given, const char* element)
 {
@@ -30,7 +30,7 @@ T taken(const T* given, const char* element)
     return own;
 }
 
-/// Writes a result to a caller's struct, as far as that goes. @pre taken() has taken it
+/// Writes a result to a caller's struct, as far as its size goes. @pre taken() has checked it
 template <class T>
 void give(T* target, T value)
 {
@@ -39,13 +39,15 @@ void give(T* target, T value)
     std::memcpy(static_cast<void*>(target), &value, std::min(size, sizeof(T)));
 }
 
-/// @throw Failure where it is not finite, or not within [least, max]
-double checked(double value, double least, double max, const char* element);
+/// The value. @throw Failure for a number that is not finite, or not within [min, max]
+double checked(double value, double min, double max, const char* element);
 
-/// @throw Failure for a rotation that is none; null stands for the identity
+/// A caller's pose as it is, unchecked.
+Pose pose_as_given(const sqmap_pose& pose);
+/// @throw Failure for a matrix that is no rotation; null stands for the identity
 Pose pose_of(const sqmap_pose* pose);
 
-/// @throw Failure for a layer that there is not, and numbers out of range
+/// @throw Failure for a number that names no layer, and for numbers out of range
 query::QueryOptions query_options(const sqmap_query_options& options);
 /// Threads of a batch. @throw Failure
 unsigned threads_of(const sqmap_query_options& options);
@@ -54,6 +56,9 @@ query::Layer layer_of(int layer);
 
 /// Rows of three doubles as they lie in the caller's memory.
 std::span<const Vec3d> rows(const sqmap_points& points, const char* element);
+
+/// Refuses a row that is not finite: element is its name, before its number.
+void check_finite(std::span<const Vec3d> rows, const char* element, const char* cure = "leave it out");
 
 /// Text to the caller's.
 void give_text(sqmap_text* target, std::string_view text);

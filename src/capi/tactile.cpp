@@ -20,14 +20,6 @@ double or_default(double value, double standard, const char* element)
     return value < 0 ? 0 : checked(value, 0, std::numeric_limits<double>::max(), element);
 }
 
-void check_finite(std::span<const Vec3d> rows, const char* name)
-{
-    for (std::size_t i = 0; i < rows.size(); ++i)
-        if (!is_finite(rows[i]))
-            throw Failure{SQMAP_E_ARGUMENT, name + std::to_string(i), "is not finite",
-                          "give finite numbers, or leave the taxel out"};
-}
-
 }  // namespace
 
 /// A pad with its options.
@@ -66,11 +58,7 @@ private:
     haptic::TactileOptions options_;
 };
 
-Handles<Pad, 5>& pads()
-{
-    static auto& table = *new Handles<Pad, 5>;
-    return table;
-}
+static Handles<Pad, 5>& pads() { return table<Pad, 5>(); }
 
 }  // namespace sqmap::capi
 
@@ -88,8 +76,9 @@ sqmap_code sqmap_make_pad(const sqmap_points* points, const double* normals, con
         outward.xyz = &needed(normals, "normals");
         const std::span<const Vec3d> at = capi::rows(given, "points.xyz"), along = capi::rows(outward, "normals");
         if (at.empty()) throw capi::Failure{SQMAP_E_ARGUMENT, "points.count", "is 0", "give at least one point"};
-        capi::check_finite(at, "point ");
-        capi::check_finite(along, "normal ");
+        constexpr const char* k_cure = "give finite numbers, or leave the taxel out";
+        capi::check_finite(at, "point ", k_cure);
+        capi::check_finite(along, "normal ", k_cure);
         out.id = capi::pads().open(std::make_shared<capi::Pad>(at, along, capi::taken(options, "options")));
     });
 }

@@ -1,7 +1,7 @@
 // Gaussian curvature of a triangle mesh (section 3.2).
 #pragma once
 
-#include "sqmap/mesh/adjacency.h"
+#include "sqmap/mesh/mesh.h"
 
 #include <vector>
 

@@ -1,8 +1,9 @@
-// Shortest concave cut near a locale, and the moment-ellipsoid volume that ranks cuts.
+// Cuts: the shortest concave one near a locale, the moment-ellipsoid volume that ranks cuts, and the cuts as printed.
 #pragma once
 
+#include "geodesic.h"
 #include "sqmap/decompose/decompose.h"
-#include "sqmap/mesh/adjacency.h"
+#include "sqmap/mesh/mesh.h"
 
 #include <span>
 #include <vector>
@@ -41,5 +42,17 @@ struct CutBand {
 
 /// Volume (up to a constant factor) of the ellipsoid with the axes of inertia of the triangles that encloses them.
 [[nodiscard]] double ellipsoid_volume(const mesh::Mesh& mesh, std::span<const std::uint32_t> triangles);
+
+/// The input of the printed cuts.
+struct PrintedCuts {
+    const CutSurface& surface;
+    GeodesicSolver& geodesics;
+    std::span<const double> curvature;        ///< #triangles
+    std::span<const std::uint32_t> features;  ///< salient vertices, the most protruding first
+    double least_area, width;                 ///< of a piece; of a locale
+};
+
+/// Cuts the partition wherever a locale passes one of the tests.
+void cut_as_printed(const PrintedCuts& input, const DecomposeOptions& options, Partition& partition);
 
 }  // namespace sqmap::decompose

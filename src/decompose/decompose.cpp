@@ -5,7 +5,6 @@
 #include "cut.h"
 #include "geodesic.h"
 #include "partition.h"
-#include "printed_cuts.h"
 #include "saliency.h"
 
 #include <algorithm>
@@ -44,8 +43,8 @@ Growth growth_at(const Locales& l, std::ptrdiff_t k, double radius)
 // Limits of a salient cut.
 struct Limits {
     double part_area, least_area;  // of the part that is cut, and of a piece
-    double height;                 // geodesic height of what was cut off before
-    double least_level;            // cuts up to here were tried in vain
+    double height;                 // geodesic height of the parts cut off before
+    double least_level;            // cuts up to this level were tried without success
 };
 
 // The locale where a protruding part meets the rest of the body.
@@ -121,9 +120,9 @@ private:
     // The start of locales: a salient feature, or the rim that the last cut of that feature left on the body.
     struct Front {
         std::vector<std::uint32_t> sources;  // vertices
-        std::vector<std::uint32_t> ahead;    // triangles at the sources, on the side where it goes on
-        double height = 0;                   // geodesic height of what was cut off before
-        double least_level = 0;              // cuts up to here were tried in vain
+        std::vector<std::uint32_t> ahead;    // triangles at the sources, on the side away from the feature
+        double height = 0;                   // geodesic height of the parts cut off before
+        double least_level = 0;              // cuts up to this level were tried without success
         LocaleCut cut{};                     // the cut that waits
     };
 
@@ -225,7 +224,7 @@ private:
         return crease;
     }
 
-    // The rim that a cut has left on the largest neighbour of what was cut off.
+    // The rim that a cut has left on the largest neighbour of the part cut off.
     Front rim_left_by(std::span<const std::uint8_t> near, std::span<const std::uint32_t> triangles) const
     {
         std::vector<std::uint32_t> cut_off;

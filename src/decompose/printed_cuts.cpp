@@ -1,4 +1,4 @@
-#include "printed_cuts.h"
+#include "cut.h"
 
 #include "partition.h"
 
@@ -69,7 +69,7 @@ bool is_boundary(const Locale& before, const Locale& here, const PrintedCuts& in
 void cut_as_printed(const PrintedCuts& input, const DecomposeOptions& options, Partition& partition)
 {
     for (const std::uint32_t feature : input.features) {
-        // The part that goes on from the feature: its own at first, then what the last cut has left.
+        // The part that extends from the feature: its own at first, then the rest after the last cut.
         std::uint32_t part = partition.part_of_triangle[input.geodesics.around(feature).front()];
         Bands bands = bands_from(input, partition, feature, part);
         double inside = 0;

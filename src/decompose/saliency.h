@@ -3,7 +3,7 @@
 
 #include "geodesic.h"
 #include "sqmap/decompose/decompose.h"
-#include "sqmap/mesh/adjacency.h"
+#include "sqmap/mesh/mesh.h"
 
 #include <span>
 #include <vector>

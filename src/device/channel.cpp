@@ -1,6 +1,7 @@
 #include "device/channel.h"
 
 #include "device/threaded.h"
+#include "sqmap/math/rotation.h"
 
 #include <algorithm>
 #include <chrono>

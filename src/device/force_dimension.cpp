@@ -18,7 +18,7 @@ public:
                          .rotates_in = dhdHasWrist(id_),
                          .force_out = true,
                          .torque_out = dhdHasActiveWrist(id_)};
-        // Brakes: the motors damp while no force is asked for, also when this program dies.
+        // Brakes: the motors damp while no force is commanded, also when this program dies.
         dhdEnableForce(DHD_ON, id_);
         start([this] { run(); });
         if (wait_for_sample(2)) return;

@@ -1,5 +1,5 @@
 // Haply Inverse3 through the service that its maker ships: JSON over a WebSocket on this machine. The service sends a state,
-// we answer with a force, even if it is none; only then does it send the next state.
+// we answer with a force, which may be zero; only then does it send the next state.
 #include "device/families.h"
 #include "device/haply_message.h"
 #include "device/threaded.h"
@@ -206,7 +206,7 @@ private:
             message.sample.time = time;
             channel_.publish(message.sample);
         }
-        // Without a device there is nobody to command; the service's next message may name one.
+        // Without a device there is nothing to command; the service's next message may name one.
         if (device_id_.empty()) return read_next();
         // A message without a state gets no force.
         answer(message.has_state ? channel_.output(time)[0].force : Vec3d{});

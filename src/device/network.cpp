@@ -232,7 +232,7 @@ private:
         if (!said) return refuse(from, k_bad_hello);
         if (client_ && !same_address(*client_, from)) return refuse(from, k_busy);
         if (known_ && !same(*said, capabilities_)) return refuse(from, k_other_device);
-        if (!known_) capabilities_ = *said;  // before the first publish, which is what the opener waits for
+        if (!known_) capabilities_ = *said;  // before the first publish, for which the opener waits
         known_ = true;
         client_ = from;
         heard_ = now();

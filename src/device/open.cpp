@@ -10,7 +10,7 @@ namespace sqmap::device {
 
 namespace {
 
-constexpr double k_min_rate = 60, k_max_rate = 1e4;  // Hz: what the safety filter takes
+constexpr double k_min_rate = 60, k_max_rate = 1e4;  // Hz: the range of the safety filter
 
 std::unique_ptr<Device> open_path(const DeviceSpec& spec)
 {
@@ -44,7 +44,7 @@ struct Family {
     const char* missing;  ///< how to get it built
 };
 
-/// The functions of a family; null if CMake did not find what it needs.
+/// The functions of a family; null if CMake did not find its library.
 #define SQMAP_FAMILY(have, name) have ? list_##name : nullptr, have ? open_##name : nullptr
 
 constexpr Family k_families[] = {

@@ -48,7 +48,7 @@ std::string_view trimmed(std::string_view text)
     return text;
 }
 
-/// Empty where the row is good, else what is wrong with it.
+/// Empty if the row is good, else the fault.
 std::string parse_row(std::string_view line, Pose& pose)
 {
     double v[12];

@@ -248,7 +248,7 @@ void Servo::Work::watch() noexcept
     }
 }
 
-/// Zeroes every device and lets the signal do what it did before there was a servo.
+/// Zeroes every device and hands the signal to its earlier handler.
 void Servo::Work::leave_by_signal(int signal) noexcept
 {
     halt_all();

@@ -1,4 +1,4 @@
-// A servo without threads: its caller runs the ticks that are due, in bursts, in a time that goes on by one period a tick.
+// A servo without threads: its caller runs the ticks that are due, in bursts, in a time that advances by one period a tick.
 #include "channel.h"
 #include "servo_tick.h"
 

@@ -1,13 +1,13 @@
 // SpaceNavigator and its kin through libspnav and the daemon spacenavd: six axes in, no force out.
 #include "device/families.h"
 #include "device/threaded.h"
+#include "sqmap/math/rotation.h"
 
 #include <poll.h>
 #include <spnav.h>
 
 #include <algorithm>
 #include <atomic>
-#include <cmath>
 
 namespace sqmap::device {
 namespace {
@@ -101,17 +101,7 @@ private:
         dt = std::min(dt, 0.05);
         Pose& pose = sample_.poses[0];
         pose.translation += dt * motion_.linear;
-        const double angle = dt * norm(motion_.angular);
-        if (angle > 0) {
-            const Vec3d axis = normalized(motion_.angular);
-            const double s = std::sin(0.5 * angle);
-            pose.rotation = rotation_of(std::cos(0.5 * angle), s * axis.x, s * axis.y, s * axis.z) * pose.rotation;
-            // Products of rotations drift: the rows are made orthonormal again.
-            Vec3d* const r = pose.rotation.row;
-            r[0] = normalized(r[0]);
-            r[1] = normalized(r[1] - dot(r[0], r[1]) * r[0]);
-            r[2] = cross(r[0], r[1]);
-        }
+        pose.rotation = orthonormal(rotation_by(dt * motion_.angular) * pose.rotation);  // products of rotations drift
         sample_.twists[0] = motion_;
         sample_.has_twist = true;
     }

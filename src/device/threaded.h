@@ -59,14 +59,6 @@ private:
     std::thread thread_;
 };
 
-/// Rotation of a unit quaternion.
-[[nodiscard]] constexpr Mat3d rotation_of(double w, double x, double y, double z)
-{
-    return {{{1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)},
-             {2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)},
-             {2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}}};
-}
-
 /// The rotation of a quaternion of nearly unit length (within a thousandth), made unit. False for any other.
 [[nodiscard]] bool unit_rotation(double w, double x, double y, double z, Mat3d& rotation) noexcept;
 

@@ -1,4 +1,4 @@
-#include "bounding.h"
+#include "searches.h"
 
 #include "chart.h"
 #include "least_squares.h"

@@ -1,4 +1,4 @@
-#include "data_fit.h"
+#include "searches.h"
 
 #include "least_squares.h"
 #include "problems.h"

@@ -3,12 +3,11 @@
 // Data term: Solina and Bajcsy, Recovery of parametric models from range images (1990), with the radial distance of Gross
 // and Boult (1988) as residual by default: a departure from eq. 3, whose minimum is biased towards points near the centre.
 // Bounding: least volume under f <= 1 by an augmented Lagrangian, see problems.h; the closed form F(s x) = s^2 F(x) then
-// makes containment exact, and certify() proves it for what is really stored, the parameters rounded to float.
+// makes containment exact, and certify() proves it for the stored parameters, which are rounded to float.
 #include "sqmap/fit/fit.h"
 
-#include "bounding.h"
-#include "data_fit.h"
 #include "scaled_part.h"
+#include "searches.h"
 
 #include <algorithm>
 #include <cmath>
@@ -74,7 +73,7 @@ double radial_rms(const ScaledPart& part, Superquadricd sq)
 /// Shapes with more and more freedom, each of less volume by its own gain than those before it.
 struct Ranking {
     std::vector<Candidate> shapes;
-    Candidate closed;  ///< the smallest closed form: what is left where no search succeeds
+    Candidate closed;  ///< the smallest closed form: the answer if no search succeeds
     bool data_settled = false;
     int iterations = 0;
 };
@@ -141,7 +140,7 @@ FitReport fit_bounding(const mesh::Mesh& mesh, std::span<const std::uint32_t> tr
     const Ranking ranking = rank_shapes(part, options);
     FitReport report;
     report.iterations = ranking.iterations;
-    // The proof may ask for some room: more than a little of it, and the simpler shape before is the better one.
+    // The proof may enlarge the shape: if by more than a little, the simpler shape before is the better one.
     report.fallback = true;
     const std::vector<Candidate>& shapes = ranking.shapes;
     for (auto c = shapes.rbegin(); c != shapes.rend() && report.fallback; ++c) {

@@ -1,4 +1,4 @@
-// log f and its derivatives, in reverse: from the value back to what it depends on.
+// log f and the logarithm of the volume with their derivatives, in reverse: from the value back to what it depends on.
 #pragma once
 
 #include "sqmap/shape/superquadric.h"
@@ -94,5 +94,14 @@ inline void through_undeform(const shape::Superquadricd& sq, Vec3d q, Vec3d u, V
     }
     gradient.q += by_u;
 }
+
+/// log of the Gamma function and its derivative, x > 0; absolute error below 1e-13. Own code, as std::lgamma has no
+/// derivative, writes a global and differs between C libraries.
+[[nodiscard]] double log_gamma(double x);
+[[nodiscard]] double digamma(double x);
+
+[[nodiscard]] double log_volume(const shape::Superquadricd& sq);
+/// Derivatives of log_volume.
+[[nodiscard]] Gradient log_volume_gradient(const shape::Superquadricd& sq);
 
 }  // namespace sqmap::fit

@@ -4,7 +4,6 @@
 #include "chart.h"
 #include "gradient.h"
 #include "power_free.h"
-#include "volume.h"
 
 #include "sqmap/fit/fit.h"
 
@@ -183,7 +182,7 @@ struct VolumeTerm {
 private:
     double penalty(std::size_t i) const { return std::sqrt(mu) * std::max(0.0, last_.g[i] + lambda[i] / mu); }
 
-    /// The solver asks twice at each accepted point, for the cost and then for the derivatives.
+    /// The solver calls this twice at each accepted point, for the cost and then for the derivatives.
     void evaluate(const shape::Superquadricd& sq, const double* t) const
     {
         if (std::equal(t, t + N, last_.t.begin()) && last_.g.size() == points.size() + 3) return;

@@ -167,7 +167,7 @@ ScaledPart scaled_part(const mesh::Mesh& mesh, std::span<const std::uint32_t> tr
     part.middle = box_of(part.frame, part.points).middle;
     double size = 0;
     for (const Vec3d& p : part.points) size = std::max(size, norm(p - part.middle));
-    // Nothing thinner than float coordinates can tell from its middle.
+    // Not thinner than float coordinates can distinguish from the middle.
     const double least = std::max(2e-3 * size, std::max(5e-5 * norm(part.middle), 1e-30));
     part.size = std::max(size, 2 * least);
     part.least_a = least / part.size;

@@ -1,4 +1,4 @@
-#include "volume.h"
+#include "gradient.h"
 
 #include "sqmap/fit/fit.h"
 

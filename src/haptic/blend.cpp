@@ -1,4 +1,4 @@
-#include "blend.h"
+#include "push.h"
 
 namespace sqmap::haptic {
 

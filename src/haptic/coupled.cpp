@@ -2,7 +2,6 @@
 // coupling); Colgate, Stanley, Brown, "Issues in the haptic display of tool use", IROS 1995; Otaduy, Lin, "A modular haptic
 // rendering algorithm for stable and transparent 6-DOF manipulation", IEEE T-RO 2006 (the body stepped implicitly with linearised
 // contacts).
-#include "modes.h"
 #include "push.h"
 
 namespace sqmap::haptic {

@@ -1,8 +1,7 @@
 // Mode::Proxy. Ruspini, Kolarov, Khatib, "The haptic display of complex graphical environments", SIGGRAPH 1997; Zilles,
 // Salisbury, "A constraint-based god-object method for haptic display", IROS 1995.
-#include "blend.h"
 #include "contact_force.h"
-#include "modes.h"
+#include "push.h"
 #include "sqmap/math/friction.h"
 
 namespace sqmap::haptic {
@@ -10,7 +9,7 @@ namespace sqmap::haptic {
 namespace {
 
 constexpr int k_rounds = 4, k_projections = 8;
-constexpr double k_slope = 1;  ///< the force may change by so many times stiffness times motion without being a jump
+constexpr double k_slope = 1;  ///< the force may change by this times stiffness times motion without being a jump
 /// m: the proxy rests at least this deep, and so stays in contact; a patch or a ball may rest deeper.
 constexpr double k_min_sink = 1e-5;
 constexpr double k_far_side = -0.5;        ///< cosine between outward directions
@@ -95,7 +94,7 @@ private:
     Wrench springs_{}, whole_{};
 };
 
-/// Leaves the report as it is.
+/// Leaves the report unchanged.
 bool Proxy::device_is_free()
 {
     const ZoneReport kept = tick_.report;

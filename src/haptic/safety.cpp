@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace sqmap::haptic {
 
@@ -64,7 +65,7 @@ Vec3d turn_between(const Mat3d& a, const Mat3d& b)
     const double sine = norm(s), cosine = 0.5 * (d.row[0].x + d.row[1].y + d.row[2].z - 1);
     const double angle = angle_of(sine, cosine);
     if (sine > 1e-9) return angle / sine * s;
-    return cosine > 0 ? s : Vec3d{angle, 0, 0};  // half a turn: its axis does not matter, nobody turns that far in a tick
+    return cosine > 0 ? s : Vec3d{angle, 0, 0};  // half a turn: its axis does not matter: no hand turns that far in a tick
 }
 
 /// from may shrink at once; from there on it grows towards to by at most step.
@@ -88,21 +89,16 @@ double stored(double commanded, double max_force, double stiffness)
 
 const char* describe(SetupVerdict verdict) noexcept
 {
-    switch (verdict) {
-        case SetupVerdict::Ok:
-            return "the limits can be held";
-        case SetupVerdict::NotFinite:
-            return "a limit or a number of the device is negative or not finite";
-        case SetupVerdict::LimitNotPositive:
-            return "a limit must be more than zero";
-        case SetupVerdict::LimitAboveDevice:
-            return "a limit is more than the device holds";
-        case SetupVerdict::BadOption:
-            return "slew must be in (0, 1000] N/s, the energy margin in [0, 0.01] J, the softest spring at least 20 N/m";
-        case SetupVerdict::BadPeriod:
-            return "a tick must be between 0.1 and 20 ms";
-    }
-    return "unknown verdict";
+    static constexpr const char* k_names[] = {
+        "the limits can be held",
+        "a limit or a number of the device is negative or not finite",
+        "a limit must be more than zero",
+        "a limit is more than the device holds",
+        "slew must be in (0, 1000] N/s, the energy margin in [0, 0.01] J, the softest spring at least 20 N/m",
+        "a tick must be between 0.1 and 20 ms"};
+    static_assert(std::size(k_names) == static_cast<std::size_t>(SetupVerdict::BadPeriod) + 1, "in the order of the enumeration");
+    const auto i = static_cast<std::size_t>(verdict);
+    return i < std::size(k_names) ? k_names[i] : "unknown verdict";
 }
 
 SafetyFilter::SafetyFilter(const DeviceLimits& device, const SafetyOptions& options) noexcept : device_(device)

@@ -1,8 +1,8 @@
-// The tick: checks the input, runs each zone's mode, keeps what the next tick needs.
+// The tick: checks the input, runs each zone's mode, keeps the memory for the next tick.
 #include "sqmap/haptic/step.h"
 
 #include "contact_query.h"
-#include "modes.h"
+#include "push.h"
 #include "sqmap/math/assert.h"
 
 namespace sqmap::haptic {
@@ -54,6 +54,16 @@ bool sound(const StepInput& in)
     for (const TouchedBody& body : in.touched)
         sound = sound && body.model != nullptr && is_finite(body.pose) && is_finite(body.twist);
     return sound;
+}
+
+/// Mode::Direct: the zone's points are at the device's pose.
+Wrench direct(ZoneTick& tick)
+{
+    const Push p = push(tick, {tick.device(), tick.memory.device_twist});
+    const bool touching = (tick.report.status & k_step_contact) != 0;
+    const Wrench w = blended(tick, {touching, p.springs, p.springs + p.rest, p.explained});
+    add_blend_reaction(tick, tick.device().translation);
+    return tick.with_torque_share(w);
 }
 
 Wrench follow(ZoneTick& tick)

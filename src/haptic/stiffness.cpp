@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace sqmap::haptic {
 
@@ -22,17 +23,14 @@ double or_unknown(double reported, double unknown) { return reported > 0 ? repor
 
 const char* describe(StiffnessReason reason) noexcept
 {
-    switch (reason) {
-        case StiffnessReason::Sampling:
-            return "the device's damping is too little for the tick: b > K T/2 + |B|";
-        case StiffnessReason::Quantisation:
-            return "the device's friction is too little for its encoder: K <= 2 f_c/Delta";
-        case StiffnessReason::Delay:
-            return "the device's damping is too little for its delay: K (T/2 + delay) + |B| < b";
-        case StiffnessReason::VirtualDamping:
-            return "virtual damping is as much as the device's own: |B| < b";
-    }
-    return "unknown reason";
+    static constexpr const char* k_names[] = {"the device's damping is too little for the tick: b > K T/2 + |B|",
+                                              "the device's friction is too little for its encoder: K <= 2 f_c/Delta",
+                                              "the device's damping is too little for its delay: K (T/2 + delay) + |B| < b",
+                                              "virtual damping is as much as the device's own: |B| < b"};
+    static_assert(std::size(k_names) == static_cast<std::size_t>(StiffnessReason::VirtualDamping) + 1,
+                  "in the order of the enumeration");
+    const auto i = static_cast<std::size_t>(reason);
+    return i < std::size(k_names) ? k_names[i] : "unknown reason";
 }
 
 DeviceLimits with_careful_numbers(const DeviceLimits& device) noexcept

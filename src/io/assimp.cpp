@@ -1,5 +1,5 @@
 // DAE, 3MF and FBX: Debian's program assimp makes a GLB file of them, in a process of its own and within limits. Its library is
-// not linked: what a broken file does to it, it does to that process alone.
+// not linked, so that a broken file can only harm that process.
 #include "parse.h"
 #include "platform/child.h"
 
@@ -64,7 +64,7 @@ void check_result(const platform::ChildResult& result, const fs::path& folder, c
         fail_format("assimp", "it cannot read this file: " + complaint(folder / k_log));
 }
 
-/// A file that is none of its kind is refused without starting a program.
+/// Refuses a file of another kind without starting a program.
 void check_start(std::string_view text, MeshFormat format)
 {
     const std::string_view start = text.substr(0, 4096);

@@ -1,6 +1,7 @@
 #include "gltf_file.h"
 
-#include "sqmap/io/buffers_beside.h"
+#include "sqmap/io/read.h"
+#include "sqmap/math/rotation.h"
 
 #include <algorithm>
 #include <bit>
@@ -196,11 +197,8 @@ JointPose pose_of(const json& node, const std::string& where)
 Affine affine_of(const JointPose& pose)
 {
     const auto [x, y, z, w] = pose.rotation;
-    const Mat3d rotation{{{1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)},
-                          {2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)},
-                          {2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}}};
     const Mat3d scale{{{pose.scale.x, 0, 0}, {0, pose.scale.y, 0}, {0, 0, pose.scale.z}}};
-    return {rotation * scale, pose.translation};
+    return {rotation_of(w, x, y, z) * scale, pose.translation};
 }
 
 Affine affine_of(const json& node, const std::string& where)

@@ -80,7 +80,7 @@ ordered_json json_of(const model::Measured& m)
             {"q2_percent", m.q2_share}};
 }
 
-/// Null of a mesh that was taken as it is, or repaired.
+/// Null for a mesh that was taken unchanged, or repaired.
 ordered_json json_of(const model::Cure& c)
 {
     if (c.rung == model::Rung::AsItIs) return nullptr;

@@ -21,7 +21,7 @@ std::int64_t corner(TextCursor& cursor, std::string_view token, std::size_t vert
 {
     const std::int64_t i = cursor.integer(token.substr(0, token.find('/')));
     if (i > 0) return i - 1;
-    // Negative counts back from the vertices so far; 0 means nothing and stays out of range, for the gate to name.
+    // Negative counts back from the vertices so far; 0 means nothing and stays out of range, for admission to name.
     return i == 0 || i == std::numeric_limits<std::int64_t>::min() ? -1 : i + static_cast<std::int64_t>(vertex_count);
 }
 

@@ -19,7 +19,7 @@ PolygonSoup read_off(std::span<const std::byte> bytes, const ReadLimits& limits)
     if (first == "BINARY") fail_format(cursor.where(), "binary OFF is not read: write it as text");
     const std::int64_t vertex_count = cursor.integer(first);
     const std::int64_t face_count = cursor.integer(cursor.token());
-    cursor.skip_to_line_end();  // the number of edges, which nobody keeps right
+    cursor.skip_to_line_end();  // the number of edges, which files often give wrong
     if (vertex_count < 0 || face_count < 0) fail_format(cursor.where(), "a negative number of vertices or faces");
     // At least 6 bytes a line ("0 0 0\n", "3 0 1 2\n"), the last line end may be missing. Divided, not multiplied: the
     // counts may be anything.

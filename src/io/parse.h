@@ -96,7 +96,7 @@ public:
         }
     }
 
-    /// To the start of the next line; false where there is none.
+    /// Moves to the start of the next line; false if there is none.
     bool next_line()
     {
         skip_to_line_end();

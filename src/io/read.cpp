@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <fstream>
+#include <iterator>
 #include <new>
 #include <vector>
 
@@ -16,16 +17,10 @@ std::optional<MeshFormat> format_of_name(const std::filesystem::path& path)
     std::string extension = path.extension().string();
     std::transform(extension.begin(), extension.end(), extension.begin(),
                    [](char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); });
-    if (extension == ".off") return MeshFormat::Off;
-    if (extension == ".obj") return MeshFormat::Obj;
-    if (extension == ".stl") return MeshFormat::Stl;
-    if (extension == ".ply") return MeshFormat::Ply;
-    if (extension == ".gltf") return MeshFormat::Gltf;
-    if (extension == ".glb") return MeshFormat::Glb;
-    if (extension == ".dae") return MeshFormat::Dae;
-    if (extension == ".3mf") return MeshFormat::ThreeMf;
-    if (extension == ".fbx") return MeshFormat::Fbx;
-    return std::nullopt;
+    static constexpr const char* k_extensions[] = {".off", ".obj", ".stl", ".ply", ".gltf", ".glb", ".dae", ".3mf", ".fbx"};
+    const auto found = std::find(std::begin(k_extensions), std::end(k_extensions), extension);
+    if (found == std::end(k_extensions)) return std::nullopt;
+    return static_cast<MeshFormat>(found - std::begin(k_extensions));
 }
 
 std::string_view text_of(std::span<const std::byte> bytes) { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
@@ -125,27 +120,10 @@ ReadResult read_bytes(std::span<const std::byte> bytes, std::optional<MeshFormat
 
 const char* format_name(MeshFormat format)
 {
-    switch (format) {
-        case MeshFormat::Off:
-            return "OFF";
-        case MeshFormat::Obj:
-            return "OBJ";
-        case MeshFormat::Stl:
-            return "STL";
-        case MeshFormat::Ply:
-            return "PLY";
-        case MeshFormat::Gltf:
-            return "glTF";
-        case MeshFormat::Glb:
-            return "GLB";
-        case MeshFormat::Dae:
-            return "DAE";
-        case MeshFormat::ThreeMf:
-            return "3MF";
-        case MeshFormat::Fbx:
-            return "FBX";
-    }
-    return "?";
+    static constexpr const char* k_names[] = {"OFF", "OBJ", "STL", "PLY", "glTF", "GLB", "DAE", "3MF", "FBX"};
+    static_assert(std::size(k_names) == static_cast<std::size_t>(MeshFormat::Fbx) + 1, "in the order of the enumeration");
+    const auto i = static_cast<std::size_t>(format);
+    return i < std::size(k_names) ? k_names[i] : "?";
 }
 
 ReadResult read_mesh_bytes(std::span<const std::byte> bytes, MeshFormat format, const ReadLimits& limits)

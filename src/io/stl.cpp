@@ -85,7 +85,7 @@ PolygonSoup read_binary(std::span<const std::byte> bytes, const ReadLimits& limi
 
 PolygonSoup read_stl(std::span<const std::byte> bytes, const ReadLimits& limits)
 {
-    // Binary files may start with "solid" too: a size that fits the count, or a zero byte, tells them from text.
+    // Binary files may start with "solid" too: a size that fits the count, or a zero byte, shows that they are not text.
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     const std::size_t first = text.find_first_not_of(" \t\r\n");
     const bool says_solid = first != std::string_view::npos && is_word(text.substr(first, 5), "solid");

@@ -1,4 +1,4 @@
-#include "sqmap/io/write_gltf.h"
+#include "sqmap/io/write_mesh.h"
 
 #include "sqmap/io/replace_file.h"
 #include "sqmap/math/box.h"
@@ -42,7 +42,7 @@ void check(const MovingMesh& m)
     }
 }
 
-/// Mean of the triangles' normals by area; +z where there is none.
+/// Mean of the triangles' normals by area; +z if that is zero.
 std::vector<Vec3d> normals_of(std::span<const Vec3d> p, std::span<const std::array<std::uint32_t, 3>> triangles)
 {
     std::vector<Vec3d> out(p.size());

@@ -6,7 +6,7 @@
 namespace sqmap {
 
 /// Within 1e-15 of the cube root, of its size. Arithmetic alone, so that every machine has the same bits; std::cbrt's differ.
-/// Not finite or not positive: as it is given.
+/// A number that is not finite or not positive is returned unchanged.
 [[nodiscard]] inline double cube_root(double x) noexcept
 {
     if (!(x > 0) || !std::isfinite(x)) return x;

@@ -5,15 +5,9 @@
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/wrap.h"
 
-#include "clean.h"
+#include "admit_steps.h"
 #include "close/close.h"
-#include "close/resolve.h"
-#include "cure_warnings.h"
-#include "flatness.h"
-#include "plate.h"
-#include "refuse.h"
-#include "shells.h"
-#include "soup.h"
+#include "close/steps.h"
 #include "surface.h"
 
 #include <algorithm>
@@ -27,7 +21,7 @@ namespace {
 
 constexpr double k_unit_hint = 50;  // a thing of 50 m is rare, one of 50 mm is not
 
-/// For the cure of what a rung above the one allowed may take.
+/// The end of a cure's text that names the next rung; empty if no higher rung may take the mesh.
 std::string next_rung(const AdmitOptions& options)
 {
     if (options.repair >= Repair::Wrap || options.accept_surface || options.thickness > 0) return "";
@@ -205,7 +199,7 @@ private:
         note(RepairKind::Wrapped, surface_.faces.size());
     }
 
-    /// Nothing but what was looked at, and these.
+    /// Clears the result but for its facts; the repairs become these.
     void reset(const std::vector<RepairNote>& repairs)
     {
         AdmitResult blank;
@@ -477,7 +471,7 @@ private:
     const PolygonView& in_;
     const AdmitOptions& options_;
     AdmitResult out_;
-    Diagnosis first_;  ///< what the first rungs say
+    Diagnosis first_;  ///< the refusal of the first rungs
     std::vector<bool> used_;
     Box box_;
     double diagonal_ = 0;

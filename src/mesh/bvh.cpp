@@ -180,7 +180,7 @@ void Bvh::all_hits(const Ray& ray, std::vector<Hit>& out) const
 bool Bvh::ray_crossings(Vec3d p, Vec3d direction, std::vector<Crossing>& out) const
 {
     out.clear();
-    // False where the ray grazes one of so many triangles.
+    // False if the ray grazes one of the triangles.
     const auto meet = [&](std::uint32_t first, std::uint32_t count, double&) {
         for (std::uint32_t i = first; i < first + count; ++i) {
             const Triangle& tri = mesh_.triangles[order_[i]];

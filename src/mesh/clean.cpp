@@ -1,4 +1,4 @@
-#include "clean.h"
+#include "admit_steps.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "cure_warnings.h"
+#include "admit_steps.h"
 
 #include "sqmap/mesh/bvh.h"
 
@@ -9,7 +9,7 @@ namespace sqmap::mesh {
 
 namespace {
 
-constexpr double k_stands_out = 1e-3;  ///< share of the diagonal, below which nobody is told
+constexpr double k_stands_out = 1e-3;  ///< share of the diagonal below which no warning is given
 
 }  // namespace
 

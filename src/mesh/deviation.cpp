@@ -1,5 +1,5 @@
 // Points over a triangle by the R2 sequence: M. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018.
-#include "sqmap/mesh/deviation.h"
+#include "sqmap/mesh/wrap.h"
 
 #include "sqmap/math/assert.h"
 #include "sqmap/mesh/bvh.h"

@@ -1,6 +1,4 @@
-#include "flatness.h"
-
-#include "shells.h"
+#include "admit_steps.h"
 
 #include <Eigen/Eigenvalues>
 

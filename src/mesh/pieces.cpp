@@ -93,7 +93,7 @@ std::optional<std::vector<Corners>> pieces_of(const Mesh& mesh, std::uint32_t tr
     const Plane own{unit_normal(whole), whole[0]};
     std::vector<Convex> pieces = {Convex(whole.begin(), whole.end())}, next;
     const auto cut_along = [&](Vec3d a, Vec3d b) {
-        // Only what the segment itself runs through: the cut goes on to the piece's ends, so that pieces stay convex.
+        // Cuts only pieces that the segment itself crosses; the cut runs on to the piece's ends, so that pieces stay convex.
         const Plane across{normalized(cross(own.normal, b - a)), a};
         next.clear();
         for (Convex& piece : pieces) {

@@ -1,4 +1,4 @@
-#include "plate.h"
+#include "admit_steps.h"
 
 #include "sqmap/math/assert.h"
 

@@ -170,7 +170,7 @@ private:
     {
         const Corners p = corners(s), q = corners(t);
         if (!overlap(box_around(p), box_around(q))) return false;
-        // Turn both so that what they share comes first.
+        // Turn both so that their common vertices come first.
         int shared = 0, at_p = 0, at_q = 0, free_p = 0, free_q = 0;
         bool q_is_shared[3] = {false, false, false};
         for (int i = 0; i < 3; ++i) {

@@ -58,7 +58,7 @@ void Solid::find_buried_shells()
     const bool several =
         std::any_of(mesh_.triangles.begin(), mesh_.triangles.end(), [&](const Triangle& t) { return root(t[0]) != first; });
     if (!several || !is_closed(mesh_)) return;
-    // A shell's largest triangle is asked: a sliver's normal and middle say little.
+    // A shell's largest triangle decides: a sliver's normal and middle say little.
     std::vector<std::uint32_t> largest(parent.size(), 0);
     std::vector<double> area(parent.size(), -1);
     for (std::uint32_t i = 0; i < mesh_.triangles.size(); ++i) {

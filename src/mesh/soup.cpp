@@ -1,6 +1,4 @@
-#include "soup.h"
-
-#include "refuse.h"
+#include "admit_steps.h"
 
 #include <algorithm>
 #include <array>

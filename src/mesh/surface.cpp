@@ -96,7 +96,7 @@ std::vector<std::array<std::uint32_t, 3>> triangulated(std::span<const Vec3d> co
             return std::tie(a.is_empty, a.shape) < std::tie(b.is_empty, b.shape);
         };
         auto best = std::max_element(ears.begin(), ears.end(), worse);
-        if (!best->is_empty) {  // cutting may have emptied ears that were not looked at since
+        if (!best->is_empty) {  // cutting may have emptied ears since their last examination
             for (std::size_t i = 0; i < ring.size(); ++i) ears[i] = look(i);
             best = std::max_element(ears.begin(), ears.end(), worse);
         }

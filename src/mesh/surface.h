@@ -72,7 +72,7 @@ struct UnionFind {
 /// serve, ears of the best shape otherwise. corners: 4 at least.
 std::vector<std::array<std::uint32_t, 3>> triangulated(std::span<const Vec3d> corners);
 
-/// For each vertex the first one in its position (distance 0), or within a distance (and what that chains together).
+/// For each vertex the first one in its position (distance 0), or within a distance (chains of such vertices count as one).
 std::vector<std::uint32_t> coincident(std::span<const Vec3d> points);
 std::vector<std::uint32_t> coincident_within(std::span<const Vec3d> points, double distance);
 

@@ -14,7 +14,7 @@ namespace sqmap::platform {
 /// the present one are not searched.
 [[nodiscard]] std::string program_on_path(std::string_view name);
 
-/// A new folder that nobody else may enter; gone with everything in it at the end of the scope.
+/// A new folder that no other user may enter. The destructor removes it with everything in it.
 class PrivateFolder {
 public:
     PrivateFolder();

@@ -33,7 +33,7 @@ void limit(__rlimit_resource resource, rlim_t soft, rlim_t hard)
     if (::setrlimit(resource, &values) != 0) ::_exit(127);
 }
 
-/// In the child: only what is safe between fork and exec.
+/// Runs in the child: only calls that are safe between fork and exec.
 [[noreturn]] void become(const Command& command, char* const* arguments, char* const* environment)
 {
     ::setpgid(0, 0);
@@ -116,7 +116,7 @@ ChildResult run(Command command)
     const pid_t child = ::fork();
     if (child < 0) return {};
     if (child == 0) become(command, arguments.data(), environment.data());
-    ::setpgid(child, child);  // both do it: neither knows who comes first
+    ::setpgid(child, child);  // both processes do it, since either may run first
     const bool ended = ends_within(child, std::chrono::seconds(3 * command.limits.seconds));
     ::kill(-child, SIGKILL);
     int status = 0;

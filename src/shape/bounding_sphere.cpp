@@ -1,6 +1,6 @@
 // The farthest point of |x/a|^(2/e) + |y/b|^(2/e) = 1 from its centre: for e >= 1 the longer axis, else by Hoelder's
 // inequality (a^q + b^q)^(1/q) with q = 2 / (1 - e). Superellipsoids nest two of these.
-#include "sqmap/shape/bounding_sphere.h"
+#include "sqmap/shape/superquadric.h"
 
 #include "sqmap/math/box.h"
 #include "sqmap/shape/surface.h"

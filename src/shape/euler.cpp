@@ -1,5 +1,5 @@
 // Euler angles in the ZYZ order of Solina and Bajcsy 1990.
-#include "sqmap/shape/euler.h"
+#include "sqmap/shape/superquadric.h"
 
 #include <cmath>
 

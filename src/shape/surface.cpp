@@ -164,7 +164,7 @@ Vec3<Real> normal_direction(const Superquadric<Real>& sq, Real eta, Real omega) 
             ce * signed_power(std::sin(omega), Real(2) - sq.eps2) / sq.a.y,
             signed_power(std::sin(eta), Real(2) - sq.eps1) / sq.a.z};
 }
-// Powers of |sin| and |cos| below: both factors of a product change sign together, so magnitudes are what is meant.
+// Powers of |sin| and |cos| below: both factors of a product change sign together, so only magnitudes matter.
 template <class Real>
 Real normal_scale(const Superquadric<Real>& sq, Real eta, Real omega) noexcept
 {

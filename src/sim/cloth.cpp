@@ -1,8 +1,8 @@
 #include "sqmap/sim/cloth.h"
 
 #include "cloth_state.h"
-#include "cpu_time.h"
-#include "sqmap/sim/crossings.h"
+#include "contacts.h"
+#include "sim/crossings.h"
 
 #include <algorithm>
 #include <cmath>
@@ -35,8 +35,7 @@ StepReport Cloth::step(double dt, std::span<const Collider> colliders) noexcept
         report.status = k_cloth_bad_step;
         return report;
     }
-    bool colliders_stand = true;
-    for (const Collider& collider : colliders) colliders_stand = colliders_stand && stands(collider);
+    const bool colliders_stand = all_stand(colliders);
     const double start = cpu_seconds();
     btSoftBody& body = *s.body;
     // The tailor's hands carry a garment until it is sewn.

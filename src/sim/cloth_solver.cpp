@@ -1,6 +1,6 @@
 // The parts of a step: threads, half-spaces, the speed limit, and the end of the step.
 #include "cloth_state.h"
-#include "cpu_time.h"
+#include "contacts.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,8 +11,8 @@ namespace {
 
 constexpr std::uint32_t k_looks_at_threads = 16;  ///< steps
 constexpr double k_hard_push = 2;                 ///< times thickness: a node that is pushed farther stops where it is
-// A node that threads and two surfaces throw to and fro is held on a leash, how far it may go in a step: it counts as restless
-// while it turns back more often than about every fifth step, faster than k_stirs.
+// A node that threads and two surfaces throw to and fro is held on a leash, the farthest that it may go in a step: it counts as
+// restless while it turns back more often than about every fifth step, faster than k_stirs.
 constexpr double k_calm = 0.2;     ///< m / s: of the cloth as a whole, by its kinetic energy
 constexpr double k_stirs = 0.015;  ///< m / s
 constexpr float k_calms = 0.9f, k_restless = 1.5f, k_shorter = 0.25f, k_longer = 1.02f;
@@ -88,7 +88,7 @@ void Cloth::State::push_out(double dt, bool last)
         }
         Vec3f slip = x - cast<float>(previous[s.node]) - s.motion;
         slip -= dot(slip, s.normal) * s.normal;
-        // Friction's sum so far, less the slip, but no longer than the cone (or what eq. 33 says) allows.
+        // Friction's sum so far, less the slip, but no longer than the cone (or eq. 33) allows.
         float max_grip = mu * s.push;
         if (options.friction == Friction::None)
             max_grip = 0;

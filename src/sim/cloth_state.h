@@ -12,11 +12,6 @@ namespace sqmap::sim {
 
 inline constexpr double k_sewing_time = 0.5;  ///< s: in which a seam is drawn together
 
-[[nodiscard]] inline btVector3 to_bullet(Vec3d v)
-{
-    return {static_cast<btScalar>(v.x), static_cast<btScalar>(v.y), static_cast<btScalar>(v.z)};
-}
-
 struct Cloth::State {
     struct SeamLinks {
         int first = 0, count = 0;  ///< of the body's links

@@ -1,7 +1,5 @@
 #include "contacts.h"
 
-#include "cpu_time.h"
-
 #include <algorithm>
 #include <cmath>
 
@@ -22,12 +20,13 @@ constexpr double k_settle = 0.01, k_settle_path = 0.25;
 constexpr double k_beside = 1;
 constexpr float k_same_surface = 0.97f;  ///< cosine between normals
 constexpr float k_facing = -0.5f;        ///< so, of surfaces that face each other
-constexpr std::size_t k_turned = 2;  ///< of several colliders one step in so many looks for a surface on the cloth's other side
+constexpr std::size_t k_turned =
+    2;  ///< with several colliders, one step in this many looks for a surface on the cloth's other side
 constexpr std::uint8_t k_max_kept = 2;  ///< steps
-constexpr std::size_t k_sample = 16;    ///< of nodes one in so many tells whether it is worth while to look at each
+constexpr std::size_t k_sample = 16;    ///< one node in this many decides whether it pays to examine each
 constexpr std::size_t k_block = 32;
 constexpr std::size_t k_fetched = 8;        ///< contacts ahead
-constexpr std::size_t k_max_colliders = 4;  ///< half-spaces per node that there is memory for, on average
+constexpr std::size_t k_max_colliders = 4;  ///< average half-spaces per node that the memory holds
 
 /// Bound of how far a collider's surface moves in the step, m.
 double motion_bound(const Collider& collider)
@@ -141,10 +140,15 @@ void Contacts::turn_over(bool some) noexcept
     voided_ = false;
     for (std::size_t s = 0; s < had && some; ++s) {
         if (stale_[last_[s].node] != 0) continue;
-        spaces_[count_] = last_[s];
-        spaces_[count_].next = head_[last_[s].node];
-        head_[last_[s].node] = static_cast<std::uint32_t>(count_++);
+        append(last_[s]);
     }
+}
+
+void Contacts::append(const HalfSpace& space) noexcept
+{
+    spaces_[count_] = space;
+    spaces_[count_].next = head_[space.node];
+    head_[space.node] = static_cast<std::uint32_t>(count_++);
 }
 
 void Contacts::drop_void() noexcept
@@ -166,9 +170,7 @@ void Contacts::keep_pressed(std::uint32_t node, Vec3d now) noexcept
         if (!(was.push > 0.f)) continue;
         const Vec3f d = cast<float>(now) - was.at, beside = d - dot(d, was.normal) * was.normal;
         if (!(norm_sq(beside) <= static_cast<float>(k_beside * thickness_ * k_beside * thickness_))) continue;
-        spaces_[count_] = was;
-        spaces_[count_].next = head_[node];
-        head_[node] = static_cast<std::uint32_t>(count_++);
+        append(was);
     }
 }
 
@@ -186,10 +188,8 @@ void Contacts::keep_unseen(std::uint32_t node, Vec3d now) noexcept
         const bool faces =
             found != k_none && was.collider != spaces_[found].collider && dot(was.normal, spaces_[found].normal) < k_facing;
         if (!faces && !(found == k_none && other_side)) continue;
-        spaces_[count_] = was;
-        ++spaces_[count_].kept;
-        spaces_[count_].next = head_[node];
-        head_[node] = static_cast<std::uint32_t>(count_++);
+        append(was);
+        ++spaces_[head_[node]].kept;
         if (faces) break;
     }
 }
@@ -217,8 +217,7 @@ std::uint32_t Contacts::find(const Nodes& nodes, std::span<const Collider> colli
     const std::span<const Vec3d> now = nodes.now;
     const double start = cpu_seconds();
     std::uint32_t status = k_cloth_ok;
-    bool stand = true;
-    for (const Collider& s : colliders) stand = stand && stands(s);
+    const bool stand = all_stand(colliders);
     const bool still = stand && colliders.size() == colliders_;
     colliders_ = colliders.size();
     ++step_;
@@ -300,7 +299,7 @@ std::uint32_t Contacts::query_rigid(std::uint32_t number, const Search& search, 
     const auto contacts = frame.written(found_);
     for (std::size_t c = 0; c < contacts.size(); ++c) {
         const query::Contact& contact = contacts[c];
-        // Nodes lie in another order than what is found.
+        // Nodes lie in another order than the contacts.
         if (c + k_fetched < contacts.size()) {
             const std::uint32_t next = contacts[c + k_fetched].index;
             __builtin_prefetch(&now[next]);
@@ -409,9 +408,7 @@ bool Contacts::add(const Surface& surface, const Nodes& nodes) noexcept
             voided_ = true;
         }
     }
-    space.next = head_[space.node];
-    head_[space.node] = static_cast<std::uint32_t>(count_);
-    spaces_[count_++] = space;
+    append(space);
     return true;
 }
 

@@ -6,7 +6,9 @@
 #include "sqmap/query/swept.h"
 #include "sqmap/sim/cloth.h"
 
+#include <algorithm>
 #include <cstdint>
+#include <ctime>
 #include <memory>
 #include <span>
 #include <vector>
@@ -35,6 +37,11 @@ struct HalfSpace {
 {
     return s.skin != nullptr ? !(s.skin->motion() > 0)
                              : s.pose.translation == s.previous.translation && s.pose.rotation == s.previous.rotation;
+}
+
+[[nodiscard]] inline bool all_stand(std::span<const Collider> colliders) noexcept
+{
+    return std::all_of(colliders.begin(), colliders.end(), stands);
 }
 
 /// The nodes of a cloth in a step. World, m.
@@ -72,6 +79,8 @@ private:
     double set_query_points(const Nodes& nodes, bool some, bool stand) noexcept;
     /// Sets aside the half-spaces of the last step; keeps those of nodes that are not stale.
     void turn_over(bool some) noexcept;
+    /// Adds a half-space to those of its node. @pre count_ < spaces_.size()
+    void append(const HalfSpace& space) noexcept;
     /// Removes half-spaces that another one made void.
     void drop_void() noexcept;
     /// Keeps half-spaces that press a node beside an edge although a query finds nothing below it any more.
@@ -124,5 +133,12 @@ private:
     double thickness_, sweep_step_;
     query::QueryOptions options_;
 };
+
+inline double cpu_seconds() noexcept
+{
+    timespec t{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
 
 }  // namespace sqmap::sim

@@ -1,5 +1,5 @@
 // Edges through triangles, measured independently of the simulation.
-#include "sqmap/sim/crossings.h"
+#include "sim/crossings.h"
 
 #include <BulletCollision/BroadphaseCollision/btDbvt.h>
 

@@ -28,6 +28,13 @@ struct Grid {
     }
 };
 
+/// A cell's two triangles, split from its first corner or from its second.
+void add_cell(Garment& garment, const std::array<std::uint32_t, 4>& v, bool from_first)
+{
+    garment.triangles.push_back({v[0], v[1], from_first ? v[2] : v[3]});
+    garment.triangles.push_back({from_first ? v[0] : v[1], v[2], v[3]});
+}
+
 /// keep(i, j): true if a cell is cloth; start(i, j): the initial position of a corner.
 template <class Keep, class Start>
 Grid add_panel(Garment& garment, Grid grid, Keep&& keep, Start&& start)
@@ -46,13 +53,7 @@ Grid add_panel(Garment& garment, Grid grid, Keep&& keep, Start&& start)
             }
             const auto a = static_cast<std::uint32_t>(grid.at(i, j)), b = static_cast<std::uint32_t>(grid.at(i + 1, j)),
                        c = static_cast<std::uint32_t>(grid.at(i + 1, j + 1)), d = static_cast<std::uint32_t>(grid.at(i, j + 1));
-            if ((i + j) % 2 == 0) {
-                garment.triangles.push_back({a, b, c});
-                garment.triangles.push_back({a, c, d});
-            } else {
-                garment.triangles.push_back({a, b, d});
-                garment.triangles.push_back({b, c, d});
-            }
+            add_cell(garment, {a, b, c, d}, (i + j) % 2 == 0);
         }
     need(!garment.triangles.empty(), "the pattern leaves no cloth");
     return grid;
@@ -113,13 +114,7 @@ Garment skirt(const SkirtPattern& p)
             if (j == 0) out.waist.push_back(number(i, j));
             if (j == rings) continue;
             const std::uint32_t a = number(i, j), b = number(i + 1, j), c = number(i + 1, j + 1), d = number(i, j + 1);
-            if ((i + j) % 2 == 0) {
-                out.triangles.push_back({a, b, c});
-                out.triangles.push_back({a, c, d});
-            } else {
-                out.triangles.push_back({a, b, d});
-                out.triangles.push_back({b, c, d});
-            }
+            add_cell(out, {a, b, c, d}, (i + j) % 2 == 0);
         }
     return out;
 }

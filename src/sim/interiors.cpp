@@ -89,8 +89,7 @@ bool Interiors::hold(InteriorSpace& space, const TouchingNodes& nodes, std::span
 void Interiors::find(const TouchingNodes& nodes, std::span<const Collider> colliders) noexcept
 {
     const std::span<const Vec3f> normals = nodes.normals;
-    bool stand = true;
-    for (const Collider& s : colliders) stand = stand && stands(s);
+    const bool stand = all_stand(colliders);
     const double creep_sq = k_creep * thickness_ * k_creep * thickness_;
     const std::size_t max_queries = stand ? k_queries : k_queries_moving;
     std::size_t queries = 0;

@@ -158,8 +158,6 @@ Vec3d normal_of(Vec3d a, Vec3d b, Vec3d c)
     return length > 0 ? n / length : Vec3d{};
 }
 
-btVector3 to_bullet(Vec3d p) { return {static_cast<btScalar>(p.x), static_cast<btScalar>(p.y), static_cast<btScalar>(p.z)}; }
-
 }  // namespace
 
 struct SelfContacts::PairVisitor : btDbvt::ICollide {

@@ -14,6 +14,11 @@
 
 namespace sqmap::sim {
 
+[[nodiscard]] inline btVector3 to_bullet(Vec3d v)
+{
+    return {static_cast<btScalar>(v.x), static_cast<btScalar>(v.y), static_cast<btScalar>(v.z)};
+}
+
 /// A node while its position is solved for.
 struct Moving {
     Vec3f at;

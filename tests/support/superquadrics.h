@@ -1,7 +1,6 @@
 // Superquadrics that tests run over: exponents from 0.1 to 2, long and flat, tapered, bent, moved.
 #pragma once
 
-#include "sqmap/shape/euler.h"
 #include "sqmap/shape/superquadric.h"
 
 #include <vector>

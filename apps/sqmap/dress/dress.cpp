@@ -8,7 +8,7 @@
 #include "dress/worn.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/io/replace_file.h"
-#include "sqmap/io/write_gltf.h"
+#include "sqmap/io/write_mesh.h"
 #include "sqmap/sim/cloth.h"
 
 #include <nlohmann/json.hpp>

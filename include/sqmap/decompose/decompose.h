@@ -99,7 +99,7 @@ struct Split {
 
 struct CutSurface;
 
-/// Changes partitions of one mesh, which must outlive it. Kept between changes, since what they need to know of the mesh
+/// Changes partitions of one mesh, which must outlive it. Kept between changes, since the data of the mesh that they need
 /// is the same for all. Const members are thread-safe.
 class Cutter {
 public:

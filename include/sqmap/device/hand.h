@@ -66,7 +66,7 @@ struct HandMesh {
 /// Linear blend skinning of a HandMesh by the zones of a glove. The wrist and the curl of each finger follow from the zones'
 /// poses, as though the hand had the bones of hand_joints. A force that holds a tip back leaves the tip off that pose: the
 /// finger's bones take up the difference, a third each from the knuckle on, so that a fingertip moves with its zone. Thread
-/// safety: one thread at a time; const functions by many while nobody poses it.
+/// safety: one thread at a time; const functions by many while no thread poses it.
 class HandSkin {
 public:
     /// Scales the mesh to `length`, m, from wrist to middle fingertip, mirrors a right hand, since hand_joints is a left one, and

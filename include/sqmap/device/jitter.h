@@ -38,7 +38,7 @@ struct Machine {
     std::string governor;    ///< of the first processor's clock
     int processors = 0;
     bool virtual_machine = false;
-    long long rt_priority = -1;  ///< highest that this user may ask for (ulimit -r), -1: unlimited
+    long long rt_priority = -1;  ///< highest that the user may take (ulimit -r), -1: unlimited
     long long memory_lock = -1;  ///< bytes that this user may lock (ulimit -l), -1: unlimited
     double load = -1;            ///< average of the last minute
 };

@@ -48,7 +48,7 @@ struct Mechanism {
     double resolution = 25e-6;                 ///< m, of the encoder, along each axis
     int delay_ticks = 1;                       ///< ticks from a wrench written to the same wrench exerted; at most 8
     double timeout = 0.020;                    ///< s after the last wrench until the motors let go by themselves
-    double max_force = 3.3, max_torque = 0.2;  ///< N, N m: what is exerted at most
+    double max_force = 3.3, max_torque = 0.2;  ///< N, N m: limits of the motors
     double continuous_force = 0;               ///< N that motors could hold for long; 0: there are no motors that heat
 };
 
@@ -117,7 +117,7 @@ struct SimulatedOptions {
     std::size_t zones = 1;
     HandScript script = nullptr;  ///< null: a hand at rest at the origin
     const void* script_context = nullptr;
-    MotorRecord* motors = nullptr;  ///< null: nobody watches
+    MotorRecord* motors = nullptr;  ///< null: no record
     double step = 0;                ///< s that every read() simulates, whole milliseconds; 0: the time since the last one
 };
 

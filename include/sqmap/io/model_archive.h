@@ -17,7 +17,7 @@
 
 namespace sqmap::io {
 
-/// An archive that cannot be read, is none, or is damaged.
+/// A file that cannot be read, is no archive, or is damaged.
 class ModelArchiveError : public ModelFileError {
 public:
     /// what() is "PATH: WHY: CURE".
@@ -37,7 +37,7 @@ struct ArchivedModel {
     std::uint64_t picture_offset = 0, picture_size = 0;  ///< a PNG file; size 0: none
 };
 
-/// An archive whose index is mapped: no more of the file is read than what is looked up.
+/// An archive whose index is mapped: only the parts of the file that are looked up are read.
 /// Thread safety: any number of threads may read one.
 class ModelArchive {
 public:
@@ -60,7 +60,7 @@ public:
     /// Binary search. @throw ModelArchiveError for a line that is damaged
     [[nodiscard]] std::optional<ArchivedModel> find(std::string_view key) const;
 
-    /// Maps the model of that key and verifies it. @throw ModelFileError where there is none, or it is damaged
+    /// Maps the model of that key and verifies it. @throw ModelFileError if there is none, or it is damaged
     [[nodiscard]] MappedModel open(std::string_view key) const;
 
     /// The lines about items, JSON, as they stand in the file.

@@ -53,7 +53,7 @@ public:
 
     [[nodiscard]] const model::ModelView& view() const { return view_; }  ///< valid as long as this
     [[nodiscard]] std::size_t size() const { return size_; }              ///< of the model, bytes
-    /// The model's own, without what stands before it in the file.
+    /// The model's own bytes, without those before it in the file.
     [[nodiscard]] std::span<const std::byte> bytes() const { return {static_cast<const std::byte*>(mapping_) + skip_, size_}; }
 
 private:

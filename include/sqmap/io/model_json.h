@@ -16,7 +16,7 @@ namespace sqmap::io {
 /// The figures that bake measured, one object. @throw std::bad_alloc
 [[nodiscard]] std::string measured_json(const model::Measured& measured);
 
-/// How the mesh was made a solid, one object; "null" where it was taken as it is. @throw std::bad_alloc
+/// How the mesh was made a solid, one object; "null" if it was taken unchanged. @throw std::bad_alloc
 [[nodiscard]] std::string cure_json(const model::Cure& cure);
 
 }  // namespace sqmap::io

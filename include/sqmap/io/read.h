@@ -2,7 +2,7 @@
 // Any number of threads, on files of their own.
 #pragma once
 
-#include "sqmap/io/soup.h"
+#include "sqmap/math/vec.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -10,8 +10,16 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace sqmap::io {
+
+/// Polygons as read: nothing is promised about indices, coordinates or topology.
+struct PolygonSoup {
+    std::vector<Vec3d> positions;
+    std::vector<std::uint32_t> polygon_offsets{0};  ///< #polygons + 1: polygon i is indices[offsets[i] .. offsets[i+1])
+    std::vector<std::int64_t> indices;              ///< zero-based, already resolved when the file counts from the end
+};
 
 /// Limits of a reader.
 struct ReadLimits {
@@ -30,8 +38,8 @@ enum class MeshFormat { Off, Obj, Stl, Ply, Gltf, Glb, Dae, ThreeMf, Fbx };
 struct ReadError {
     std::string code;     ///< E_FORMAT, E_TRUNCATED or E_LIMIT
     std::string element;  ///< where, in the file's own terms: "line 12", "byte 84", "accessor 3", "header"; or "assimp"
-    std::string message;  ///< what was found and what was expected
-    std::string cure;     ///< what a user can do
+    std::string message;  ///< the finding and the expectation
+    std::string cure;     ///< the user's remedy
 };
 
 /// Contents of a mesh file, or the reason why it is not read.
@@ -44,9 +52,9 @@ struct ReadResult {
 /// Reads a mesh file: OFF, OBJ, STL (text and binary), PLY (text and binary of both byte orders), glTF and GLB; DAE, 3MF and FBX
 /// where the program assimp is on PATH (Debian: assimp-utils), which then runs in a process with limits: DAE comes out in metres
 /// with y up, the others in units and axes of their own.
-/// The name's extension names the format and the content must agree; a name without a known one is told by content.
+/// The name's extension names the format and the content must agree; without a known one the content decides.
 /// A byte-order mark of UTF-8 and blank lines before the first are passed over. Only geometry is read. PLY: faces and triangle
-/// strips; what a line of text holds beyond its header's properties is passed over. GLB: chunks need no padding. glTF: triangles
+/// strips; values of a line beyond its header's properties are passed over. GLB: chunks need no padding. glTF: triangles
 /// of the default scene, each node's transform applied (a skinned mesh as bound). Indices and coordinates are passed on as they
 /// are, out of range or not finite: judging them is the gate's work. Failures: in the result, never thrown. E_FORMAT: not such a
 /// file; E_TRUNCATED: it ends too early, or declares more than its bytes can hold; E_LIMIT: above the limits. Memory: below 64 MB
@@ -55,5 +63,10 @@ struct ReadResult {
 
 /// The same on bytes in memory; buffers beside a glTF file are out of reach.
 [[nodiscard]] ReadResult read_mesh_bytes(std::span<const std::byte> bytes, MeshFormat format, const ReadLimits& limits = {});
+
+/// The files that a glTF file names as its buffers and that are there, in its order; read_mesh_file reads no others. Empty for
+/// bytes that are no glTF file: reading says why. folder: the file's own.
+[[nodiscard]] std::vector<std::filesystem::path> buffers_beside(std::span<const std::byte> gltf,
+                                                                const std::filesystem::path& folder);
 
 }  // namespace sqmap::io

@@ -25,7 +25,7 @@ struct JointPose {
 struct SkinJoint {
     std::string name;
     int parent = -1;        ///< among the joints, or none; stands anywhere
-    Affine local{};         ///< rest: the joint's frame in its parent's; in the scene's where there is none
+    Affine local{};         ///< rest: the joint's frame in its parent's; in the scene's for a root
     Affine inverse_bind{};  ///< bound mesh -> the joint's frame
     Affine above{};         ///< of the nodes between the joint above and this one: local = above * rest
     JointPose rest{};

@@ -1,4 +1,4 @@
-// Writing triangle meshes as OBJ or OFF text.
+// Writing triangle meshes: still ones as OBJ or OFF text, moving ones as glTF 2.0 in one binary file (GLB).
 // Any number of threads, on files of their own.
 #pragma once
 
@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <filesystem>
 #include <span>
+#include <string>
+#include <vector>
 
 namespace sqmap::io {
 
@@ -17,5 +19,29 @@ namespace sqmap::io {
 /// @throw std::runtime_error when the file cannot be written
 void write_mesh(const std::filesystem::path& path, std::span<const Vec3d> vertices,
                 std::span<const std::array<std::uint32_t, 3>> triangles);
+
+/// Pose of a body at a time: x_world = rotation x + translation.
+struct RigidKey {
+    Mat3d rotation{};  ///< proper
+    Vec3d translation{};
+};
+
+/// A mesh that stands still, moves as one, or deforms. Metres, y up, as glTF has it.
+struct MovingMesh {
+    std::string name;
+    std::vector<Vec3d> positions;
+    std::vector<std::array<std::uint32_t, 3>> triangles;
+    std::array<float, 3> colour{0.8f, 0.8f, 0.8f};  ///< linear light
+    bool two_sided = false;
+    std::vector<double> times{};   ///< s, ascending: of the keys or shapes below
+    std::vector<RigidKey> keys{};  ///< empty, or one a time
+    std::vector<std::vector<Vec3d>>
+        shapes{};  ///< empty, or one a time, each of positions.size() positions: morph targets, blended in between
+};
+
+/// Writes one node a mesh and one animation, "motion", of all of them. The file appears whole or not at all.
+/// @throw std::invalid_argument for sizes that do not match, times that do not ascend, numbers that are not finite, no mesh
+/// @throw ModelFileError when the file cannot be written
+void write_glb(const std::filesystem::path& path, std::span<const MovingMesh> meshes);
 
 }  // namespace sqmap::io

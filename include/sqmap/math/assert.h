@@ -7,7 +7,7 @@ namespace sqmap {
 /// Handles a broken precondition, given its text, file and line. The program ends when the handler returns.
 using AssertHandler = void (*)(const char* condition, const char* file, int line);
 
-/// Replaces what is called; nullptr: a line to the standard error. Returns what was called before, nullptr: that line.
+/// Replaces the handler; nullptr: a line to the standard error. Returns the handler before; nullptr: that line.
 /// Any thread, any time; asserts of other threads take the one or the other.
 AssertHandler set_assert_handler(AssertHandler handler) noexcept;
 

@@ -50,4 +50,12 @@ namespace sqmap {
     return {{x, cross(z, x), z}};
 }
 
+/// Rotation of a unit quaternion with real part w.
+[[nodiscard]] constexpr Mat3d rotation_of(double w, double x, double y, double z) noexcept
+{
+    return {{{1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)},
+             {2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)},
+             {2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}}};
+}
+
 }  // namespace sqmap

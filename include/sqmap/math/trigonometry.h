@@ -38,7 +38,7 @@ struct SineCosine {
     }
 }
 
-/// The angle of (x, y), from -pi to pi; of (0, 0) zero, of what is not finite NaN.
+/// The angle of (x, y), from -pi to pi; zero for (0, 0), NaN for numbers that are not finite.
 [[nodiscard]] inline double angle_of(double y, double x) noexcept
 {
     const double ax = std::abs(x), ay = std::abs(y), large = ax > ay ? ax : ay, small = ax > ay ? ay : ax;

@@ -3,7 +3,6 @@
 #pragma once
 
 #include "sqmap/math/box.h"
-#include "sqmap/mesh/deviation.h"
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/mesh.h"
 #include "sqmap/mesh/wrap.h"
@@ -19,10 +18,10 @@ namespace sqmap::mesh {
 
 /// The answer to a mesh: the first rung of the ladder that gives a solid, or none.
 enum class Admission {
-    Accept,    ///< taken as it is
+    Accept,    ///< taken unchanged
     Repaired,  ///< after repairs that leave no doubt about the surface that was meant
     Closed,    ///< with holes filled, cracks stitched, edges with more than two faces resolved
-    Wrapped,   ///< as a new surface around what the input encloses
+    Wrapped,   ///< as a new surface around the volume that the input encloses
     Refused,
 };
 
@@ -89,7 +88,7 @@ enum class WarningKind : std::uint8_t {
     Surface,            ///< open, and taken as a surface without inside
     Thickness,          ///< a thickness was given and not used
     DroppedSurface,     ///< closing dropped polygons that stand out of the solid
-    Tolerance,          ///< a wrapped mesh is farther from the input than asked, or has more triangles
+    Tolerance,          ///< a wrapped mesh is farther from the input than the options allow, or has more triangles
 };
 
 /// As printed: "W_SELFX". Never null.
@@ -116,7 +115,7 @@ struct MeshFacts {
     double area = 0, volume = 0;  ///< volume: signed, closed meshes only
 };
 
-/// A mesh that was taken with what was done to it, or why it was refused.
+/// A mesh that was taken and its repairs, or the reason of a refusal.
 struct AdmitResult {
     Admission admission = Admission::Refused;
     Diagnosis diagnosis;  ///< of a refusal

@@ -30,8 +30,8 @@ enum class Refusal : std::uint8_t {
 struct Diagnosis {
     Refusal code = Refusal::None;
     std::string element;  ///< where, counted from 1 in the order of the file: "face 12", "edge 7-9", "vertex 3", "mesh"
-    std::string message;  ///< what was found
-    std::string cure;     ///< what a user can do
+    std::string message;  ///< the finding
+    std::string cure;     ///< the user's remedy
 };
 
 /// Base of everything that mesh, decompose, fit and bake throw. Thread safety: a value.

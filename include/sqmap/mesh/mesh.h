@@ -1,4 +1,4 @@
-// The validated triangle mesh that everything offline works on.
+// The validated triangle mesh that everything offline works on, and its neighbours across edges.
 // Pure functions and plain data: any number of threads.
 #pragma once
 
@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 namespace sqmap::mesh {
@@ -13,7 +14,7 @@ namespace sqmap::mesh {
 /// Indices of its vertices.
 using Triangle = std::array<std::uint32_t, 3>;
 
-/// A validated triangle mesh. The gate (mesh/admit.h) makes it; what it promises:
+/// A validated triangle mesh. Admission (mesh/admit.h) makes it and promises:
 /// indices in range, coordinates finite, no repeated index in a triangle, no unused vertex, counter-clockwise outward.
 /// Canonical: vertices sorted by (x, y, z), each triangle rotated to start at its least vertex, triangles sorted, so
 /// that the order of faces and vertices in a file has no influence on anything that follows.
@@ -37,7 +38,7 @@ struct Normalization {
 /// The mesh in the model space of n. Linear.
 [[nodiscard]] Mesh normalized(const Mesh& mesh, const Normalization& n);
 
-/// 64-bit hash (FNV-1a over words) of vertices and triangles, to tell meshes apart: never 0, and not against malice.
+/// 64-bit hash (FNV-1a over words) of vertices and triangles, to distinguish meshes: never 0, and not against malice.
 [[nodiscard]] std::uint64_t content_hash(const Mesh& mesh);
 
 /// Area of a triangle, mesh units squared.
@@ -52,5 +53,18 @@ struct Normalization {
 
 /// Largest distance between two vertices (R_max of eq. 35), exact; near linear by way of extreme points.
 [[nodiscard]] double largest_vertex_distance(const Mesh& mesh);
+
+/// Across a border edge there is none.
+inline constexpr std::uint32_t k_no_triangle = std::numeric_limits<std::uint32_t>::max();
+
+/// Dual graph (paper section 3.1, after Lin, Liao and Lin, "Visual salience-guided mesh decomposition").
+struct DualGraph {
+    /// #triangles; entry e is the triangle across the edge from corner e to corner e + 1, k_no_triangle on a border.
+    /// At an edge of more than two triangles, triangles are paired in order of their index.
+    std::vector<std::array<std::uint32_t, 3>> neighbours;
+};
+
+/// Cost: O(#triangles log #triangles).
+[[nodiscard]] DualGraph dual_graph(const Mesh& mesh);
 
 }  // namespace sqmap::mesh

@@ -25,7 +25,7 @@ struct Influences {
 
 /// The solid that rides a joint: the triangles with a corner that the joint moves by at least least_weight, closed by caps across
 /// the holes that cutting them out leaves. It overlaps the solids of the joints beside it where weights do. In the bound mesh's
-/// frame, canonical; nothing where the joint moves nothing, or what it moves does not close.
+/// frame, canonical; nothing if the joint moves nothing, or its part does not close.
 /// mesh: closed, indexed as influences.
 [[nodiscard]] std::optional<Mesh> joint_solid(const Mesh& mesh, const Influences& influences, std::uint16_t joint,
                                               double least_weight);

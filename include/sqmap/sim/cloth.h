@@ -129,7 +129,7 @@ public:
     [[nodiscard]] std::span<const Vec3d> query_points() const noexcept;
     /// For each vertex, the mean over its triangles of the largest stretch of their edges, length over rest length less 1.
     [[nodiscard]] std::vector<double> strain() const;
-    /// Number of its self-crossings now (crossings.h); sewn pairs count as one vertex. Allocates.
+    /// Number of its self-crossings now: an edge through the interior of a triangle; sewn pairs count as one vertex. Allocates.
     [[nodiscard]] std::size_t crossings() const;
 
     static constexpr std::uint32_t k_world = 0xffffffffu;  ///< for a collider's number: no collider

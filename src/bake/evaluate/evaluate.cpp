@@ -48,7 +48,7 @@ bool in_superquadric(const model::Part& part, Vec3f p)
 }
 
 /// Signed distance from p to the solid's nearest boundary crossing on the ray from centre through p, within the part's
-/// chart. False where there is none.
+/// chart. False if there is none.
 bool exact_along_ray(const mesh::Solid& solid, const model::Part& part, Vec3d p, double& distance)
 {
     const Vec3d centre = cast<double>(model::vec3(part.chart_centre));

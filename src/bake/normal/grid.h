@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sqmap/bake/normal_map.h"
-#include "sqmap/shape/bounding_sphere.h"
+#include "sqmap/shape/superquadric.h"
 #include "sqmap/shape/surface.h"
 
 #include <algorithm>

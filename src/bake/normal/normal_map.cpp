@@ -9,8 +9,8 @@
 
 #include "sqmap/math/trigonometry.h"
 #include "sqmap/query/normal_projection.h"
-#include "sqmap/shape/bounding_sphere.h"
 #include "sqmap/shape/foot_point.h"
+#include "sqmap/shape/superquadric.h"
 
 #include <algorithm>
 #include <cmath>

@@ -49,7 +49,7 @@ double hidden_share(const mesh::Solid& solid, std::span<const std::uint32_t> ord
 }
 
 /// The fit, made in the canonical frame so that turning the mesh changes it by rounding only, and certified in the
-/// model's: turned back, rounded to float, and enlarged by what that costs.
+/// model's: turned back, rounded to float, and enlarged by the rounding.
 fit::FitReport certified_fit(const mesh::Mesh& mesh, const CanonicalMesh& canonical, const Patch& patch,
                              const fit::FitOptions& options)
 {

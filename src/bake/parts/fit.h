@@ -1,7 +1,6 @@
 // The superquadric of one part: fitted, turned into model space, rounded to float and proven to hold the part.
 #pragma once
 
-#include "bake/parts/canonical.h"
 #include "bake/parts/part.h"
 #include "sqmap/fit/fit.h"
 #include "sqmap/mesh/solid.h"

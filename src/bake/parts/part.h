@@ -3,6 +3,7 @@
 
 #include "bake/parts/caps.h"
 #include "sqmap/fit/fit.h"
+#include "sqmap/math/vec.h"
 #include "sqmap/mesh/mesh.h"
 
 #include <cstdint>
@@ -46,5 +47,13 @@ struct MeasuredPart {
 
 /// Volume that patch and caps enclose, by the divergence theorem.
 [[nodiscard]] double enclosed_volume(const mesh::Mesh& mesh, const Patch& patch);
+
+/// The mesh in its principal frame: vertices turned and sorted there, every triangle in its old order but starting at its least
+/// vertex. What is computed from it depends on the mesh's frame through rounding only.
+struct CanonicalMesh {
+    mesh::Mesh mesh;
+    Mat3d frame;  ///< turns model space into the canonical frame
+};
+[[nodiscard]] CanonicalMesh canonical_mesh(const mesh::Mesh& mesh);
 
 }  // namespace sqmap::bake

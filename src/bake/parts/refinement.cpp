@@ -152,7 +152,7 @@ const std::vector<std::uint32_t>& surface_of(const MeasuredPart& part) { return 
 
 using Surfaces = std::vector<std::vector<std::uint32_t>>;
 
-/// The part that costs most among those that are served badly and not given up; parts.size() where there is none.
+/// The costliest part among those that are served badly and not given up; parts.size() if there is none.
 std::size_t worst_part(const std::vector<MeasuredPart>& parts, const Cost& cost, const Surfaces& given_up,
                        const BakeOptions& options)
 {
@@ -199,7 +199,7 @@ void split_parts(const decompose::Cutter& cutter, const Cost& cost, PartFitter& 
     }
 }
 
-/// Undoes a cut of split_parts' kind that one superquadric serves as well. False: there is none.
+/// Undoes a cut of split_parts' kind that one superquadric serves as well. False if there is none.
 bool undo_cut(const decompose::Cutter& cutter, const Cost& cost, PartFitter& fitter, FittedPartition& now)
 {
     for (const decompose::Boundary& b : now.partition.boundaries) {

@@ -1,7 +1,7 @@
-// The error-driven pass: splits parts that one superquadric and one projection serve badly, joins what it need not have split.
+// The error-driven pass: splits parts that one superquadric and one projection serve badly, joins parts that it split without
+// need.
 #pragma once
 
-#include "bake/parts/canonical.h"
 #include "bake/parts/part.h"
 #include "sqmap/bake/bake.h"
 #include "sqmap/decompose/decompose.h"
@@ -11,7 +11,7 @@
 
 namespace sqmap::bake {
 
-/// A partition and what was fitted to its parts, in the order of its labels.
+/// A partition and the fits of its parts, in the order of its labels.
 struct FittedPartition {
     decompose::Partition partition;
     std::vector<MeasuredPart> parts;

@@ -1,9 +1,6 @@
 #include "close.h"
 
-#include "fill.h"
-#include "resolve.h"
-#include "sheets.h"
-#include "stitch.h"
+#include "steps.h"
 
 #include <cstdio>
 #include <tuple>

@@ -1,10 +1,8 @@
 // P. Liepa, "Filling holes in meshes", 2003, with two changes. A filling goes on smoothly from the surface only where the surface
 // leads into it, else it is taut: a statue that was cut off gets a flat foot. And of the shapes made the one that crosses least
 // is taken.
-#include "fill.h"
+#include "steps.h"
 
-#include "least_area.h"
-#include "loops.h"
 #include "patch.h"
 #include "sqmap/math/box.h"
 #include "sqmap/mesh/self_intersection.h"

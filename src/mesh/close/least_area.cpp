@@ -1,6 +1,6 @@
 // Least-area triangulation by dynamic programming: G. Barequet and M. Sharir, "Filling gaps in the boundary of a polyhedron",
 // 1995. It takes the cube of a loop's length, so longer loops are halved first, where two of their points are near each other.
-#include "least_area.h"
+#include "patch.h"
 
 #include <cmath>
 #include <limits>

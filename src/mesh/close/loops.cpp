@@ -1,4 +1,4 @@
-#include "loops.h"
+#include "steps.h"
 
 #include <tuple>
 #include <utility>

@@ -1,9 +1,8 @@
 // A. Gueziec, G. Taubin, F. Lazarus and W. Horn, "Cutting and stitching: converting sets of polygons to manifold surfaces", 2001;
 // orientation as in visibility.h.
-#include "resolve.h"
+#include "steps.h"
 
-#include "../shells.h"
-#include "visibility.h"
+#include "../admit_steps.h"
 
 #include <cmath>
 #include <tuple>
@@ -75,7 +74,7 @@ private:
     std::vector<bool> gone_;
 };
 
-/// Drops regions at crowded edges that end at free edges elsewhere: they hang on a surface that goes on without them. The
+/// Drops regions at crowded edges that end at free edges elsewhere: they hang on a surface that is whole without them. The
 /// smallest first, up to a share of the area.
 std::uint64_t drop_fins(Surface& surface, const std::vector<std::uint32_t>& region, double max_share)
 {

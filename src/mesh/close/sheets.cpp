@@ -1,4 +1,4 @@
-#include "sheets.h"
+#include "steps.h"
 
 #include "sqmap/mesh/bvh.h"
 
@@ -10,7 +10,7 @@ namespace {
 
 constexpr double k_sheet_share = 0.4;    // of a component's area is filling: a sheet and its own cover have one half
 constexpr double k_thin = 0.01;          // volume over area to the power of 3/2: half a ball has 0.07, a shallow lid 0.03
-constexpr std::uint32_t k_samples = 64;  // faces of a sheet that are looked at
+constexpr std::uint32_t k_samples = 64;  // faces of a sheet that are examined
 
 double area_of(const Surface& surface, const Face& f)
 {

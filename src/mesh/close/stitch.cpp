@@ -1,5 +1,5 @@
 // After G. Barequet and S. Kumar, "Repairing CAD models", 1997, with vertices before edges and near before far.
-#include "stitch.h"
+#include "steps.h"
 
 #include "sqmap/mesh/bvh.h"
 

@@ -1,6 +1,6 @@
 // K. Takayama, A. Jacobson, L. Kavan and O. Sorkine-Hornung, "A simple method for correcting facet orientations in polygon meshes
 // based on ray casting", 2014: rays from points of a patch vote for the side that sees the outside.
-#include "visibility.h"
+#include "steps.h"
 
 #include "sqmap/math/box.h"
 #include "sqmap/mesh/bvh.h"

@@ -1,4 +1,4 @@
-#include "closed_mesh.h"
+#include "steps.h"
 
 #include "../surface.h"
 

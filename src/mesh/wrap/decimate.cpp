@@ -1,6 +1,6 @@
 // Garland, Heckbert, "Surface simplification using quadric error metrics", 1997, orders the collapses. What they may do is
 // bounded by samples of the surface that every triangle carries (Klein, Liebich, Strasser 1996).
-#include "decimate.h"
+#include "steps.h"
 
 #include "symmetric.h"
 
@@ -24,7 +24,7 @@ constexpr double k_shape = 0.02;     ///< height over longest side below which a
 constexpr double k_length = 1e-5;    ///< weight of an edge's squared length, so that flat regions get even triangles
 constexpr double k_far = 1;          ///< root mean square distance from the planes that is not tried, in allowed errors
 constexpr double k_on_input = 1e-6;  ///< a vertex so near lies on the input
-constexpr double k_never = 1e100;    ///< cost of what is not tried
+constexpr double k_never = 1e100;    ///< cost of an edge that is not tried
 constexpr double k_first_sweep = 2e-5, k_next_sweep = 4;
 constexpr std::size_t k_max_ring = 60;  ///< triangles about both ends of an edge
 
@@ -83,7 +83,7 @@ public:
 
     [[nodiscard]] std::uint32_t count() const { return count_; }
 
-    /// Drops what was collapsed.
+    /// Drops collapsed vertices and triangles.
     void compact()
     {
         std::uint32_t kept = 0;
@@ -119,7 +119,7 @@ private:
         first_sample_[t] = sample;
     }
 
-    /// Keeps the border between what was and what is made up: planes through its edges, upright on the triangles.
+    /// Keeps the border between input and made-up surface: planes through its edges, upright on the triangles.
     void add_borders()
     {
         std::vector<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>> edges;

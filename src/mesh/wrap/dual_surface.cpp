@@ -1,7 +1,7 @@
 // Dual marching cubes (Nielson 2004): each polygon of marching cubes becomes a vertex, each crossed edge a quadrilateral. The
 // dual of a closed manifold is one, except where two polygons share two edges (Wenger 2013, chapter 3); there the edges of
 // the dual get a vertex each.
-#include "dual_surface.h"
+#include "steps.h"
 
 #include <algorithm>
 #include <tuple>

@@ -1,15 +1,38 @@
-// Cells of unit side that a surface touches, and what lies in each.
+// The grid of a wrap: its cells and corners, numbered in the order in which they come.
 #pragma once
 
-#include "key_table.h"
 #include "sqmap/mesh/mesh.h"
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
 namespace sqmap::mesh {
+
+/// A point of the lattice of whole numbers, each below 2^20 in size.
+using LatticePoint = std::array<std::int32_t, 3>;
+
+/// Gives each lattice point a number, from zero. Open addressing.
+class KeyTable {
+public:
+    static constexpr std::uint32_t k_absent = std::numeric_limits<std::uint32_t>::max();
+
+    /// The point's number; a new one where it has none.
+    std::uint32_t insert(LatticePoint p);
+    /// The point's number, or k_absent.
+    [[nodiscard]] std::uint32_t find(LatticePoint p) const;
+    [[nodiscard]] std::uint32_t size() const { return static_cast<std::uint32_t>(points_.size()); }
+    [[nodiscard]] const LatticePoint& point(std::uint32_t i) const { return points_[i]; }
+
+private:
+    void grow();
+    [[nodiscard]] std::size_t slot_of(LatticePoint p) const;
+
+    std::vector<std::uint32_t> slots_;  ///< a power of two of them, at most half of them in use
+    std::vector<LatticePoint> points_;
+};
 
 /// A sparse grid. Cell (x, y, z) is [x, x + 1] x [y, y + 1] x [z, z + 1]; its corner k = i + 2 j + 4 l is (x + i, y + j, z + l).
 struct Grid {

@@ -1,6 +1,6 @@
 // A grid sees no wall thinner than its cells. Corners within half a cell of such a wall count as inside: with the rule that
 // inside corners join across ambiguous sides, a layer one cell thick has no hole.
-#include "labels.h"
+#include "steps.h"
 
 #include "sqmap/math/triangle.h"
 

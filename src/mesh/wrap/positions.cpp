@@ -1,6 +1,6 @@
 // Ju, Losasso, Schaefer, Warren, "Dual contouring of Hermite data", 2002: the vertex of a sheet is nearest to the planes of the
 // triangles that bound the solid on the crossed edges of its cell.
-#include "positions.h"
+#include "steps.h"
 
 #include "symmetric.h"
 
@@ -18,7 +18,7 @@ constexpr double k_flat = 0.03;      ///< share of the greatest eigenvalue below
 constexpr double k_facing = 0.2;     ///< cosine between a triangle and the sheet that it carries
 constexpr double k_reach = 0.7;      ///< how far a vertex moves to the input, cells
 constexpr double k_thin_reach = 2;   ///< the same for a wall thinner than a cell
-constexpr double k_touching = 0.05;  ///< nearer to a sheet its side is told by the grid's edge, cells
+constexpr double k_touching = 0.05;  ///< cells; nearer to a sheet than this the grid's edge decides the side
 constexpr int k_halvings = 8;
 
 Vec3d position(LatticePoint p) { return {double(p[0]), double(p[1]), double(p[2])}; }

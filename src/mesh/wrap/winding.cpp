@@ -71,7 +71,8 @@ void split(const std::array<Vec3d, 3>& t, double length, std::vector<std::array<
     split({m, b, c}, length, out);
 }
 
-/// Groups of long triangles are wide, and what is wide is summed singly; so long ones are split, if not too many.
+/// Groups of long triangles are wide, and wide groups are summed triangle by triangle; so long triangles are split, if not too
+/// many.
 std::vector<std::array<Vec3d, 3>> pieces_of_soup(const Mesh& soup)
 {
     std::vector<std::array<Vec3d, 3>> triangles, pieces;

@@ -1,12 +1,8 @@
-// Jacobson, Kavan, Sorkine-Hornung 2013 for what is inside, dual marching cubes for the surface.
+// Jacobson, Kavan, Sorkine-Hornung 2013 for inside and outside, dual marching cubes for the surface.
 #include "sqmap/mesh/wrap.h"
 
-#include "closed_mesh.h"
-#include "decimate.h"
-#include "dual_surface.h"
 #include "grid.h"
-#include "labels.h"
-#include "positions.h"
+#include "steps.h"
 #include "winding.h"
 
 #include "sqmap/math/box.h"
@@ -26,7 +22,7 @@ namespace {
 constexpr double k_cell = 2;           ///< side of a cell, in tolerances
 constexpr double k_decimation = 0.25;  ///< error of the decimation, in tolerances
 constexpr double k_finer = 0.9;        ///< of the tolerance that would just have been enough
-constexpr double k_crumb = 2;          ///< diagonal of what is left out, cells
+constexpr double k_crumb = 2;          ///< cells: diagonal of pieces that are left out
 
 /// Off the planes on which files like to put faces.
 constexpr Vec3d k_offset{0.3819660113, 0.4142135624, 0.4721359550};

@@ -1,6 +1,6 @@
 #include "sqmap/decompose/decompose.h"
 
-#include "sqmap/mesh/adjacency.h"
+#include "sqmap/mesh/mesh.h"
 #include "sqmap/mesh/shapes.h"
 #include "support/shared_folder.h"
 

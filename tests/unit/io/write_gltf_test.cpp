@@ -1,4 +1,4 @@
-#include "sqmap/io/write_gltf.h"
+#include "sqmap/io/write_mesh.h"
 
 #include "sqmap/io/read.h"
 #include "support/bodies.h"

@@ -1,4 +1,4 @@
-#include "sqmap/mesh/adjacency.h"
+#include "sqmap/mesh/mesh.h"
 #include "sqmap/mesh/shapes.h"
 
 #include <gtest/gtest.h>

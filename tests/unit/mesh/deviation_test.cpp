@@ -1,4 +1,4 @@
-#include "sqmap/mesh/deviation.h"
+#include "sqmap/mesh/wrap.h"
 
 #include "sqmap/mesh/shapes.h"
 

@@ -1,4 +1,4 @@
-#include "sqmap/shape/bounding_sphere.h"
+#include "sqmap/shape/superquadric.h"
 
 #include "sqmap/shape/surface.h"
 #include "support/superquadrics.h"

@@ -1,4 +1,4 @@
-#include "sqmap/shape/euler.h"
+#include "sqmap/shape/superquadric.h"
 
 #include <gtest/gtest.h>
 

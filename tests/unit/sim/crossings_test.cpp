@@ -1,4 +1,4 @@
-#include "sqmap/sim/crossings.h"
+#include "sim/crossings.h"
 
 #include "sqmap/sim/garment.h"
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "sqmap/decompose/decompose.h"
-#include "sqmap/mesh/adjacency.h"
 #include "sqmap/mesh/mesh.h"
 #include "sqmap/shape/superquadric.h"
 #include "viewer/server/protocol/part_name.h"

@@ -6,7 +6,6 @@
 #include "sqmap/decompose/decompose.h"
 #include "sqmap/haptic/wrench.h"
 #include "sqmap/model/model.h"
-#include "sqmap/shape/bounding_sphere.h"
 #include "sqmap/shape/superquadric.h"
 #include "viewer/server/scene/names.h"
 

@@ -1,7 +1,7 @@
 #include "bake/parts/caps.h"
 
-#include "sqmap/mesh/adjacency.h"
 #include "sqmap/mesh/bvh.h"
+#include "sqmap/mesh/mesh.h"
 #include "support/baked_shapes.h"
 
 #include <gtest/gtest.h>

@@ -1,0 +1,132 @@
+// The steps of admission: refusals, the triangles of a soup, cleaning, orientation and shells, flatness, plates, warnings.
+#pragma once
+
+#include "sqmap/math/box.h"
+#include "sqmap/mesh/admit.h"
+#include "sqmap/mesh/error.h"
+#include "sqmap/mesh/wrap.h"
+#include "surface.h"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace sqmap::mesh {
+
+/// Thrown within the gate and caught there.
+struct Refused {
+    Diagnosis diagnosis;
+};
+
+[[noreturn]] inline void refuse(Refusal code, std::string element, std::string message, std::string cure)
+{
+    throw Refused{{code, std::move(element), std::move(message), std::move(cure)}};
+}
+
+inline std::string number(std::uint64_t n) { return std::to_string(n); }
+/// "face 12", counted from 1.
+inline std::string element(const char* kind, std::uint64_t zero_based) { return kind + (" " + number(zero_based + 1)); }
+
+struct Soup {
+    Surface surface;
+    Box box;  ///< of the vertices in use
+    std::uint64_t unused_vertices = 0, cut_polygons = 0;
+    std::uint64_t degenerate_polygons = 0;  ///< that repeat a corner
+};
+
+/// Judges the numbers and cuts polygons into triangles.
+/// @throw Refused for the numbers' codes: Index, NonFinite, Empty, Range, Limit
+[[nodiscard]] Soup soup_of(const PolygonView& polygons);
+
+/// Counts of cleaning.
+struct Cleaned {
+    std::uint64_t degenerate_faces = 0, duplicate_faces = 0, welded_vertices = 0;
+};
+
+/// Drops faces that say nothing about a surface and makes one vertex of equal ones: faces with a repeated corner, duplicates,
+/// faces without area that no neighbour needs; where the mesh is not closed as it is indexed, positions that are equal, then
+/// those closer than a file's rounding if the mesh closes by that. box: of the points.
+Cleaned clean(Surface& surface, const Box& box);
+
+/// Faces without area that have a neighbour at each side.
+struct TightSlivers {
+    std::uint64_t removed = 0, left = 0;
+};
+
+/// Joins the corner of such a face that lies on the opposite edge to the corner beyond, so that nothing opens and nothing
+/// moves. diagonal: of the box of the points.
+TightSlivers remove_tight_slivers(Surface& surface, double diagonal);
+
+/// The treatment of a region with one side only, a Moebius strip: it is left alone, or turned as though it were torn.
+enum class OneSided { Refused, Torn };
+
+/// Turns faces so that neighbours over two-faced edges agree; in each region the smaller number of faces is turned.
+struct Orientation {
+    std::vector<std::uint32_t> region;  ///< per face: connected over two-faced edges; the least face of it
+    std::uint32_t turned_count = 0;
+    std::optional<std::uint32_t> conflict;  ///< a face that cannot agree with its neighbours
+};
+Orientation orient(Surface& surface, OneSided one_sided = OneSided::Refused);
+
+/// Partner of every side 3 * face + k: the side of another face it is joined to, k_none at a boundary.
+struct Pairing {
+    std::vector<std::uint32_t> mate;
+    std::optional<EdgeUse> unpaired;  ///< first edge with more than two faces whose faces do not pair up
+};
+/// Joins two-faced edges, and at edges with more faces those with solid between them, so that shells that only touch
+/// come apart. @pre orient() was called.
+Pairing paired(const Surface& surface, const Orientation& orientation);
+
+/// Gives every fan of faces around a vertex its own copy of it; returns the number of copies made.
+std::uint32_t split_fans(Surface& surface, const std::vector<std::uint32_t>& mate);
+
+/// Component of every face under the pairing: the least face of it.
+std::vector<std::uint32_t> components(std::size_t face_count, const std::vector<std::uint32_t>& mate);
+
+/// Shells turned outward: all of them where their sum is inside out, then each that is inside out without lying in the
+/// solid of the others. Those that do are cavities.
+struct Shells {
+    std::uint32_t turned_count = 0;  ///< faces
+    std::uint32_t cavity_count = 0;
+};
+/// @pre closed; component: of every face. points: near the origin, about unit size.
+Shells turn_outward(Surface& surface, std::span<const Vec3d> points, const std::vector<std::uint32_t>& component);
+
+/// Six times the signed volume under a face, seen from the origin.
+double six_volumes(std::span<const Vec3d> points, const Triangle& t);
+
+/// Volume over area to the power of 3/2, halved: thinner is a sheet.
+inline constexpr double k_flat_thickness = 1e-5;
+
+struct Flatness {
+    double area = 0;              ///< of all faces, units of the points squared
+    bool is_plane = false;        ///< all faces lie in one plane, as far as a fit can tell
+    bool encloses_volume = true;  ///< if closed: some shell is thicker than a sheet
+    std::string message;          ///< describes the flatness
+    [[nodiscard]] bool is_flat(bool closed) const { return is_plane || (closed && !encloses_volume); }
+};
+
+/// points: of the surface, near the origin and about unit size; component: of every face; scale: of a printed length.
+[[nodiscard]] Flatness flatness_of(const Surface& surface, std::span<const Vec3d> points,
+                                   std::span<const std::uint32_t> component, double scale);
+
+/// A length as a user reads it.
+[[nodiscard]] std::string length_text(double length);
+
+/// Of each closed sheet keeps one side: the largest stretch of its faces without a fold, the walls between its sides left
+/// out. False, and nothing done, where that is not about half of every component.
+/// @pre mate, component: of a closed surface whose components are thin (see Pairing, components)
+bool keep_one_side(Surface& surface, const std::vector<std::uint32_t>& mate, const std::vector<std::uint32_t>& component);
+
+/// Replaces a surface by a plate: both sides offset by half the thickness along the vertex normals, the rim closed.
+/// @pre faces agree in orientation, every vertex has one fan, every edge at most two faces.
+void thicken(Surface& surface, double thickness);
+
+/// W_DROPPED where polygons that closing left out stand out of the solid. diagonal: of the input's box, units of the meshes.
+[[nodiscard]] std::optional<Warning> dropped_warning(const Mesh& dropped, const Mesh& solid, double diagonal);
+
+/// W_TOLERANCE for a wrapped mesh that is farther from the input, or larger, than the options allow.
+[[nodiscard]] std::optional<Warning> tolerance_warning(const Mesh& wrapped, const Deviation& moved, const WrapOptions& options);
+
+}  // namespace sqmap::mesh
