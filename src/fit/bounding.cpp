@@ -97,7 +97,7 @@ Candidate closed_form(const ScaledPart& part, const Mat3d& frame, const FitOptio
         for (const double eps2 : grid) {
             Superquadricd sq;
             sq.a = box.half;
-            for (int k = 0; k < 3; ++k) sq.a[k] = std::max(sq.a[k], part.least_a);
+            for (int k = 0; k < 3; ++k) sq.a[k] = std::max(sq.a[k], part.min_a);
             sq.eps1 = std::clamp(eps1, options.min_exponent, options.max_exponent);
             sq.eps2 = std::clamp(eps2, options.min_exponent, options.max_exponent);
             sq.rotation = frame;
@@ -112,7 +112,7 @@ Candidate closed_form(const ScaledPart& part, const Mat3d& frame, const FitOptio
     // Only when the caller's exponents are all round: the ellipsoid-like one, whatever it overhangs.
     Superquadricd sq;
     sq.a = box.half;
-    for (int k = 0; k < 3; ++k) sq.a[k] = std::max(sq.a[k], part.least_a);
+    for (int k = 0; k < 3; ++k) sq.a[k] = std::max(sq.a[k], part.min_a);
     sq.eps1 = sq.eps2 = std::clamp(1.0, options.min_exponent, options.max_exponent);
     sq.rotation = frame;
     sq.translation = box.middle;
@@ -183,7 +183,7 @@ bool overhangs(const Superquadricd& sq, const ScaledPart& part, double max_overh
         for (int k = 0; k < 3; ++k) extent[k] = std::max(extent[k], std::abs(u[k]));
     }
     for (int k = 0; k < 3; ++k)
-        if (sq.a[k] > 1.1 * max_overhang * std::max(extent[k], part.least_a)) return true;
+        if (sq.a[k] > 1.1 * max_overhang * std::max(extent[k], part.min_a)) return true;
     return false;
 }
 

@@ -19,8 +19,8 @@ inline constexpr int k_plain = 11, k_tapered = 13, k_bent = 15;
 struct Chart {
     Mat3d frame;
     Vec3d centre;
-    double least_a = 1e-3, greatest_a = 2;
-    double least_eps = 0.1, greatest_eps = 2;
+    double min_a = 1e-3, max_a = 2;
+    double min_eps = 0.1, max_eps = 2;
 };
 
 inline constexpr double k_taper_limit = 0.95;
@@ -45,12 +45,12 @@ inline double bend_limit(const shape::Superquadricd& sq)
 template <int N>
 shape::Superquadricd decode(const Chart& chart, const double* t)
 {
-    const double low = std::log(chart.least_a), range = std::log(chart.greatest_a) - low;
-    const double eps_range = chart.greatest_eps - chart.least_eps;
+    const double low = std::log(chart.min_a), range = std::log(chart.max_a) - low;
+    const double eps_range = chart.max_eps - chart.min_eps;
     shape::Superquadricd sq;
     for (int k = 0; k < 3; ++k) sq.a[k] = std::exp(low + range * logistic(t[k]));
-    sq.eps1 = chart.least_eps + eps_range * logistic(t[3]);
-    sq.eps2 = chart.least_eps + eps_range * logistic(t[4]);
+    sq.eps1 = chart.min_eps + eps_range * logistic(t[3]);
+    sq.eps2 = chart.min_eps + eps_range * logistic(t[4]);
 
     // Rotation of the unit quaternion (1, v) / |(1, v)|, v = tan(angle/2) axis.
     const double x = t[5], y = t[6], z = t[7], s = 2 / (1 + x * x + y * y + z * z);
@@ -78,9 +78,9 @@ public:
     DecodeSlopes(const Chart& chart, const double* t, const shape::Superquadricd& sq) : sq_(sq), frame_(chart.frame)
     {
         const auto slope = [](double v) { return logistic(v) * (1 - logistic(v)); };
-        const double range = std::log(chart.greatest_a) - std::log(chart.least_a);
+        const double range = std::log(chart.max_a) - std::log(chart.min_a);
         for (int k = 0; k < 3; ++k) slope_[k] = range * slope(t[k]) * sq.a[k];
-        for (int k = 3; k < 5; ++k) slope_[k] = (chart.greatest_eps - chart.least_eps) * slope(t[k]);
+        for (int k = 3; k < 5; ++k) slope_[k] = (chart.max_eps - chart.min_eps) * slope(t[k]);
         for (int k = 11; k < std::min(N, 13); ++k) slope_[k] = 2 * k_taper_limit * slope(t[k]);
 
         // turn = I + s (v v^T - |v|^2 I + [v]), s = 2 / (1 + |v|^2)
@@ -144,10 +144,10 @@ void encode(const shape::Superquadricd& sq, Chart& chart, double* t)
 {
     chart.frame = sq.rotation;
     chart.centre = sq.translation;
-    const double low = std::log(chart.least_a), range = std::log(chart.greatest_a) - low;
+    const double low = std::log(chart.min_a), range = std::log(chart.max_a) - low;
     for (int k = 0; k < 3; ++k) t[k] = logit((std::log(sq.a[k]) - low) / range);
-    t[3] = logit((sq.eps1 - chart.least_eps) / (chart.greatest_eps - chart.least_eps));
-    t[4] = logit((sq.eps2 - chart.least_eps) / (chart.greatest_eps - chart.least_eps));
+    t[3] = logit((sq.eps1 - chart.min_eps) / (chart.max_eps - chart.min_eps));
+    t[4] = logit((sq.eps2 - chart.min_eps) / (chart.max_eps - chart.min_eps));
     for (int k = 5; k < 11; ++k) t[k] = 0;
     if constexpr (N >= k_tapered) {
         t[11] = logit((sq.taper_x / k_taper_limit + 1) / 2);

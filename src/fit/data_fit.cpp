@@ -17,7 +17,7 @@ using shape::Superquadricd;
 namespace {
 
 constexpr double k_infinity = std::numeric_limits<double>::infinity();
-constexpr double k_least_bend = 0.12;  ///< radians at the part's ends: less than that does not pay
+constexpr double k_min_bend = 0.12;  ///< radians at the part's ends: less than that does not pay
 
 /// On which samples, and how long.
 struct Search {
@@ -58,7 +58,7 @@ std::optional<Superquadricd> bent_start(const ScaledPart& part, const Mat3d& fra
     Superquadricd sq;
     sq.bend = 2 * norm(Vec3d{c(2, 0), c(2, 1), 0});
     sq.bend_angle = std::atan2(c(2, 1), c(2, 0));
-    if (!(sq.bend * box.half.z > k_least_bend)) return std::nullopt;
+    if (!(sq.bend * box.half.z > k_min_bend)) return std::nullopt;
     // z along the parabola's tangent at its middle.
     const Vec3d z = normalized(frame.row[2] + c(1, 0) * frame.row[0] + c(1, 1) * frame.row[1]);
     const Vec3d x = normalized(frame.row[0] - dot(frame.row[0], z) * z);
@@ -66,9 +66,9 @@ std::optional<Superquadricd> bent_start(const ScaledPart& part, const Mat3d& fra
     sq.translation = box.middle + transpose_mul(frame, Vec3d{c(0, 0), c(0, 1), 0});
     sq.eps1 = std::clamp(0.7, options.min_exponent, options.max_exponent);
     sq.eps2 = std::clamp(1.0, options.min_exponent, options.max_exponent);
-    sq.a = {part.least_a, part.least_a, std::max(box.half.z, part.least_a)};
+    sq.a = {part.min_a, part.min_a, std::max(box.half.z, part.min_a)};
     sq.bend = std::min(sq.bend, 0.9 * bend_limit(sq));
-    Vec3d extent{part.least_a, part.least_a, part.least_a};
+    Vec3d extent{part.min_a, part.min_a, part.min_a};
     for (const Vec3d& p : part.extreme) {
         const Vec3d u = undeformed(sq, p);
         for (int k = 0; k < 3; ++k) extent[k] = std::max(extent[k], std::abs(u[k]));

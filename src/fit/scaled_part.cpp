@@ -170,7 +170,7 @@ ScaledPart scaled_part(const mesh::Mesh& mesh, std::span<const std::uint32_t> tr
     // Not thinner than float coordinates can distinguish from the middle.
     const double least = std::max(2e-3 * size, std::max(5e-5 * norm(part.middle), 1e-30));
     part.size = std::max(size, 2 * least);
-    part.least_a = least / part.size;
+    part.min_a = least / part.size;
 
     std::vector<Corners> local;
     for (Vec3d& p : part.points) p = (p - part.middle) / part.size;
@@ -183,7 +183,7 @@ ScaledPart scaled_part(const mesh::Mesh& mesh, std::span<const std::uint32_t> tr
     for (const Corners& t : part.triangles) add_inner_points(t, part.middle, part.size, part.points_inner);
     part.samples = sample(local, std::max(options.max_samples, 1));
     Vec3d half = box_of(part.frame, part.points).half;
-    for (int k = 0; k < 3; ++k) half[k] = std::max(half[k], part.least_a);
+    for (int k = 0; k < 3; ++k) half[k] = std::max(half[k], part.min_a);
     part.extreme = part.points.size() > 200 ? extreme_points(part.points, part.frame, half, 200) : part.points;
     part.extreme_inner = part.extreme;
     const std::size_t inner = part.points_inner.size() - part.points.size(), step = 1 + inner / 80;
@@ -197,10 +197,10 @@ ScaledPart scaled_part(const mesh::Mesh& mesh, std::span<const std::uint32_t> tr
 Chart chart_of(const ScaledPart& part, const FitOptions& options)
 {
     Chart chart;
-    chart.least_a = part.least_a * 0.999;
-    chart.greatest_a = 2;
-    chart.least_eps = options.min_exponent;
-    chart.greatest_eps = std::max(options.max_exponent, options.min_exponent + 1e-6);
+    chart.min_a = part.min_a * 0.999;
+    chart.max_a = 2;
+    chart.min_eps = options.min_exponent;
+    chart.max_eps = std::max(options.max_exponent, options.min_exponent + 1e-6);
     return chart;
 }
 

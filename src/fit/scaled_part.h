@@ -28,7 +28,7 @@ struct ScaledPart {
     std::vector<Vec3d> extreme_inner;   ///< extreme, and some of those
     std::vector<Vec3d> check;           ///< points_inner, thinned to a few hundred
     std::vector<Sample> samples;        ///< of the surface, without caps
-    double least_a = 1e-3;
+    double min_a = 1e-3;
 };
 
 /// Cost: linear in the triangles and caps.

@@ -442,7 +442,7 @@ private:
         for (const RepairNote& r : out_.repairs)
             if (r.kind != RepairKind::Thickened)
                 list += (list.empty() ? "" : ", ") + std::string(name_of(r.kind)) + " (" + number(r.count) + ")";
-        if (list.empty()) return;  // a thickness is an order, not a repair
+        if (list.empty()) return;  // the user ordered a thickness: it is no repair
         const Refusal code = has(RepairKind::DuplicateFaces) || has(RepairKind::SplitVertices) ? Refusal::NonManifold
                              : has(RepairKind::Reoriented) || has(RepairKind::Flipped)         ? Refusal::Orient
                              : has(RepairKind::WeldedVertices)                                 ? Refusal::Open

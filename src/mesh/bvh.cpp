@@ -22,7 +22,7 @@ Bvh::Bvh(const Mesh& mesh) : mesh_(mesh), order_(mesh.triangles.size())
     build(0, static_cast<std::uint32_t>(order_.size()), centroids);
 }
 
-/// Puts the lesser half, along the longest side of their box, first; where the other begins.
+/// Puts the lesser half, along the longest side of the box, first; returns the start of the other half.
 std::uint32_t Bvh::halve(std::uint32_t first, std::uint32_t last, const std::vector<Vec3d>& centroids)
 {
     Box box;

@@ -10,7 +10,7 @@ namespace sqmap::mesh {
 namespace {
 
 constexpr double k_sliver_height = 1e-9;  // of the box's diagonal: lower triangles have no area
-constexpr double k_thin_height = 1e-6;    // of the diagonal: extra faces this low are what rounding left of such
+constexpr double k_thin_height = 1e-6;    // of the diagonal: extra faces this low are such faces after rounding
 constexpr double k_weld_distance = 1e-7;  // of the diagonal: positions closer may be one vertex
 
 /// True if a face is lower than `height` diagonals.
@@ -73,7 +73,8 @@ private:
         return 0;
     }
 
-    /// Extra faces that are thin only up to the rounding of a text file; undone unless the mesh closes without them.
+    /// Drops extra faces that are thin only up to the rounding of a text file; takes that back unless the mesh closes without
+    /// them.
     bool drop_thin_faces()
     {
         const std::vector<Face> before = surface_.faces;
@@ -94,7 +95,7 @@ private:
         drop_loose_slivers(k_sliver_height);
     }
 
-    /// Faces without area that are not between exactly three neighbours: taking them away opens nothing.
+    /// Drops faces without area that are not between exactly three neighbours: that opens nothing.
     void drop_loose_slivers(double height)
     {
         std::vector<bool> sliver(surface_.faces.size());
@@ -121,8 +122,8 @@ private:
         }
     }
 
-    /// Of faces with the same corners one stays. Two that are back to back cancel where the rest closes without them:
-    /// a wall inside a solid, which no winding number sees.
+    /// Keeps one of several faces with the same corners. Two that are back to back cancel if the rest closes without them: they
+    /// are a wall inside a solid, which no winding number sees.
     void drop_duplicates()
     {
         const auto& faces = surface_.faces;

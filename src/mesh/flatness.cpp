@@ -9,7 +9,7 @@
 namespace sqmap::mesh {
 namespace {
 
-constexpr double k_plane_rounding = 1e-12;  // of the diagonal: what rounding makes of a plane
+constexpr double k_plane_rounding = 1e-12;  // of the diagonal: rounding of a plane
 
 }  // namespace
 
@@ -25,7 +25,7 @@ Flatness flatness_of(const Surface& surface, std::span<const Vec3d> points, std:
 {
     Flatness out;
     Vec3d mean{};
-    // By component: shells may be turned either way, and small solids far apart are not a sheet.
+    // Volumes are summed by component: shells may be turned either way, and small solids far apart are not a sheet.
     std::vector<double> six_volumes_of(surface.faces.size(), 0), area_of_component(surface.faces.size(), 0);
     for (std::size_t i = 0; i < surface.faces.size(); ++i) {
         const Face& f = surface.faces[i];

@@ -41,7 +41,7 @@ Stretch within(const Convex& polygon, Vec3d normal, Vec3d a, Vec3d b)
     return s;
 }
 
-/// Cuts a polygon in two along a plane; pieces thinner than tolerance are not made.
+/// Cuts a polygon in two along a plane; makes no pieces thinner than tolerance.
 void cut(const Convex& polygon, const Plane& plane, double tolerance, std::vector<Convex>& out)
 {
     double lowest = 0, highest = 0;

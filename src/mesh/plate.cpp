@@ -22,9 +22,9 @@ namespace {
 bool keep_one_side(Surface& surface, const std::vector<std::uint32_t>& mate, const std::vector<std::uint32_t>& component)
 {
     SQMAP_ASSERT(mate.size() == 3 * surface.faces.size() && component.size() == surface.faces.size());
-    constexpr double k_fold = 0.5;                            // cosine: a fold turns by more than 60 degrees
-    constexpr double k_wall = 4;                              // faces lower than this many thicknesses join two sides
-    constexpr double k_least_share = 0.4, k_max_share = 0.6;  // of a component's area
+    constexpr double k_fold = 0.5;                          // cosine: a fold turns by more than 60 degrees
+    constexpr double k_wall = 4;                            // faces lower than this many thicknesses join two sides
+    constexpr double k_min_share = 0.4, k_max_share = 0.6;  // of a component's area
     const std::size_t count = surface.faces.size();
     std::vector<Vec3d> normal(count);
     std::vector<double> area(count), height(count), component_area(count, 0.0), component_volume(count, 0.0);
@@ -58,7 +58,7 @@ bool keep_one_side(Surface& surface, const std::vector<std::uint32_t>& mate, con
     }
     for (std::uint32_t f = 0; f < count; ++f) {
         const double share = side_area[kept[component[f]]] / component_area[component[f]];
-        if (!(share >= k_least_share && share <= k_max_share)) return false;
+        if (!(share >= k_min_share && share <= k_max_share)) return false;
     }
     std::vector<Face> faces;
     for (std::uint32_t f = 0; f < count; ++f)

@@ -97,7 +97,7 @@ private:
         Box box;
         std::uint32_t first = 0, count = 0;  ///< leaf: entries of order_
         std::uint32_t right = 0;             ///< inner: the left child is the next node
-        bool wanted = false;                 ///< holds one of which pairs are looked for
+        bool wanted = false;                 ///< holds a triangle whose pairs are wanted
     };
 
     static Box box_around(const Corners& c) { return box_of(std::array{c.a, c.b, c.c}); }

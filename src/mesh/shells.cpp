@@ -15,7 +15,7 @@ Orientation orient(Surface& surface, OneSided one_sided)
     const auto count = static_cast<std::uint32_t>(surface.faces.size());
     Orientation out;
     out.region.assign(count, k_none);
-    // Over each two-faced edge: the neighbour, and whether both run the same way, which is wrong.
+    // For each two-faced edge: the neighbour, and whether both faces run the same way along it, which is wrong.
     std::vector<std::uint32_t> neighbour(3 * std::size_t{count}, k_none);
     std::vector<bool> disagrees(3 * std::size_t{count}, false);
     const std::vector<EdgeUse> uses = edge_uses(surface.faces);

@@ -15,7 +15,7 @@ namespace sqmap::mesh {
 
 namespace {
 
-/// Every side of a triangle is the side of another, the other way round.
+/// True if every side of a triangle is the side of another, the other way round.
 bool is_closed(const Mesh& mesh)
 {
     std::vector<std::pair<std::uint32_t, std::uint32_t>> sides, backwards;
@@ -42,8 +42,8 @@ Solid::Solid(const Mesh& mesh, std::span<const std::uint8_t> crossed)
     all_boundary_ = std::all_of(boundary_.begin(), boundary_.end(), [](Boundary b) { return b == Boundary::Whole; });
 }
 
-/// A shell that nothing cuts is boundary as a whole or, within another's solid, not at all. A single shell is, and of a surface
-/// that bounds nothing all is kept.
+/// A shell that nothing cuts is boundary as a whole or, within another's solid, not at all. A single shell is boundary; a surface
+/// that bounds nothing is kept whole.
 void Solid::find_buried_shells()
 {
     std::vector<std::uint32_t> parent(mesh_.vertices.size());

@@ -36,7 +36,7 @@ std::optional<std::size_t> stray_vertex(std::span<const Vec3d> positions, const 
     return {};
 }
 
-/// Which vertices some corner names; all corners must name one.
+/// Marks the vertices that some corner names; all corners must name one.
 std::vector<bool> used_vertices(const PolygonView& in)
 {
     std::vector<bool> used(in.positions.size(), false);

@@ -9,7 +9,7 @@ namespace {
 
 // The tangent map of a bend folds over where bend * r reaches 1; normals keep this least stretch beyond it.
 template <class Real>
-constexpr Real k_least_stretch = Real(1e-3);
+constexpr Real k_min_stretch = Real(1e-3);
 
 template <class Real>
 Real at_least(Real v, Real least)
@@ -46,7 +46,7 @@ void deform_jet(const Superquadric<Real>& sq, PointNormal<Real>& value, PointNor
         const Real k = sq.bend, ca = std::cos(sq.bend_angle), sa = std::sin(sq.bend_angle);
         const Vec3<Real> x = value.x, n = value.n;
         const Real r = ca * x.x + sa * x.y, nr = ca * n.x + sa * n.y;
-        const Real stretch = at_least(Real(1) - k * r, k_least_stretch<Real>);
+        const Real stretch = at_least(Real(1) - k * r, k_min_stretch<Real>);
         const Real cg = std::cos(k * x.z), sg = std::sin(k * x.z);
         const Real nz = n.z / stretch;
         for (int i = 0; i < count; ++i) {

@@ -92,7 +92,7 @@ double Contacts::set_query_points(const Nodes& nodes, bool some, bool stand) noe
     // The surface that holds the nodes is thickness outside the model's. Instead of moving the surface, each node's query point
     // is that much below it: along the normal of its last contact, or ahead on its path where it had none. Where colliders move,
     // such a node's query point is its position: a thigh that comes up behind it, faster, is not ahead of it.
-    constexpr auto k_least_sq = static_cast<float>(k_speed_matters * k_speed_matters);
+    constexpr auto k_min_sq = static_cast<float>(k_speed_matters * k_speed_matters);
     const auto deeper = static_cast<float>(k_deeper * thickness_), ahead_by = stand ? static_cast<float>(thickness_) : 0.f;
     const std::size_t keep_every = kept_ == Kept::All ? 1 : k_sample;
     float longest_sq = 0;
@@ -113,7 +113,7 @@ double Contacts::set_query_points(const Nodes& nodes, bool some, bool stand) noe
             const float sq = path[0][j] * path[0][j] + path[1][j] * path[1][j] + path[2][j] * path[2][j];
             const float held =
                 normal[0][j] * normal[0][j] + normal[1][j] * normal[1][j] + normal[2][j] * normal[2][j] > 0.f ? 1.f : 0.f;
-            const float along = (1.f - held) * (sq > k_least_sq ? ahead_by : 0.f) / std::sqrt(sq > k_least_sq ? sq : 1.f);
+            const float along = (1.f - held) * (sq > k_min_sq ? ahead_by : 0.f) / std::sqrt(sq > k_min_sq ? sq : 1.f);
             for (int k = 0; k < 3; ++k) ahead[k][j] = along * path[k][j] - deeper * normal[k][j];
             path_sq[j] = sq;
         }

@@ -12,7 +12,7 @@ namespace sqmap::bake {
 
 namespace {
 
-constexpr double k_least_cost = 0.005;  ///< no cut is tried for a part that costs less
+constexpr double k_min_cost = 0.005;  ///< no cut is tried for a part that costs less
 
 /// Fits the parts of one mesh's partitions, and keeps every fit: the same patch comes back while cuts are tried.
 class PartFitter {
@@ -157,7 +157,7 @@ std::size_t worst_part(const std::vector<MeasuredPart>& parts, const Cost& cost,
                        const BakeOptions& options)
 {
     std::size_t worst = parts.size();
-    double worst_cost = k_least_cost;
+    double worst_cost = k_min_cost;
     for (std::size_t i = 0; i < parts.size(); ++i) {
         const bool needs = looseness(parts[i]) > options.max_looseness || parts[i].quality.q2_share > options.max_q2_share;
         if (!needs || std::find(given_up.begin(), given_up.end(), surface_of(parts[i])) != given_up.end()) continue;

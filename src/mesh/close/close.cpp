@@ -9,9 +9,9 @@
 namespace sqmap::mesh {
 namespace {
 
-constexpr double k_stitch = 1e-3;             // of the diagonal: boundaries so near each other are joined
-constexpr double k_max_loose = 0.05;          // of the input's area: loose sheets beyond that are part of the shape
-constexpr std::size_t k_least_made = 20'000;  // triangles that fillings may have, whatever the surface has
+constexpr double k_stitch = 1e-3;           // of the diagonal: boundaries so near each other are joined
+constexpr double k_max_loose = 0.05;        // of the input's area: loose sheets beyond that are part of the shape
+constexpr std::size_t k_min_made = 20'000;  // triangles that fillings may have, whatever the surface has
 
 double area_of(const Surface& surface, bool only_made_up)
 {
@@ -73,7 +73,7 @@ Closing close(const Surface& input, const CloseOptions& options)
     note(RepairKind::DroppedWalls, resolved.wall_faces);
     note(RepairKind::DroppedFaces, resolved.fin_faces + resolved.stuck_faces);
     note(RepairKind::CutEdges, resolved.cut_edges);
-    const std::size_t budget = std::max(2 * surface.faces.size(), k_least_made);
+    const std::size_t budget = std::max(2 * surface.faces.size(), k_min_made);
     const std::uint32_t filled = fill_holes(surface, options.refine ? budget : 0);
     const Sheets sheets = drop_sheets(surface, tolerance);
     note(RepairKind::DroppedSheets, sheets.dropped_faces);

@@ -20,7 +20,7 @@ struct Laplacian {
 
 Laplacian laplacian(const Patch& patch)
 {
-    constexpr double k_least = 0.02, k_greatest = 20;  // cotangents of slivers say nothing
+    constexpr double k_min = 0.02, k_max = 20;  // cotangents of slivers mean nothing
     const auto n = static_cast<Eigen::Index>(patch.points.size());
     std::vector<Eigen::Triplet<double>> entries;
     Laplacian out{Sparse(n, n), Eigen::VectorXd::Zero(n)};
@@ -30,7 +30,7 @@ Laplacian laplacian(const Patch& patch)
         for (std::size_t k = 0; k < 3; ++k) {
             const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
             const double cotangent = dot(p[i] - p[k], p[j] - p[k]) / std::max(twice_area, 1e-300);
-            const double weight = 0.5 * std::clamp(cotangent, k_least, k_greatest);
+            const double weight = 0.5 * std::clamp(cotangent, k_min, k_max);
             const auto a = static_cast<int>(t[i]), b = static_cast<int>(t[j]);
             entries.emplace_back(a, b, weight);
             entries.emplace_back(b, a, weight);

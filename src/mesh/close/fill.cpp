@@ -1,4 +1,4 @@
-// P. Liepa, "Filling holes in meshes", 2003, with two changes. A filling goes on smoothly from the surface only where the surface
+// P. Liepa, "Filling holes in meshes", 2003, with two changes. A filling continues the surface smoothly only where the surface
 // leads into it, else it is taut: a statue that was cut off gets a flat foot. And of the shapes made the one that crosses least
 // is taken.
 #include "steps.h"
@@ -14,10 +14,10 @@
 namespace sqmap::mesh {
 namespace {
 
-constexpr double k_flat_loop = 1e-3;        // of the loop's diagonal: a loop so near its plane is filled in it
-constexpr double k_least_smooth = 0.5;      // share of a loop that leads into the filling, where that goes on smoothly
-constexpr double k_max_bulge = 1.5;         // a smooth filling has at most this many times the least area
-constexpr std::size_t k_least_budget = 64;  // triangles a hole may take where any are allowed
+constexpr double k_flat_loop = 1e-3;      // of the loop's diagonal: a loop so near its plane is filled in it
+constexpr double k_min_smooth = 0.5;      // share of a loop that leads into the filling, where the filling is smooth
+constexpr double k_max_bulge = 1.5;       // a smooth filling has at most this many times the least area
+constexpr std::size_t k_min_budget = 64;  // triangles that a hole may always take if any are allowed
 
 /// One way of closing a hole.
 struct Shape {
@@ -133,15 +133,15 @@ private:
     {
         Hole hole{loop, {}, 0};
         Patch plain = around(loop);
-        // Edges that other fillings made between points of this loop, too.
+        // Takes edges that other fillings made between points of this loop, too.
         for (std::uint32_t i = 0; i < loop.size(); ++i)
             for (const std::uint32_t v : made_[loop[i]])
                 if (const auto at = std::find(loop.begin(), loop.end(), v); at != loop.end())
                     plain.taken.insert(i, static_cast<std::uint32_t>(at - loop.begin()));
         plain.triangles = least_area(std::span(plain.points).first(plain.loop_size), plain.taken);
         if (plain.triangles.empty()) fan(plain);
-        const std::size_t allowed = plain.triangles.size() + std::max(budget_, k_least_budget);
-        const bool smooth = smooth_share(plain) >= k_least_smooth;
+        const std::size_t allowed = plain.triangles.size() + std::max(budget_, k_min_budget);
+        const bool smooth = smooth_share(plain) >= k_min_smooth;
         if (refine_ && (smooth || !is_flat(plain))) {
             Patch refined = plain;
             refine(refined, allowed);
@@ -203,7 +203,7 @@ private:
         for (const Triangle& t : shape.triangles) surface.faces.push_back({{global(t[0]), global(t[1]), global(t[2])}, k_none});
     }
 
-    /// How many faces of each hole's shape others cut.
+    /// Counts the faces of each hole's shape that others cut.
     [[nodiscard]] std::vector<std::size_t> crossings() const
     {
         Surface all = surface_;

@@ -64,7 +64,7 @@ private:
         return best;
     }
 
-    /// False where every triangulation has a side that is taken.
+    /// False if every triangulation has a taken side.
     bool solve(const Ring& ring)
     {
         constexpr double k_impossible = std::numeric_limits<double>::infinity();

@@ -1,5 +1,5 @@
 // A. Gueziec, G. Taubin, F. Lazarus and W. Horn, "Cutting and stitching: converting sets of polygons to manifold surfaces", 2001;
-// orientation as in visibility.h.
+// orientation as in visibility.cpp.
 #include "steps.h"
 
 #include "../admit_steps.h"
@@ -12,8 +12,8 @@ namespace sqmap::mesh {
 namespace {
 
 constexpr int k_passes = 4;        // each drops faces that the one before could not take apart
-constexpr double k_unseen = 0.01;  // share of rays: what fewer leave is within the solid
-// Share of the area that fins may have: where what stays is closed without them, and else.
+constexpr double k_unseen = 0.01;  // share of rays: a region that fewer rays leave is within the solid
+// Share of the area that fins may have: if the rest is closed without them, and otherwise.
 constexpr double k_max_fins_of_solid = 0.25, k_max_fins = 0.05;
 
 /// Regions over two-faced edges, faces turned to agree; where a region has one side only it is torn.
@@ -47,7 +47,7 @@ public:
             left_.push_back(edge.size());
         });
     }
-    /// False where it lies at none, or less than two faces would stay at one.
+    /// False if the region lies at no crowded edge, or less than two faces would stay at one.
     bool drop(std::size_t region)
     {
         if (at_[region].empty()) return false;
@@ -57,7 +57,7 @@ public:
         gone_[region] = true;
         return true;
     }
-    /// Takes them away; how many faces.
+    /// Takes the regions away; returns how many faces.
     std::uint64_t remove(Surface& surface, const std::vector<std::uint32_t>& region) const
     {
         std::vector<Face> kept;
@@ -134,7 +134,7 @@ std::uint64_t turn_to_outside(Surface& surface, const std::vector<std::uint32_t>
     return count;
 }
 
-/// At edges whose faces do not all pair up: first those of which one side is seen and the other is not. A fin is seen from both.
+/// Pairs the rest of the edges: first those of which one side is seen and the other is not. A fin is seen from both.
 void pair_rest(const Surface& surface, const std::vector<double>& one_sided, std::vector<std::uint32_t>& mate)
 {
     for_each_edge(edge_uses(surface.faces), [&](std::span<const EdgeUse> edge) {
@@ -154,7 +154,8 @@ void pair_rest(const Surface& surface, const std::vector<double>& one_sided, std
     });
 }
 
-/// Turns regions to the outside, drops walls and fins; how different the two sides of each face's region are in what sees them.
+/// Turns regions to the outside, drops walls and fins; returns, for each face's region, how different its two sides are in
+/// visibility.
 std::vector<double> look(Surface& surface, std::vector<std::uint32_t>& region, Resolved& out)
 {
     std::vector<Seen> seen = seen_from_outside(surface, region);
@@ -179,7 +180,7 @@ std::vector<double> look(Surface& surface, std::vector<std::uint32_t>& region, R
     return one_sided;
 }
 
-/// Takes sides without a partner off their edge; a vertex of several fans elsewhere stays one: two holes that touch in it are
+/// Takes sides without a partner off their edge. A vertex of several fans elsewhere stays one: two holes that touch in it are
 /// filled one by one.
 std::uint64_t cut(Surface& surface, std::vector<std::uint32_t>& mate)
 {
@@ -201,7 +202,7 @@ std::uint64_t cut(Surface& surface, std::vector<std::uint32_t>& mate)
     return count;
 }
 
-/// Faces without a partner at edges that stayed crowded, as their vertices hang together elsewhere: those go.
+/// Drops faces without a partner at edges that stayed crowded because their vertices hang together elsewhere.
 std::uint64_t drop_stuck(Surface& surface, const std::vector<std::uint32_t>& mate)
 {
     std::vector<bool> stuck(surface.faces.size(), false);
@@ -240,13 +241,13 @@ Resolved resolve_edges(Surface& surface)
 
 std::uint64_t orient_outward(Surface& surface)
 {
-    constexpr double k_clearly = 1.5, k_least = 0.02;  // times what sees the front; shares of the rays
+    constexpr double k_clearly = 1.5, k_min = 0.02;  // times the rays that see the front; share of the rays
     std::uint64_t count = 0;
     const std::vector<std::uint32_t> region = agreed(surface, count);
     const std::vector<Seen> seen = seen_from_outside(surface, region);
     for (std::size_t f = 0; f < surface.faces.size(); ++f) {
         const Seen& s = seen[region[f]];
-        if (!(s.back > k_clearly * s.front + k_least)) continue;
+        if (!(s.back > k_clearly * s.front + k_min)) continue;
         std::swap(surface.faces[f].v[1], surface.faces[f].v[2]);
         ++count;
     }

@@ -34,7 +34,7 @@ Sheets drop_sheets(Surface& surface, double tolerance)
         const std::uint32_t piece = pieces.find(f);
         const bool made_up = surface.faces[f].polygon == k_none;
         (made_up ? made : own)[piece] += area_of(surface, surface.faces[f]);
-        const Vec3d origin = surface.points[surface.faces[piece].v[0]];  // of the piece: far from it volumes cancel
+        const Vec3d origin = surface.points[surface.faces[piece].v[0]];  // a corner of the piece: far from it volumes cancel
         const Triangle& v = surface.faces[f].v;
         six_volumes_of[piece] +=
             dot(surface.points[v[0]] - origin, cross(surface.points[v[1]] - origin, surface.points[v[2]] - origin));
@@ -50,7 +50,7 @@ Sheets drop_sheets(Surface& surface, double tolerance)
         if (!is_sheet(pieces.find(f))) rest.faces.push_back(surface.faces[f]);
     if (rest.faces.size() == count) return out;
     if (rest.faces.empty()) {
-        // Of nothing but sheets those that hold something stay.
+        // In a mesh of sheets alone, those that hold a volume stay.
         for (std::uint32_t f = 0; f < count; ++f)
             if (!is_thin(pieces.find(f))) rest.faces.push_back(surface.faces[f]);
         out.all = rest.faces.empty();

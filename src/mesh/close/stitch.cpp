@@ -45,7 +45,7 @@ void join_vertices(Surface& surface, const Boundary& boundary, double tolerance)
     std::erase_if(surface.faces, [](const Face& f) { return f.v[0] == f.v[1] || f.v[1] == f.v[2] || f.v[2] == f.v[0]; });
 }
 
-/// One vertex for each edge that has some on it: the nearest. True where there is one.
+/// Gives each edge with vertices on it the nearest of them. True if an edge has one.
 bool split_edges(Surface& surface, const Boundary& boundary, double tolerance)
 {
     // Edges as triangles without width.
@@ -71,7 +71,7 @@ bool split_edges(Surface& surface, const Boundary& boundary, double tolerance)
             const double ends =
                 std::min(norm(surface.points[v] - surface.points[u.lo]), norm(surface.points[v] - surface.points[u.hi]));
             if (ends <= tolerance) return radius_sq;  // for joining vertices
-            // The boundary goes on along the edge from here, or it only touches.
+            // The boundary runs on along the edge from here, or it only touches the edge.
             const bool goes_on = std::any_of(beside[v].begin(), beside[v].end(), [&](std::uint32_t w) {
                 return w == u.lo || w == u.hi || distance(w, u) <= tolerance;
             });
@@ -93,7 +93,7 @@ bool split_edges(Surface& surface, const Boundary& boundary, double tolerance)
     return any;
 }
 
-/// Less is better: edges that are not between two faces.
+/// Number of edges that are not between two faces: less is better.
 std::size_t faults(const Boundary& boundary) { return boundary.edges.size() + 3 * boundary.too_many; }
 
 }  // namespace

@@ -13,10 +13,10 @@
 namespace sqmap::mesh {
 namespace {
 
-constexpr double k_rays = 20'000;   // a side, spread by area
-constexpr double k_least_rays = 8;  // of a region
-constexpr double k_lift = 1e-7;     // of the diagonal: how far from its face a ray begins
-constexpr int k_tries = 4;          // of directions that pass no edge too closely
+constexpr double k_rays = 20'000;  // a side, spread by area
+constexpr double k_min_rays = 8;   // of a region
+constexpr double k_lift = 1e-7;    // of the diagonal: how far from its face a ray begins
+constexpr int k_tries = 4;         // of directions that pass no edge too closely
 constexpr double k_golden = 1.618033988749895;
 
 /// Four numbers in [0, 1) that fill their cube evenly as i grows: the R4 sequence.
@@ -87,10 +87,10 @@ std::vector<Seen> seen_from_outside(const Surface& surface, std::span<const std:
     for (std::uint32_t t = 0; t < area.size(); ++t) {
         const std::uint32_t r = region[t];
         if (!(area[t] > 0)) continue;
-        const double rays = std::max(k_rays * region_area[r] / total, k_least_rays);
+        const double rays = std::max(k_rays * region_area[r] / total, k_min_rays);
         const double before = passed[r];
         passed[r] += rays * area[t] / region_area[r];
-        // A ray wherever the count passes a half.
+        // Sends a ray wherever the count passes a half.
         for (double i = std::ceil(before - 0.5) + 0.5; i < passed[r]; i += 1, ++ray)
             for (const std::size_t side : {0u, 1u})
                 if (const auto left = caster.leaves(t, ray, side == 0 ? 1 : -1)) {

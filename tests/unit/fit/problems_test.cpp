@@ -65,7 +65,7 @@ void check_both_problems()
     std::mt19937 random(N);
     Chart chart;
     chart.frame = random_rotation(random);
-    chart.least_a = 0.5;  // points stay before the apex of the taper, where F is of order one
+    chart.min_a = 0.5;  // points stay before the apex of the taper, where F is of order one
     std::vector<Sample> samples;
     std::vector<Vec3d> points;
     for (int i = 0; i < 20; ++i) {
