@@ -1,4 +1,4 @@
-// What a device can show without giving energy: the stiffest wall, the parameters of Mode::Coupled and the torque.
+// The limits of a device that gives no energy: the stiffest wall, the parameters of Mode::Coupled, and the torque.
 #pragma once
 
 #include <cstdint>
