@@ -1,10 +1,10 @@
 // Fig. 11b: cloth against an avatar. Garments settle and walk once; then every method answers the very same frames in one run:
 // sqmap's layers on points that are moved and refitted, FCL's OBB tree with its tree of the cloth refitted, dense distance
-// fields. usage: sqmap_cloth OUT.json VERTICES [MODEL.off]...     models: solids in metres, y up; a blanket falls on each
-//                sqmap_cloth --shift X Z VERTICES MODEL.off...   blankets alone, from so many m beside the middle: how deep
+// fields.
 #include "sqmap/sim/cloth.h"
 #include "clock.h"
 #include "distance_grid.h"
+#include "measure.h"
 #include "sqmap/bake/bake.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/io/read.h"
@@ -311,12 +311,9 @@ Case played(std::string name, sim::Cloth& cloth, std::vector<Part>& parts,
 
 }  // namespace
 
-int main(int argc, char** argv)
+int sqmap::bench::measure_cloth(int argc, char** argv)
 {
-    if (argc < 3) {
-        std::fprintf(stderr, "usage: sqmap_cloth OUT.json VERTICES [--own] [--scene NAME] [--shift X Z] [MODEL.off]...\n");
-        return 64;
-    }
+    if (argc < 3) return k_wrong_usage;
     const auto vertices = static_cast<std::uint32_t>(std::atoi(argv[2]));
     bool own = false;
     std::string_view scene;
@@ -432,4 +429,5 @@ int main(int argc, char** argv)
     }
     const std::string text = out.dump(1) + "\n";
     io::replace_file(argv[1], std::as_bytes(std::span(text)));
+    return 0;
 }

@@ -1,8 +1,8 @@
 // Signed distances of a baked model against the exact oracle in double, and their time beside Embree's closest point with sign.
-// usage: sqmap_distance POINTS PROBE MESH...     meshes as OBJ, OFF, PLY or STL, closed; prints a row a mesh
 #include "distance_grid.h"
 #include "embree_nearest.h"
 #include "error.h"
+#include "measure.h"
 #include "setting.h"
 
 #include "sqmap/bake/bake.h"
@@ -213,25 +213,17 @@ void run(std::size_t count, const Files& files, bool exact)
 }  // namespace
 }  // namespace sqmap::bench
 
-int main(int argc, char** argv)
+int sqmap::bench::measure_distance(int argc, char** argv)
 {
     std::size_t points = 0;
     const std::string_view number = argc > 3 ? argv[1] : "";
     const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), points);
-    if (error != std::errc() || points < 1) {
-        std::fprintf(stderr, "usage: %s POINTS PROBE MESH...\n", argv[0]);
-        return 64;
-    }
-    try {
-        for (int i = 3; i < argc; ++i)
-            for (const bool exact : {true, false}) {
-                // Approximate distances take a hundred times as long.
-                sqmap::bench::run(exact ? points : std::min<std::size_t>(points, 30000), {argv[i], argv[2]}, exact);
-                std::fflush(stdout);
-            }
-    } catch (const std::exception& e) {
-        std::fprintf(stderr, "%s\n", e.what());
-        return 2;
-    }
+    if (error != std::errc() || points < 1) return k_wrong_usage;
+    for (int i = 3; i < argc; ++i)
+        for (const bool exact : {true, false}) {
+            // Approximate distances take a hundred times as long.
+            run(exact ? points : std::min<std::size_t>(points, 30000), {argv[i], argv[2]}, exact);
+            std::fflush(stdout);
+        }
     return 0;
 }

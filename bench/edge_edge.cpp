@@ -1,7 +1,7 @@
 // How many contacts of triangle meshes have no vertex in them: bodies that just touch, at random poses, by FCL's pairs of
 // triangles and by query_pair with and without the offset of eq. 12.
-// usage: sqmap_edge_edge POSES MESH_A MESH_B     prints a line of figures for each depth of pressing
 #include "error.h"
+#include "measure.h"
 #include "setting.h"
 
 #include "sqmap/bake/bake.h"
@@ -277,16 +277,8 @@ int run(int poses, const char* path_a, const char* path_b)
 }  // namespace
 }  // namespace sqmap::bench
 
-int main(int argc, char** argv)
+int sqmap::bench::measure_edge_edge(int argc, char** argv)
 {
-    if (argc != 4) {
-        std::fprintf(stderr, "usage: %s POSES MESH_A MESH_B\n", argv[0]);
-        return 64;
-    }
-    try {
-        return sqmap::bench::run(std::atoi(argv[1]), argv[2], argv[3]);
-    } catch (const sqmap::bench::BenchError& e) {
-        std::fprintf(stderr, "%s\n", e.what());
-        return 65;
-    }
+    if (argc != 4) return k_wrong_usage;
+    return run(std::atoi(argv[1]), argv[2], argv[3]);
 }

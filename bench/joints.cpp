@@ -1,8 +1,8 @@
 // Map of the error at joints of a skinned hand: the verdicts of rigid solids, one per joint, and of the lattice, along the
 // normals of the exact skinned mesh; a picture of both and a table of the joints.
-// usage: sqmap_joints HAND.glb PICTURE.png [--layer 2|3|exact] [--solids LEAST_WEIGHT] [--azimuth DEGREES] [--elevation DEGREES]
 #include "common/layer_name.h"
 #include "common/render/raycast.h"
+#include "measure.h"
 #include "skin_hand.h"
 
 #include "sqmap/bake/bake.h"
@@ -130,7 +130,7 @@ void report(const char* pose, const char* method, const std::vector<Position>& p
 
 }  // namespace
 
-int main(int argc, char** argv)
+int sqmap::bench::measure_joints(int argc, char** argv)
 {
     query::Layer layer = query::Layer::Exact;
     double least_weight = 0.05;
@@ -142,12 +142,7 @@ int main(int argc, char** argv)
         if (name == "--azimuth") view.azimuth = std::atof(argv[i + 1]);
         if (name == "--elevation") view.elevation = std::atof(argv[i + 1]);
     }
-    if (argc < 3 || argc % 2 == 0) {
-        std::fprintf(stderr,
-                     "usage: sqmap_joints HAND.glb PICTURE.png [--layer 2|3|exact] [--solids LEAST_WEIGHT] [--azimuth DEGREES] "
-                     "[--elevation DEGREES]\n");
-        return 64;
-    }
+    if (argc < 3 || argc % 2 == 0) return k_wrong_usage;
     const std::optional<io::SkinnedSoup> read = bench::read_skin(argv[1]);
     if (!read) return 2;
     const io::SkinnedSoup& skin = *read;
@@ -234,4 +229,5 @@ int main(int argc, char** argv)
     }
     app::draw_scale(image, scale);
     app::write_png(argv[2], image);
+    return 0;
 }

@@ -1,7 +1,6 @@
 // Measures the cost of rebaking one part of a model that moves, and checks the result.
-// usage: sqmap_rebake [--move SHARE] [--quick] MESH...     each part in turn is bent by SHARE of R_max (0.01), on one core
-// --quick: nothing is checked
 #include "sqmap/bake/rebake.h"
+#include "measure.h"
 #include "sqmap/bake/evaluate.h"
 #include "sqmap/io/read.h"
 #include "sqmap/mesh/admit.h"
@@ -53,7 +52,7 @@ std::vector<Vec3d> bent(const mesh::Mesh& mesh, const decompose::Partition& part
 
 }  // namespace
 
-int main(int argc, char** argv)
+int sqmap::bench::measure_rebake(int argc, char** argv)
 {
     double move = 0.01;
     bool quick = false;
@@ -62,10 +61,7 @@ int main(int argc, char** argv)
         if (std::string(argv[first]) == "--quick") quick = true;
         if (std::string(argv[first]) == "--move" && first + 1 < argc) move = std::atof(argv[++first]);
     }
-    if (first >= argc) {
-        std::fprintf(stderr, "usage: sqmap_rebake [--move SHARE] [--quick] MESH...\n");
-        return 64;
-    }
+    if (first >= argc) return k_wrong_usage;
     for (int i = first; i < argc; ++i) {
         const io::ReadResult read = io::read_mesh_file(argv[i]);
         if (read.error) return 2;
@@ -116,4 +112,5 @@ int main(int argc, char** argv)
         std::printf("  a part: least %.0f, median %.0f, most %.0f ms\n", 1e3 * totals.front(), 1e3 * totals[totals.size() / 2],
                     1e3 * totals.back());
     }
+    return 0;
 }

@@ -1,5 +1,5 @@
 // Cost of a scene's broad phase and of a pile in a frame: run under callgrind, whose counts do not depend on the machine's load.
-// usage: sqmap_scene_cost far|pile|probe BODIES FRAMES     prints pairs and contacts; with 0 FRAMES only sets up
+#include "measure.h"
 #include "sqmap/bake/bake.h"
 #include "sqmap/math/random.h"
 #include "sqmap/mesh/shapes.h"
@@ -69,7 +69,7 @@ int run(std::string_view kind, std::size_t bodies, int frames)
 
 }  // namespace
 
-int main(int argc, char** argv)
+int sqmap::bench::measure_scene_cost(int argc, char** argv)
 {
     const std::string_view kind = argc == 4 ? argv[1] : "";
     int bodies = 0, frames = -1;
@@ -78,9 +78,7 @@ int main(int argc, char** argv)
         return error == std::errc() && end == text.data() + text.size();
     };
     if ((kind != "far" && kind != "pile" && kind != "probe") || !number(argv[2], bodies) || !number(argv[3], frames) ||
-        bodies < 1 || bodies > 5000 || frames < 0) {
-        std::fprintf(stderr, "usage: %s far|pile|probe BODIES FRAMES     at most 5000 bodies\n", argv[0]);
-        return 64;
-    }
+        bodies < 1 || bodies > 5000 || frames < 0)
+        return k_wrong_usage;
     return run(kind, static_cast<std::size_t>(bodies), frames);
 }

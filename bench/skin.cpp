@@ -1,7 +1,7 @@
 // Contacts of a skinned model against the exact skinned mesh: carried back through the blend, and for comparison made of rigid
 // solids, one a joint. Joints named as the WebXR hand's; the hand is closed and opened over the object.
-// usage: sqmap_skin HAND.glb OBJECT [--cell SHARE] [--layer 2|3|exact] [--solids LEAST_WEIGHT] [--worst FILE.csv]
 #include "common/layer_name.h"
+#include "measure.h"
 #include "skin_hand.h"
 
 #include "sqmap/bake/bake.h"
@@ -58,7 +58,7 @@ double percentile(std::vector<double> v, double share)
 
 }  // namespace
 
-int main(int argc, char** argv)
+int sqmap::bench::measure_skin(int argc, char** argv)
 {
     double cell = bake::SkinLatticeOptions{}.cell, least_weight = 0;
     query::Layer layer = query::Layer::Three;
@@ -70,12 +70,7 @@ int main(int argc, char** argv)
         if (name == "--solids") least_weight = std::atof(argv[i + 1]);
         if (name == "--worst") worst_file = argv[i + 1];
     }
-    if (argc < 3 || argc % 2 == 0) {
-        std::fprintf(stderr,
-                     "usage: sqmap_skin HAND.glb OBJECT [--cell SHARE] [--layer 2|3|exact] [--solids LEAST_WEIGHT] "
-                     "[--worst FILE.csv]\n");
-        return 64;
-    }
+    if (argc < 3 || argc % 2 == 0) return k_wrong_usage;
     const std::optional<io::SkinnedSoup> read = bench::read_skin(argv[1]);
     if (!read) return 2;
     const io::SkinnedSoup& skin = *read;
@@ -220,4 +215,5 @@ int main(int argc, char** argv)
     std::printf("blend: %.1f us a pose, %.1f us a frame of %zu points (%.0f ns a point); %zu crowded\n",
                 1e6 * pose_seconds / static_cast<double>(frames), 1e6 * query_seconds / static_cast<double>(frames),
                 points.size(), 1e9 * query_seconds / (20.0 * static_cast<double>(queried)), crowded);
+    return 0;
 }

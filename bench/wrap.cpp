@@ -1,7 +1,7 @@
 // Wrapping beside CGAL's alpha wrap: time, triangles and distances of both from the input; see docs/algorithms/wrap.md. CGAL's
 // algorithm is GPL: it is used by this bench and by nothing that is shipped.
-// usage: sqmap_wrap [--alpha SHARE] [--offset SHARE] MESH...     shares of R_max; default 0.01 and 0.002
 #include "sqmap/mesh/wrap.h"
+#include "measure.h"
 #include "sqmap/io/read.h"
 #include "sqmap/math/box.h"
 
@@ -72,12 +72,13 @@ void report(const std::string& name, const char* method, double seconds, const m
 
 }  // namespace
 
-int main(int argc, char** argv)
+int sqmap::bench::measure_wrap(int argc, char** argv)
 {
     double alpha = 0.01, offset = 0.002;
     int first = 1;
     for (; first + 1 < argc && argv[first][0] == '-'; first += 2)
         (std::string(argv[first]) == "--alpha" ? alpha : offset) = std::atof(argv[first + 1]);
+    if (first >= argc) return k_wrong_usage;
     std::puts("| mesh | method | CPU s | triangles | to result p99 % | max | to input p99 % | max | made up % |");
     std::puts("|---|---|---:|---:|---:|---:|---:|---:|---:|");
     for (int i = first; i < argc; ++i) {
@@ -96,4 +97,5 @@ int main(int argc, char** argv)
         const mesh::Mesh rival = alpha_wrap(input, alpha * r_max, offset * r_max);
         report(name, "alpha wrap", cpu_seconds() - start, rival, mesh::deviation(input, rival), r_max);
     }
+    return 0;
 }

@@ -65,8 +65,8 @@ def main():
         animals.fetch(tuple(HEIGHT))
         meshes = [metres(name) for name in HEIGHT if (animals.MESHES / f"{name}.off").exists()]
     record = OUT / "fig11b.json"
-    program = measure.ROOT / "build" / "release" / "bin" / "sqmap_cloth"
-    subprocess.run([program, record, str(1500 if args.quick else args.vertices), *meshes], check=True)
+    program = measure.ROOT / "build" / "release" / "bin" / "sqmap_measure"
+    subprocess.run([program, "cloth", record, str(1500 if args.quick else args.vertices), *meshes], check=True)
     cases = json.loads(record.read_text())["cases"]
     with (OUT / "fig11b.csv").open("w", newline="") as out:
         rows = csv.writer(out)

@@ -75,7 +75,7 @@ def picture(trace, out):
 def draw(program, mesh, out):
     with tempfile.TemporaryDirectory() as folder:
         trace = pathlib.Path(folder) / "trace.csv"
-        subprocess.run([program, "slide", "--paper", mesh, "--csv", trace], check=True, stdout=subprocess.DEVNULL)
+        subprocess.run([program, "haptic", "slide", "--paper", mesh, "--csv", trace], check=True, stdout=subprocess.DEVNULL)
         picture(trace, out)
 
 
@@ -89,7 +89,7 @@ def quick(program):
                             "paper_slide": ["slide", "--paper", "--planes", "1"], "energy": ["energy", "--positions", "5"],
                             "paper": ["energy", "--paper", "--positions", "5"]}.items():
         print(name, flush=True)
-        found = subprocess.run([program, *arguments, *map(str, meshes)], check=True, capture_output=True, text=True)
+        found = subprocess.run([program, "haptic", *arguments, *map(str, meshes)], check=True, capture_output=True, text=True)
         (QUICK / f"{name}.txt").write_text(found.stdout, encoding="utf-8")
     draw(program, meshes[0], QUICK / "edges.svg")
 
@@ -98,7 +98,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--meshes", type=pathlib.Path, default=ROOT.parent / "shared/meshes")
     parser.add_argument("--paths", type=pathlib.Path, default=ROOT.parent / "shared/paths")
-    parser.add_argument("--program", type=pathlib.Path, default=ROOT / "build/release/bin/sqmap_haptic")
+    parser.add_argument("--program", type=pathlib.Path, default=ROOT / "build/release/bin/sqmap_measure")
     parser.add_argument("--only", default="slide,ball,paper_slide,tick,paper_tick,density,points,points_tick,energy,paper,picture")
     parser.add_argument("--quick", action="store_true")
     options = parser.parse_args()
@@ -124,7 +124,7 @@ def main():
     for name, arguments in runs.items():
         if name in wanted:
             print(name, flush=True)
-            found = subprocess.run([options.program, *map(str, arguments)], check=True, capture_output=True, text=True)
+            found = subprocess.run([options.program, "haptic", *map(str, arguments)], check=True, capture_output=True, text=True)
             (TABLES / f"{name}.txt").write_text(found.stdout.rstrip() + "\n", encoding="utf-8")
     if "picture" in wanted:
         draw(options.program, options.meshes / PICTURE_MESH, ROOT / "docs/images/haptic_edges.svg")

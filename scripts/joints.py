@@ -17,7 +17,7 @@ def main():
     hand = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else demo.CACHE / "hand.glb"
     with tempfile.TemporaryDirectory() as folder:
         picture = pathlib.Path(folder) / "joints.png"
-        subprocess.run([measure.PROGRAM.with_name("sqmap_joints"), hand, picture], check=True)
+        subprocess.run([measure.PROGRAM.with_name("sqmap_measure"), "joints", hand, picture], check=True)
         docs_images.stacked([picture], docs_images.IMAGES / "hand_joints.png")
 
 

@@ -27,7 +27,7 @@ import reproduce_figures as figures
 
 ROOT = measure.ROOT
 BENCH = measure.PROGRAM.parent / "sqmap_bench"
-HAPTIC = measure.PROGRAM.parent / "sqmap_haptic"
+MEASURE = measure.PROGRAM.parent / "sqmap_measure"
 START = time.monotonic()
 
 
@@ -160,8 +160,8 @@ def measure_ticks(models, folder, scale, out):
     for kind in figures.kinds_of(subject.role):
         say(f"the hand feels {subject.role}, {kind}")
         for force, options in (("paper", ("--paper",)), ("full", ())):
-            bench("tick", path_of(folder, subject, hand, kind, scale.frames, out), "--meshes", subject.mesh.parent, "--series",
-                  out / f"tick.{force}.{kind}.csv", *options, program=HAPTIC)
+            bench("haptic", "tick", path_of(folder, subject, hand, kind, scale.frames, out), "--meshes", subject.mesh.parent, "--series",
+                  out / f"tick.{force}.{kind}.csv", *options, program=MEASURE)
 
 
 def measure_density(models, folder, scale, out):

@@ -1,5 +1,6 @@
-// sqmap_haptic: the tables of docs/data/haptics.
+// sqmap_measure haptic: the tables of docs/data/haptics.
 #include "../error.h"
+#include "../measure.h"
 #include "common/layer_name.h"
 #include "hand.h"
 #include "slide.h"
@@ -275,20 +276,17 @@ void add_hand(CLI::App& app)
 }  // namespace
 }  // namespace sqmap::bench
 
-int main(int argc, char** argv)
+int sqmap::bench::measure_haptic(int argc, char** argv)
 {
-    CLI::App app("Figures of haptic rendering");
+    CLI::App app("Figures of haptic rendering", "sqmap_measure haptic");
     app.require_subcommand(1);
-    sqmap::bench::add_slide(app);
-    sqmap::bench::add_energy(app);
-    sqmap::bench::add_hand(app);
+    add_slide(app);
+    add_energy(app);
+    add_hand(app);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {
         return app.exit(e) == 0 ? 0 : 64;
-    } catch (const std::exception& e) {
-        std::fprintf(stderr, "%s\n", e.what());
-        return 2;
     }
     return 0;
 }

@@ -1,0 +1,105 @@
+// sqmap_measure TOPIC: what the documentation says of cost and exactness, a topic for each page that has figures.
+#include "measure.h"
+
+#include <cstdio>
+#include <exception>
+#include <string_view>
+
+namespace sqmap::bench {
+namespace {
+
+struct Topic {
+    const char *name, *words, *about;
+    int (*run)(int, char**);
+    const char* package = "";  ///< what a topic needs that was not compiled in
+};
+
+#ifdef SQMAP_MEASURE_FCL
+constexpr auto k_edge_edge = &measure_edge_edge;
+#else
+constexpr int (*k_edge_edge)(int, char**) = nullptr;
+#endif
+#ifdef SQMAP_MEASURE_CLOTH
+constexpr auto k_cloth = &measure_cloth;
+#else
+constexpr int (*k_cloth)(int, char**) = nullptr;
+#endif
+#ifdef SQMAP_MEASURE_CGAL
+constexpr auto k_wrap = &measure_wrap;
+#else
+constexpr int (*k_wrap)(int, char**) = nullptr;
+#endif
+
+constexpr Topic k_topics[] = {
+    {"cloth", "OUT.json VERTICES [--own] [--scene skirt|shirt|blanket] [--shift X Z] [MODEL.off]...",
+     "Fig. 11b: cloth against an avatar, beside FCL and dense fields. Models are solids in metres, y up: a blanket falls on "
+     "each, from\n"
+     "X and Z metres beside its middle. --own: the cloth's own collisions alone.",
+     k_cloth, "libfcl-dev libbullet-dev"},
+    {"distance", "POINTS PROBE MESH...",
+     "Signed distances against the exact oracle, and their time beside Embree's. Meshes are closed.", &measure_distance},
+    {"edge-edge", "POSES MESH_A MESH_B", "How many contacts of two meshes have no vertex in them, at each depth of pressing.",
+     k_edge_edge, "libfcl-dev"},
+    {"haptic", nullptr, "The force: steps while sliding, energy around closed paths, time of a tick, density of a hand's points.",
+     &measure_haptic},
+    {"joints", "HAND.glb PICTURE.png [--layer 2|3|exact] [--solids LEAST_WEIGHT] [--azimuth DEGREES] [--elevation DEGREES]",
+     "Where on a skinned hand the verdicts are wrong: a picture, and a table of the joints.", &measure_joints},
+    {"rebake", "[--move SHARE] [--quick] MESH...",
+     "What it costs to bake each part anew that bends by SHARE of R_max (0.01), on one core. --quick: the result is not checked.",
+     &measure_rebake},
+    {"scene-cost", "far|pile|probe BODIES FRAMES",
+     "What a scene does in a frame, to be counted by callgrind; with 0 FRAMES the set-up alone. At most 5000 bodies.",
+     &measure_scene_cost},
+    {"skin", "HAND.glb OBJECT [--cell SHARE] [--layer 2|3|exact] [--solids LEAST_WEIGHT] [--worst FILE.csv]",
+     "Contacts of a skinned model against the exact skinned mesh, and against rigid solids, one a joint.", &measure_skin},
+    {"wrap", "[--alpha SHARE] [--offset SHARE] MESH...",
+     "Wrapping beside CGAL's alpha wrap. SHAREs of R_max, default 0.01 and 0.002.", k_wrap, "libcgal-dev"},
+};
+
+void print_topics(std::FILE* out)
+{
+    std::fputs("Usage: sqmap_measure TOPIC ...     sqmap_measure TOPIC --help says more\n", out);
+    for (const Topic& topic : k_topics) std::fprintf(out, "  %-11s %s\n", topic.name, topic.about);
+    std::fputs("Exit code: 0 done, 2 bad input, 64 wrong usage, 69 the topic's package was missing when this was built.\n", out);
+}
+
+void print_usage(std::FILE* out, const Topic& topic)
+{
+    std::fprintf(out, "Usage: sqmap_measure %s %s\n%s\n", topic.name, topic.words, topic.about);
+}
+
+int run(const Topic& topic, int argc, char** argv)
+{
+    if (topic.words != nullptr && argc > 1 && std::string_view(argv[1]) == "--help") {
+        print_usage(stdout, topic);
+        return 0;
+    }
+    if (topic.run == nullptr) {
+        std::fprintf(stderr, "sqmap_measure %s: not compiled in\n  cure: install %s, configure and build again\n", topic.name,
+                     topic.package);
+        return 69;
+    }
+    const int code = topic.run(argc, argv);
+    if (code == k_wrong_usage && topic.words != nullptr) print_usage(stderr, topic);
+    return code;
+}
+
+}  // namespace
+}  // namespace sqmap::bench
+
+int main(int argc, char** argv)
+{
+    const std::string_view name = argc > 1 ? argv[1] : "";
+    for (const sqmap::bench::Topic& topic : sqmap::bench::k_topics) {
+        if (name != topic.name) continue;
+        try {
+            return sqmap::bench::run(topic, argc - 1, argv + 1);
+        } catch (const std::exception& e) {
+            std::fprintf(stderr, "sqmap_measure %s: %s\n", topic.name, e.what());
+            return 2;
+        }
+    }
+    const bool help = name == "--help" || name == "-h";
+    sqmap::bench::print_topics(help ? stdout : stderr);
+    return help ? 0 : sqmap::bench::k_wrong_usage;
+}
