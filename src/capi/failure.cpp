@@ -1,4 +1,4 @@
-#include "failure.h"
+#include "structs.h"
 
 #include "sqmap/io/model_file.h"
 #include "sqmap/mesh/error.h"

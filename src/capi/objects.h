@@ -1,11 +1,11 @@
 // The objects behind the handles of the C interface. An object lives as long as anything made of it.
 #pragma once
 
-#include "failure.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/mesh/bvh.h"
 #include "sqmap/query/pair.h"
 #include "sqmap/query/probe.h"
+#include "structs.h"
 
 #include <array>
 #include <atomic>

@@ -1,16 +1,52 @@
-// Structs that cross the C interface: a caller's may be shorter or longer than the library's, as its header was.
+// Errors behind the C interface and their codes (no exception passes guarded()), and structs that cross it: a caller's may be
+// shorter or longer than the library's, as its header was.
 #pragma once
 
-#include "failure.h"
+#include "sqmap.h"
 #include "sqmap/math/pose.h"
 #include "sqmap/query/options.h"
 
 #include <algorithm>
 #include <cstring>
 #include <span>
+#include <string>
 #include <string_view>
+#include <utility>
 
 namespace sqmap::capi {
+
+/// Thrown inside the library, and by nothing else.
+struct Failure {
+    sqmap_code code;
+    std::string element, message, cure;
+    std::string name{};  ///< where it is another than the code's own
+};
+
+/// Refuses a null pointer to an element that is required.
+[[noreturn]] void refuse_null(const char* element);
+
+/// Makes the exception in flight this thread's error; its code.
+sqmap_code caught() noexcept;
+
+/// Runs work; an exception becomes a code.
+template <class Work>
+sqmap_code guarded(Work&& work) noexcept
+{
+    try {
+        std::forward<Work>(work)();
+        return SQMAP_OK;
+    } catch (...) {
+        return caught();
+    }
+}
+
+/// The pointee.
+template <class T>
+T& needed(T* pointer, const char* element)
+{
+    if (pointer == nullptr) refuse_null(element);
+    return *pointer;
+}
 
 inline constexpr std::size_t k_max_struct = 4096;  ///< bytes: more is no struct of this header, but memory that was not set
 

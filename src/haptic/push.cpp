@@ -4,11 +4,15 @@
 #include "push.h"
 
 #include "contact_force.h"
-#include "friction.h"
 
 namespace sqmap::haptic {
 
 namespace {
+
+constexpr double k_fade = 250;  ///< N/s: the remains of a jump fade no faster, so that fading is no jump itself
+
+/// The share of a change that is not explained.
+double share_beyond(double change, double explained) { return change > explained ? 1 - explained / change : 0; }
 
 constexpr double k_damping_depth = 0.001;  ///< m: deeper, damping has full strength
 
@@ -63,6 +67,42 @@ SpreadForce contact(ZoneTick& tick, std::size_t s, const PointsMotion& points)
     tick.report.contacts += force.contacts;
     tick.report.deepest = std::max(tick.report.deepest, force.deepest);
     return {force};
+}
+
+/// Sliding at the centre of a contact.
+struct Sliding {
+    Vec3d normal{};    ///< unit, outwards, world
+    double load = 0;   ///< N, along the normal
+    double depth = 0;  ///< m
+    Vec3d motion{};    ///< m, of the contact over the body since the last step, world
+};
+
+/// N, world. Coulomb: stretches the sticking spring of body s or lets it slip, and reports slipping.
+Vec3d friction_force(ZoneTick& tick, std::size_t s, const Sliding& c)
+{
+    const ZoneOptions& o = tick.options;
+    const TouchedBody& body = tick.body(s);
+    const Material& material = body.material;
+    TouchMemory& t = tick.touches[s];
+    if (material.friction == Friction::Paper) return printed_friction({material.f_c, material.k_f}, c.depth, c.motion);
+    if (material.friction != Friction::Coulomb || !(o.tangential_stiffness > 0)) return {};
+    if (!t.touching) t.bristle = {}, t.stuck = true;
+    if (t.stuck) t.mu = material.mu_static;
+    Vec3d stretch = body.pose.rotation * t.bristle + c.motion;
+    stretch -= dot(stretch, c.normal) * c.normal;
+    const double pull = o.tangential_stiffness * norm(stretch);
+    if (pull > t.mu * c.load) {
+        t.stuck = false;
+        // The release takes some ticks: the drop from one coefficient to the other would be a jump.
+        const double kept = o.blend_time > 0 ? std::exp(-tick.in.dt / o.blend_time) : 0;
+        t.mu = material.mu_dynamic + kept * std::max(t.mu - material.mu_dynamic, 0.);
+        stretch = (t.mu * c.load / pull) * stretch;
+        tick.report.status |= k_step_slipping;
+    } else {
+        t.stuck = true;
+    }
+    t.bristle = transpose_mul(body.pose.rotation, stretch);
+    return -o.tangential_stiffness * stretch;
 }
 
 /// The push of one body.
@@ -193,6 +233,41 @@ Push push(ZoneTick& tick, const PointsMotion& points)
     PushSum sum{tick, points};
     for (std::size_t s = 0; s < tick.bodies(); ++s) sum.add(s);
     return sum.finish();
+}
+
+Wrench blended(ZoneTick& tick, const TickForces& f)
+{
+    const ZoneOptions& o = tick.options;
+    ZoneMemory& m = tick.memory;
+    if (!f.touching || !(o.blend_time > 0)) {
+        m.left = {};
+    } else if (m.was_touching) {
+        // By k_fade at most: an exponential share of a large jump would be a jump itself.
+        const double size = std::max(norm(m.left.force), norm(m.left.torque) / k_fade_arm);
+        const double slowest = size > 0 ? 1 - k_fade * tick.in.dt / size : 0;
+        m.left = std::max(std::exp(-tick.in.dt / o.blend_time), slowest) * m.left;
+        const Wrench change = f.springs + -1. * m.springs_before;
+        const double before = norm(m.springs_before.force), now = norm(f.springs.force), grown = now - before;
+        const double across = std::sqrt(std::max(norm_sq(change.force) - grown * grown, 0.));
+        const double jump = std::max({share_beyond(norm(change.force), f.explained.force),
+                                      share_beyond(across, std::max(before, now) * f.explained.turn),
+                                      share_beyond(norm(change.torque), f.explained.torque)});
+        if (jump > 0) m.left = m.left + -jump * (f.whole + -1. * m.whole_before);
+        if (norm(m.left.force) > 1e-6 * norm(f.springs.force)) tick.report.status |= k_step_blended;
+    }
+    m.springs_before = f.springs;
+    m.whole_before = f.whole;
+    m.was_touching = f.touching;
+    return f.whole + m.left;
+}
+
+void add_blend_reaction(ZoneTick& tick, Vec3d centre)
+{
+    double total = 0;
+    for (const TouchMemory& t : tick.touches) total += t.spring;
+    if (!(total > 0)) return;
+    for (std::size_t s = 0; s < tick.bodies(); ++s)
+        tick.add_reaction(s, tick.touches[s].spring / total * tick.memory.left, centre);
 }
 
 }  // namespace sqmap::haptic
