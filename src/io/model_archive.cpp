@@ -1,6 +1,7 @@
 #include "sqmap/io/model_archive.h"
 
 #include "platform/files.h"
+#include "sqmap/math/assert.h"
 
 #include <charconv>
 #include <cstring>
@@ -85,6 +86,7 @@ std::string_view ModelArchive::bytes(std::uint64_t offset, std::uint64_t size) c
 
 ArchivedModel ModelArchive::entry(std::size_t i) const
 {
+    SQMAP_ASSERT(i < size());
     const std::string_view line = index_.substr(i * k_line, k_line);
     std::size_t at = 0;
     const auto text = [&](std::size_t length, char end) {

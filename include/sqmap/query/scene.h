@@ -1,6 +1,7 @@
 // Hundreds of posed bodies: which are near each other, and their contacts.
 #pragma once
 
+#include "sqmap/math/assert.h"
 #include "sqmap/query/pair.h"
 
 #include <cstddef>
@@ -51,7 +52,11 @@ public:
     /// Number of bodies.
     [[nodiscard]] std::size_t size() const noexcept { return order_.size(); }
     /// @pre id is in the scene.
-    [[nodiscard]] const Body& body(BodyId id) const noexcept { return bodies_[id]; }
+    [[nodiscard]] const Body& body(BodyId id) const noexcept
+    {
+        SQMAP_ASSERT(id < bodies_.size());
+        return bodies_[id];
+    }
 
     /// Pairs of bodies whose spheres touch and of which one has a map and the other vertices; a < b, in the order of a, then b.
     /// Cost: near linear in the bodies, and in the pairs that overlap along the world axis on which fewest do.

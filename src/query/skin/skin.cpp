@@ -225,6 +225,7 @@ bool PosedSkin::carry_forward(Vec3d bound, Affine& local) const noexcept
 
 double PosedSkin::farthest_from(const PosedSkin& other) const noexcept
 {
+    SQMAP_ASSERT(corners_.size() == other.corners_.size() && maps_.size() == other.maps_.size());
     double far_sq = 0;
     for (std::size_t c = 0; c < corners_.size(); ++c) far_sq = std::max(far_sq, norm_sq(corners_[c] - other.corners_[c]));
     double far = std::sqrt(far_sq);
