@@ -1,7 +1,7 @@
 #include "seeds.h"
 
+#include "bake/locator/approach.h"
 #include "bake/locator/domains.h"
-#include "model/approach.h"
 #include "model/locator.h"
 
 #include <algorithm>
@@ -36,7 +36,7 @@ double reach_from(const SurfaceCell& cell, Seed seed, Vec3d p)
     const model::CentralMap map(view, part);
     const Vec3f point = cast<float>(p), n = model::seed_normal(seed);
     const float gap = model::seed_gap(view.locator, seed, cast<float>(p - cell.cube.centre));
-    return std::sqrt(model::approach(map, part, map.to_chart_frame(point), map.to_chart_frame(point + gap * n)).distance_sq);
+    return std::sqrt(approach(map, part, map.to_chart_frame(point), map.to_chart_frame(point + gap * n)).distance_sq);
 }
 
 struct SeedReach {

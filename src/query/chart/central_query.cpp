@@ -2,6 +2,7 @@
 #include "central_query.h"
 
 #include "model/central_map.h"
+#include "query/chart/point_verdict.h"
 #include "query/layer.h"
 
 #include <cmath>
@@ -57,11 +58,7 @@ float sheet_distance_sq(const Leaf& leaf, int sheet, int face, const float* a, V
     SheetValue value{};
     for (int step = 0; step < 3; ++step) {
         value = sheet_value(leaf, sheet, s, t);
-        Vec3f n{};
-        n[m] = sign * (value.w - value.ws * s - value.wt * t);
-        n[iu] = value.ws;
-        n[iv] = value.wt;
-        plane = n;
+        const Vec3f n = plane = plane_vector(face, s, t, value);
         const Vec3f scaled{n.x / (a[0] * a[0]), n.y / (a[1] * a[1]), n.z / (a[2] * a[2])};
         const float length_sq = dot(n, scaled);
         if (!(length_sq > 0.f)) break;
@@ -117,11 +114,7 @@ void descend(const CentralMap& map, Vec3f x, const Nearest& best, Offer&& offer_
         const Leaf leaf = map.leaf_at(q.face, q.s, q.t);
         if (leaf.sheets == 0) return;
         const SheetValue value = sheet_value(leaf, 0, q.s, q.t);
-        const int m = face_axis(q.face);
-        Vec3f n{};
-        n[m] = face_sign(q.face) * (value.w - value.ws * q.s - value.wt * q.t);
-        n[(m + 1) % 3] = value.ws;
-        n[(m + 2) % 3] = value.wt;
+        const Vec3f n = plane_vector(q.face, q.s, q.t, value);
         const Vec3f scaled = map.over_axes_sq(n);
         const float length_sq = dot(n, scaled);
         if (!(length_sq > 0.f)) return;
@@ -189,71 +182,11 @@ void nearest_on_map(const ModelView& model, std::int32_t index, Vec3f p, bool re
     each_near_cell(map, part, x, best, offer_cell);
 }
 
-/// What one part says of a point.
-struct PartVerdict {
-    bool covers = false;  ///< the point lies in the part's chart
-    ChartVerdict verdict{};
-};
-
-PartVerdict query_part(const ModelView& model, const Part& part, Vec3f p, Layer layer, std::uint32_t gate)
-{
-    const Vec3f offset = p - model::vec3(part.sphere);
-    if (norm_sq(offset) > part.sphere[3] * part.sphere[3]) return {};
-    const CentralMap map(model, part);
-    const Vec3f x = map.to_chart_frame(p);
-    if (!map.in_domain(x)) return {};
-    const ChartPoint q = to_chart(x);
-    PartVerdict result{true, classify(map.leaf_at(q.face, q.s, q.t), q.s, q.t, q.w)};
-    // Margins of different parts are compared as lengths: dw = d rho / rho^2.
-    if (result.verdict.margin < INFINITY)
-        result.verdict.margin *=
-            std::max({std::abs(x.x) * part.a[0], std::abs(x.y) * part.a[1], std::abs(x.z) * part.a[2]}) / q.w;
-    if (layer == Layer::Gate) layer = passes_gate(part, gate) ? Layer::Three : Layer::Two;
-    if (layer == Layer::Two && !result.verdict.certain) {
-        // The bounds hold at every layer; what they leave open, Layer 2 decides by the base map alone.
-        float corner[4];
-        const int column = map.column_of(q.s), row = map.column_of(q.t);
-        if (map.base_corners(q.face, column, row, corner)) {
-            const float size = map.cell_size();
-            const float u = (q.s + 1.f) / size - static_cast<float>(column), v = (q.t + 1.f) / size - static_cast<float>(row);
-            result.verdict.inside = map.centre_inside() == (q.w > bilinear_value(corner, u, v, size).w);
-        }
-    }
-    return result;
-}
-
-/// The best answer of all parts: a proof where one has it, else the part that is farthest from changing its mind.
-PartVerdict query_parts(const ModelView& model, Vec3f p, Layer layer, std::uint32_t gate, std::int32_t& answering)
-{
-    PartVerdict best;
-    best.verdict.margin = -1.f;
-    for (std::size_t i = 0; i < model.parts.size(); ++i) {
-        const PartVerdict v = query_part(model, model.parts[i], p, layer, gate);
-        if (!v.covers) continue;
-        if (v.verdict.certain || v.verdict.margin > best.verdict.margin) {
-            best = v;
-            answering = static_cast<std::int32_t>(i);
-        }
-        if (v.verdict.certain) break;
-    }
-    return best;
-}
-
 }  // namespace
-
-PointVerdict verdict_central(const ModelView& model, Vec3f point, Layer layer, std::uint32_t gate) noexcept
-{
-    PointVerdict verdict;
-    const PartVerdict answer = query_parts(model, point, layer, gate, verdict.part);
-    if (!answer.covers) return verdict;  // the superquadrics cover the solid: certified at bake
-    verdict.inside = answer.verdict.inside;
-    verdict.certain = answer.verdict.certain;
-    return verdict;
-}
 
 ModelContact query_central(const ModelView& model, Vec3f point, Layer layer, std::uint32_t gate) noexcept
 {
-    const PointVerdict verdict = verdict_central(model, point, layer, gate);
+    const PointVerdict verdict = verdict_by_charts(model, point, layer, gate);
     const std::int32_t answering = verdict.part;
     ModelContact contact;
     contact.point = point;
@@ -318,11 +251,7 @@ void apply_smoothing(const ModelView& model, Vec3f point, ModelContact& contact)
     if (leaf.sheets != 1) return;  // between silhouettes there is no one surface to smooth
     const SheetValue value = sheet_value(leaf, 0, q.s, q.t), change = map.smoothing_at(q.face, q.s, q.t);
     const SheetValue smooth{value.w + change.w, value.ws + change.ws, value.wt + change.wt};
-    const int m = face_axis(q.face);
-    Vec3f n{};
-    n[m] = face_sign(q.face) * (smooth.w - smooth.ws * q.s - smooth.wt * q.t);
-    n[(m + 1) % 3] = smooth.ws;
-    n[(m + 2) % 3] = smooth.wt;
+    const Vec3f n = plane_vector(q.face, q.s, q.t, smooth);
     const float length_sq = dot(n, map.over_axes_sq(n));
     if (!(length_sq > 0.f)) return;
     contact.depth = std::max((1.f - dot(n, x)) / std::sqrt(length_sq), 0.f);

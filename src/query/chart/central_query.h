@@ -12,14 +12,6 @@ namespace sqmap::query {
 [[nodiscard]] ModelContact query_central(const model::ModelView& model, Vec3f point, Layer layer,
                                          std::uint32_t gate = k_layer3_gate) noexcept;
 
-/// Whether a finite point is inside, and nothing else.
-struct PointVerdict {
-    bool inside = false, certain = true;
-    std::int32_t part = -1;  ///< that decided; -1: no chart holds the point, so it is free
-};
-[[nodiscard]] PointVerdict verdict_central(const model::ModelView& model, Vec3f point, Layer layer,
-                                           std::uint32_t gate = k_layer3_gate) noexcept;
-
 /// How far a surface is moved out.
 struct Offset {
     bool stored;  ///< by what is stored at the nearest surface point

@@ -1,4 +1,4 @@
-// The charts of directions, many points at a time: the vector twin of model/central_map.h.
+// The charts of directions, read for many points at a time.
 #if defined(SQMAP_QUERY_CHART_CHART_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef SQMAP_QUERY_CHART_CHART_INL_H
 #undef SQMAP_QUERY_CHART_CHART_INL_H

@@ -7,7 +7,7 @@
 #endif
 
 #include "chart-inl.h"
-#include "model/approach.h"
+#include "search_limits.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {
@@ -22,7 +22,7 @@ struct Found {
     M inside;   // it is below the surface, if near
 };
 
-/// The search for the nearest surface in one part's chart: the vector twin of model/approach.h.
+/// The search for the nearest surface in one part's chart.
 class ChartSearch {
 public:
     ChartSearch(const ModelView& model, std::size_t index)
@@ -62,8 +62,7 @@ public:
             const Tangent at = tangent(f, q, over.sheet, z);
             const M nearer = hn::And(active, hn::Lt(at.distance_sq, found_sq));
             // So near above the surface point that the tangent plane's foot is as good.
-            const M above =
-                hn::And(nearer, hn::Le(at.distance_sq, mul_add(set(model::k_approach_near), at.plane_sq, touching_sq)));
+            const M above = hn::And(nearer, hn::Le(at.distance_sq, mul_add(set(k_approach_near), at.plane_sq, touching_sq)));
             all_near = hn::Or(all_near, above);
             found_sq = blend(above, at.plane_sq, blend(nearer, at.distance_sq, found_sq));
             kept_n = blend(nearer, at.n, kept_n);

@@ -6,7 +6,6 @@
 #define SQMAP_QUERY_CHART_SEED_QUEUE_INL_H
 #endif
 
-#include "central_query.h"
 #include "chart_search-inl.h"
 #include "chart_verdict-inl.h"
 #include "query/probe/contacts-inl.h"
@@ -199,8 +198,7 @@ private:
         };
         const V3 origin{foot_of_centre(p.x, offset.x, planes.normal.x), foot_of_centre(p.y, offset.y, planes.normal.y),
                         foot_of_centre(p.z, offset.z, planes.normal.z)};
-        Found found =
-            ChartSearch(model_, part).approach({p, start, origin}, hn::FirstN(df, batch.count), model::k_approach_steps);
+        Found found = ChartSearch(model_, part).approach({p, start, origin}, hn::FirstN(df, batch.count), k_approach_steps);
         // Where the chart shows no surface about the seed, its plane answers, behind whatever else is found.
         const M lost = hn::Eq(found.distance_sq, set(INFINITY));
         found.offset = blend(lost, times(planes.normal, {plane_gap, plane_gap, plane_gap}), found.offset);
@@ -235,34 +233,35 @@ private:
         }
     }
 
-    /// Decides todo_[0, open) and drops what is free; returns how many are left.
+    /// Finds the side of the points todo_[0, open) and drops those that are free; returns how many are left.
     HWY_NOINLINE std::size_t settle(std::size_t open)
     {
         for (std::size_t first = 0; first < open; first += hn::Lanes(df)) {
             const Batch batch(todo_ + first, std::min(open - first, hn::Lanes(df)));
             const I cell = hn::GatherIndex(di, cell_, batch.at());
-            const M mixed = LocatorLanes::is_kind(cell, LocatorCellKind::Mixed, hn::FirstN(df, batch.count));
-            if (!any(mixed)) continue;
+            const M lanes = hn::FirstN(df, batch.count), mixed = LocatorLanes::is_kind(cell, LocatorCellKind::Mixed, lanes),
+                    ambiguous = LocatorLanes::is_kind(cell, LocatorCellKind::Ambiguous, lanes),
+                    decided = hn::Or(mixed, ambiguous);
+            if (!any(decided)) continue;
             M inside = none(), certain = none();
-            verdicts_.decide(gather(p_, batch.at()), cell, mixed, inside, certain);
+            const V3 p = gather(p_, batch.at());
+            if (any(mixed)) verdicts_.by_lists(p, cell, mixed, inside, certain);
+            if (any(ambiguous)) {
+                I answering;
+                const VerdictLanes v = verdicts_.by_all(p, ambiguous, answering, [](std::size_t, VerdictLanes&) {});
+                inside = hn::Or(inside, v.inside);
+                certain = hn::Or(certain, v.certain);
+            }
             HWY_ALIGN std::int32_t in[k_lanes], sure[k_lanes];
             hn::Store(hn::VecFromMask(di, hn::RebindMask(di, inside)), di, in);
             hn::Store(hn::VecFromMask(di, hn::RebindMask(di, certain)), di, sure);
-            each_lane(mixed, [&](std::size_t i) {
+            each_lane(decided, [&](std::size_t i) {
                 flags_[batch.order[i]] = (in[i] != 0 ? k_inside : k_free) | (sure[i] != 0 ? k_certain : 0);
             });
         }
         std::size_t kept = 0;
-        for (std::size_t k = 0; k < open; ++k) {
-            const std::uint16_t i = todo_[k];
-            if ((flags_[i] & k_free) != 0) continue;
-            if ((flags_[i] & k_inside) == 0) {
-                const PointVerdict v = verdict_central(model_, row(p_, i), Layer::Three);
-                if (!v.inside) continue;
-                flags_[i] = v.certain ? k_certain : 0;
-            }
-            todo_[kept++] = i;
-        }
+        for (std::size_t k = 0; k < open; ++k)
+            if ((flags_[todo_[k]] & k_free) == 0) todo_[kept++] = todo_[k];
         return kept;
     }
 

@@ -2,7 +2,6 @@
 // for each instruction set by Highway (J. Wassenberg et al.); no fused multiply-add, so that all give the same bits.
 #include "probe_kernels.h"
 
-#include "query/chart/central_query.h"
 #include "query/layer.h"
 
 #undef HWY_TARGET_INCLUDE

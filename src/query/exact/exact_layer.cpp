@@ -6,7 +6,7 @@
 #include "model/candidate_lists.h"
 #include "model/flags.h"
 #include "model/locator.h"
-#include "query/chart/central_query.h"
+#include "query/chart/point_verdict.h"
 #include "query/superquadric/layer_one.h"
 #include "sqmap/math/assert.h"
 #include "sqmap/math/triangle.h"
@@ -196,7 +196,7 @@ ModelContact answer(const Candidates& candidates, Vec3f point, bool inside)
 /// Some part may hold the point.
 bool is_held(const ModelView& model, Vec3f point)
 {
-    if (!model::is_normal(model)) return verdict_central(model, point, Layer::Three).part >= 0;
+    if (!model::is_normal(model)) return verdict_by_charts(model, point, Layer::Three, 0).part >= 0;
     return query_layer_one(model, point).part >= 0;
 }
 

@@ -67,17 +67,10 @@ public:
         for (std::size_t c = group * Probe::k_cluster; c < last; c += hn::Lanes(df)) action(c, std::min(last - c, hn::Lanes(df)));
     }
 
-    Vec3f transformed(float x, float y, float z) const
-    {
-        const float* r = job_.rotation;
-        return {r[0] * x + r[1] * y + r[2] * z + job_.translation[0], r[3] * x + r[4] * y + r[5] * z + job_.translation[1],
-                r[6] * x + r[7] * y + r[8] * z + job_.translation[2]};
-    }
-
     /// True where no point of a sphere (of the probe) is in the solid, by the locator's gap about its centre.
     HWY_NOINLINE bool is_far(float x, float y, float z, float radius) const
     {
-        const Vec3f c = transformed(x, y, z);
+        const Vec3f c = job_.in_model_space({x, y, z});
         const float reach = radius * job_.scale;
         float outside_sq = 0.f;
         int at[3];

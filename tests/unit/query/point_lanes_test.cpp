@@ -1,5 +1,5 @@
-// The pieces of the probe kernels, on every instruction set, against their twins that take one point at a time.
-#include "model/approach.h"
+// The pieces of the probe kernels, on every instruction set, against the same for one point.
+#include "bake/locator/approach.h"
 #include "model/locator.h"
 #include "support/parsed.h"
 #include "support/superquadrics.h"
@@ -116,9 +116,8 @@ void leaves(const model::ModelView& model, std::size_t part, std::span<const Vec
         const Sheet sheet = chart.value(leaf, q.s, q.t);
         const Stored is_held(held), cell(leaf.cell), s0(leaf.s0), t0(leaf.t0), size(leaf.inverse_size), w(sheet.w), ws(sheet.ws),
             wt(sheet.wt), deviation(chart.deviation(leaf.cell));
-        M in = none(), sure = none();
-        (void)ChartVerdicts(model).decide_by(part, loaded(p, first), all, in, sure);
-        const Stored inside(in), certain(sure);
+        const VerdictLanes verdict = ChartVerdicts(model).by_part(part, loaded(p, first), all);
+        const Stored inside(verdict.inside), certain(verdict.certain);
         each_present(first, p.size(), [&](std::size_t i, std::size_t k) {
             out[k] = {is_held.i[i] != 0, inside.i[i] != 0, certain.i[i] != 0, static_cast<std::uint32_t>(cell.i[i]),
                       s0.f[i],           t0.f[i],          size.f[i],         w.f[i],
@@ -144,8 +143,7 @@ void approaches(const model::ModelView& model, std::size_t part, std::span<const
     const ChartSearch search(model, part);
     for (std::size_t first = 0; first < p.size(); first += hn::Lanes(df)) {
         const V3 from = loaded(start, first);
-        const Found found =
-            search.approach({loaded(p, first), from, from}, hn::FirstN(df, hn::Lanes(df)), model::k_approach_steps);
+        const Found found = search.approach({loaded(p, first), from, from}, hn::FirstN(df, hn::Lanes(df)), k_approach_steps);
         const Stored distance(hn::Sqrt(found.distance_sq)), x(found.offset.x), y(found.offset.y), z(found.offset.z);
         each_present(first, p.size(), [&](std::size_t i, std::size_t k) { out[k] = {distance.f[i], {x.f[i], y.f[i], z.f[i]}}; });
     }
@@ -318,8 +316,8 @@ TEST(PointLanes, TheSearchInAChartEndsWhereThatOfOnePointDoes)
                 const model::CentralMap map(view, view.parts[part]);
                 std::size_t differ = 0, seen = 0;
                 for (std::size_t i = 0; i < points.size(); ++i) {
-                    const model::Approach one =
-                        model::approach(map, view.parts[part], map.to_chart_frame(points[i]), map.to_chart_frame(starts[i]));
+                    const bake::Approach one =
+                        bake::approach(map, view.parts[part], map.to_chart_frame(points[i]), map.to_chart_frame(starts[i]));
                     if (!(one.distance_sq < INFINITY)) continue;
                     ++seen;
                     // A step may end in another leaf by rounding.

@@ -1,6 +1,6 @@
 #include "bake/locator/locator.h"
 
-#include "model/approach.h"
+#include "bake/locator/approach.h"
 #include "model/locator.h"
 #include "support/parsed.h"
 
@@ -264,7 +264,7 @@ TEST(Locator, TheSearchFromSomeSeedOfACellFindsTheNearestSurface)
                 const float gap = model::seed_gap(v.locator, seed, cast<float>(p - cell.centre));
                 const Vec3f point = cast<float>(p), foot = point + gap * model::seed_normal(seed);
                 best = std::min<double>(
-                    best, std::sqrt(model::approach(map, part, map.to_chart_frame(point), map.to_chart_frame(foot)).distance_sq));
+                    best, std::sqrt(approach(map, part, map.to_chart_frame(point), map.to_chart_frame(foot)).distance_sq));
             }
             errors.push_back(std::abs(best - m.solid().closest_boundary(p).distance));
         }

@@ -1,29 +1,27 @@
-// From a seed to the nearest surface about it, one point at a time: what bake tries seeds with, and the reference of the probe
-// query's kernel.
+// From a seed to the surface that a query finds about it, estimated when seeds are chosen. The query's own search
+// (query/chart/chart_search-inl.h) rounds differently: these roundings decide bytes of a model.
 #pragma once
 
 #include "model/central_map.h"
+#include "query/chart/search_limits.h"
 
-namespace sqmap::model {
+namespace sqmap::bake {
 
-inline constexpr int k_approach_steps = 5;
-/// Squared distance to the surface point found over that to its tangent plane: within it, the plane's foot is the nearest
-/// point, with an error of second order.
-inline constexpr float k_approach_near = 1.01f;
-
+/// The surface found.
 struct Approach {
     float distance_sq = INFINITY;  ///< model units
     Vec3f offset{};                ///< from the point to the surface, chart frame times axes
 };
 
-/// x: the point, start: its foot on the seed's plane, both in the chart frame. Looks the surface up over start, takes the
-/// point's foot on the tangent plane there for the next start, while that comes nearer.
-inline Approach approach(const CentralMap& map, const Part& part, Vec3f x, Vec3f start)
+/// Looks the surface up over a start, takes the point's foot on the tangent plane there for the next start, while that comes
+/// nearer. x: the point, start: its foot on the seed's plane, both in the chart frame.
+inline Approach approach(const model::CentralMap& map, const model::Part& part, Vec3f x, Vec3f start)
 {
+    using namespace model;  // the chart and its cells
     ChartPoint q = to_chart(start);
     float expected = 1.f / q.w;  // along the face's axis: of several surfaces the one nearest to there
     Approach best;
-    for (int step = 0; step < k_approach_steps; ++step) {
+    for (int step = 0; step < query::k_approach_steps; ++step) {
         const Leaf leaf = map.leaf_at(q.face, q.s, q.t);
         SheetValue value{0, 0, 0};
         float least = INFINITY;
@@ -46,7 +44,7 @@ inline Approach approach(const CentralMap& map, const Part& part, Vec3f x, Vec3f
         const float length_sq = dot(n, scaled), gap = 1.f - dot(n, x);
         if (!(length_sq > 0.f)) break;
         const float along = gap / length_sq, plane_sq = gap * along;
-        if (distance_sq <= k_approach_near * plane_sq) {
+        if (distance_sq <= query::k_approach_near * plane_sq) {
             best = {plane_sq, {along * n.x / part.a[0], along * n.y / part.a[1], along * n.z / part.a[2]}};
             break;
         }
@@ -56,4 +54,4 @@ inline Approach approach(const CentralMap& map, const Part& part, Vec3f x, Vec3f
     return best;
 }
 
-}  // namespace sqmap::model
+}  // namespace sqmap::bake
