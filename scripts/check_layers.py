@@ -4,13 +4,17 @@
 1. Folders: a folder includes itself and the folders to its left in the list of docs/architecture.md (the fenced block whose
    lines are "a < b < c"). A folder of that list holds its sub-folders unless the list names them too.
 2. Knots: no two folders include one another, directly or through others, however deep they are. Files that stand in a
-   folder beside its sub-folders count one by one (headers that the sub-folders share, sources that join them); a public
-   header belongs to the sub-folder that has its source.
+   folder beside its sub-folders count one by one (headers that the sub-folders share, sources that join them). A header
+   counts with its source wherever that lies, since who includes the one needs the other. The source bears the header's name,
+   or else it defines what the header declares. (A public header whose source joins sub-folders stands alone: these share its
+   types.) Modules of the Python package and of the page count one by one.
 3. Targets: a CMakeLists.txt compiles files of its own folder only, no file is compiled by two targets, and no two libraries
    link one another.
 usage: check_layers.py [ROOT]     exit 0 when all is in order, 1 with a list when not
 """
 import collections
+import functools
+import os
 import pathlib
 import re
 import sys
@@ -158,23 +162,42 @@ def knots(nodes, edges):
     return found
 
 
-def node_of(name, tree, parents):
-    """What a file counts as for knots: its folder, or itself where sub-folders stand beside it."""
-    where = folder(name)
-    if name.startswith("include/sqmap/"):
-        stem = pathlib.PurePosixPath(name).stem
-        homes = [f for f in tree.files if f.startswith(f"src/{where}/") and pathlib.PurePosixPath(f).name == f"{stem}.cpp"]
-        if len(homes) == 1 and folder(homes[0]) != where:
-            return folder(homes[0])
-    if where in parents:
-        return name
-    return where
+def sources_of(header, including, items):
+    """Of the files that include a header, those that bear its name in its top folder; else those that define what it declares."""
+    top = folder(header).split("/")[0]
+    sources = [f for f in including if f.endswith(".cpp") and folder(f).split("/")[0] == top]
+    named = [f for f in sources if pathlib.PurePosixPath(f).stem == pathlib.PurePosixPath(header).stem]
+    if named:
+        return named
+    declared_names = names(items(header), "declaration")
+    return [f for f in sources if declared_names & names(items(f), "function")]
+
+
+def names(items, kind):
+    return {i.name.split("::")[-1] for i in items if i.kind == kind and not i.name.startswith("detail::")}
+
+
+def nodes_of(tree):
+    """{file: what it counts as for knots}: its folder, or itself where sub-folders stand beside it; a header as its source does."""
+    folders = {folder(name) for name in tree.files}
+    parents = {p.as_posix() for f in folders for p in pathlib.PurePosixPath(f).parents} & folders
+    node = {name: name if folder(name) in parents else folder(name) for name in tree.files}
+    items = functools.cache(lambda name: cpp_source.items(tree.files[name].read_text(encoding="utf-8")))
+    including = collections.defaultdict(list)
+    for name, target in tree.edges:
+        including[target].append(name)
+    for header in filter(lambda name: name.endswith(".h"), tree.files):
+        sources = sources_of(header, including[header], items)
+        homes = {node[f] for f in sources} - {node[header]}
+        if node[header] == header and len(homes) == 1 and not (header.startswith("include/") and homes <= tree.files.keys()):
+            node[header] = homes.pop()
+        elif node[header] != header:
+            node.update((f, node[header]) for f in sources if node[f] == f)
+    return node
 
 
 def folder_knots(tree):
-    folders = {folder(name) for name in tree.files}
-    parents = {p.as_posix() for f in folders for p in pathlib.PurePosixPath(f).parents} & folders
-    node = {name: node_of(name, tree, parents) for name in tree.files}
+    node = nodes_of(tree)
     edges = {}
     for a, b in tree.edges:
         if node[a] != node[b]:
@@ -182,6 +205,25 @@ def folder_knots(tree):
     for group in knots(set(node.values()), edges):
         why = [f"{file} includes {target}" for (a, b), (file, target) in sorted(edges.items()) if a in group and b in group]
         yield f"knot of {', '.join(group)}: {'; '.join(why)}"
+
+
+# Modules that import one another: folder, suffix, how a module names another of the project.
+MODULES = (("python/sqmap", ".py", re.compile(r"^\s*from \.(\w*) import ([\w, ]*)", re.MULTILINE)),
+           ("apps/viewer/web/src", ".ts", re.compile(r"""^(?:import|export)\b[^'"]*['"](\.[^'"]*)['"]()""", re.MULTILINE)))
+
+
+def module_knots(root):
+    for base, suffix, imports in MODULES:
+        files = {p: p.relative_to(root).as_posix() for p in (root / base).rglob(f"*{suffix}")}
+        edges = set()
+        for path, name in files.items():
+            for module, imported in imports.findall(path.read_text(encoding="utf-8")):
+                for other in [module] if module else re.findall(r"\w+", imported):
+                    target = pathlib.Path(os.path.normpath(path.parent / f"{other}{suffix}"))
+                    if target in files:
+                        edges.add((name, files[target]))
+        for group in knots(set(files.values()), edges):
+            yield f"knot of {', '.join(group)}"
 
 
 COMMAND = re.compile(r"^[ \t]*(add_library|add_executable|target_sources|target_link_libraries|sqmap_add_tests)\s*\(([^()]*(?:\([^()]*\)[^()]*)*)\)",
@@ -231,6 +273,7 @@ def violations(root):
     tree = Tree(root)
     yield from order_violations(tree, read_order(page.read_text(encoding="utf-8") if page.exists() else ""))
     yield from folder_knots(tree)
+    yield from module_knots(root)
     yield from target_violations(root)
 
 
