@@ -9,7 +9,7 @@
 #include "viewer/server/http/kept_token.h"
 #include "viewer/server/http/page.h"
 #include "viewer/server/http/server.h"
-#include "viewer/server/scene/object.h"
+#include "viewer/server/scene/load.h"
 #include "viewer/server/viewer.h"
 #endif
 

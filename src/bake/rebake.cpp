@@ -49,15 +49,9 @@ struct Meshes {
 
     Meshes(const model::ModelData& data, std::span<const Vec3d> vertices)
     {
-        const model::ModelView view = data.view();
-        for (std::size_t v = 0; v < vertices.size(); ++v) {
-            before.vertices.push_back(cast<double>(model::vec3(data.vertices.data() + 3 * v)));
-            now.vertices.push_back(cast<double>(model::to_model_space(data.header, vertices[v])));
-        }
-        for (std::uint32_t t = 0; t < data.triangle_part.size(); ++t)
-            now.triangles.push_back(
-                {model::triangle_vertex(view, t, 0), model::triangle_vertex(view, t, 1), model::triangle_vertex(view, t, 2)});
-        before.triangles = now.triangles;
+        before = now = baked_mesh(data.view());
+        for (std::size_t v = 0; v < vertices.size(); ++v)
+            now.vertices[v] = cast<double>(model::to_model_space(data.header, vertices[v]));
     }
 };
 

@@ -1,5 +1,6 @@
 // Models behind the C interface: opening, saving, facts.
 #include "objects.h"
+#include "sqmap/bake/rebake.h"
 #include "sqmap/io/model_archive.h"
 #include "sqmap/io/model_json.h"
 #include "sqmap/io/replace_file.h"
@@ -84,12 +85,8 @@ mesh::Mesh mesh_of(const model::ModelView& view)
 {
     if (!model::has_exact(view))
         throw Failure{SQMAP_E_MISSING, "model", "was baked without its triangles", "bake it with the exact layer"};
-    mesh::Mesh mesh;
-    for (std::size_t v = 0; v + 2 < view.vertices.size(); v += 3)
-        mesh.vertices.push_back(model::to_mesh_units(view.header, model::vec3(&view.vertices[v])));
-    for (std::uint32_t t = 0; t < view.triangle_part.size(); ++t)
-        mesh.triangles.push_back(
-            {model::triangle_vertex(view, t, 0), model::triangle_vertex(view, t, 1), model::triangle_vertex(view, t, 2)});
+    mesh::Mesh mesh = bake::baked_mesh(view);
+    for (Vec3d& v : mesh.vertices) v = model::to_mesh_units(view.header, cast<float>(v));
     return mesh;
 }
 

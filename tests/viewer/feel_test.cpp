@@ -7,6 +7,7 @@
 #include "support/bodies.h"
 #include "support/parsed.h"
 #include "support/shared_folder.h"
+#include "viewer/server/scene/load.h"
 
 #include <gtest/gtest.h>
 

@@ -2,6 +2,11 @@
 #include "viewer/server/scene/inspect.h"
 
 #include "sqmap/mesh/shapes.h"
+#include "viewer/server/scene/edits.h"
+#include "viewer/server/scene/facts.h"
+#include "viewer/server/scene/fields.h"
+#include "viewer/server/scene/geometry.h"
+#include "viewer/server/scene/load.h"
 #include "viewer/server/touch/feet.h"
 
 #include <gtest/gtest.h>

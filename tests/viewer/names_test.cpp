@@ -1,7 +1,7 @@
 #include "viewer/server/scene/names.h"
 
 #include "sqmap/mesh/shapes.h"
-#include "viewer/server/scene/object.h"
+#include "viewer/server/scene/load.h"
 
 #include <gtest/gtest.h>
 
@@ -105,7 +105,7 @@ TEST(Names, AreReadFromBesideTheModel)
     EXPECT_EQ(names_file_of(folder / "cow.sqmap"), folder / "cow.names.json");
     std::ofstream(folder / "cow.names.json") << names_json({.landmarks = {{"horn", {0, 0, 2.8}}}});
     const Words words = words_beside(folder / "cow.sqmap");
-    const auto object = object_from_model(dumbbell()->blob, "cow.sqmap", 0.2, words);
+    const auto object = object_from_model(*dumbbell()->file, "cow.sqmap", 0.2, words);
     EXPECT_EQ(object->parts.names[part_at({0, 0, 2.8})], "horn");
     EXPECT_TRUE(words_beside(folder / "pig.sqmap").landmarks.empty());
     std::filesystem::remove_all(folder);

@@ -1,4 +1,8 @@
-#include "viewer/server/scene/object.h"
+#include "viewer/server/scene/edits.h"
+#include "viewer/server/scene/fields.h"
+#include "viewer/server/scene/geometry.h"
+#include "viewer/server/scene/glb.h"
+#include "viewer/server/scene/load.h"
 
 #include "sqmap/io/model_file.h"
 #include "sqmap/mesh/error.h"
@@ -74,9 +78,9 @@ TEST(Object, TouchAndPictureAgreeOnWhereTheSurfaceIs)
 
 TEST(Object, PlacesNextToWhatIsThere)
 {
-    const auto first = object_from_model({dumbbell()->blob.begin(), dumbbell()->blob.end()}, "a.sqmap", k_size);
+    const auto first = object_from_model({dumbbell()->file->begin(), dumbbell()->file->end()}, "a.sqmap", k_size);
     put_beside(*first, {});
-    const auto second = object_from_model({dumbbell()->blob.begin(), dumbbell()->blob.end()}, "b.sqmap", 2 * k_size);
+    const auto second = object_from_model({dumbbell()->file->begin(), dumbbell()->file->end()}, "b.sqmap", 2 * k_size);
     const ObjectPtr others[] = {first};
     put_beside(*second, others);
     EXPECT_GT(second->position.x - second->half.x, first->position.x + first->half.x);

@@ -4,6 +4,7 @@
 #include "sqmap/device/trace.h"
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/model/parse.h"
+#include "viewer/server/scene/load.h"
 
 #include <gtest/gtest.h>
 

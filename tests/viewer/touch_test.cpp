@@ -2,6 +2,7 @@
 #include "viewer/server/touch/touch.h"
 
 #include "sqmap/mesh/shapes.h"
+#include "viewer/server/scene/load.h"
 
 #include <gtest/gtest.h>
 

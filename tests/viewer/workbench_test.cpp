@@ -3,7 +3,10 @@
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/shape/surface.h"
 #include "viewer/server/scene/displacement.h"
-#include "viewer/server/scene/object.h"
+#include "viewer/server/scene/edits.h"
+#include "viewer/server/scene/fields.h"
+#include "viewer/server/scene/geometry.h"
+#include "viewer/server/scene/load.h"
 #include "viewer/server/touch/tool.h"
 
 #include <gtest/gtest.h>

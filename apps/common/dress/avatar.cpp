@@ -1,6 +1,6 @@
 #include "common/dress/avatar.h"
 
-#include "sqmap/bake/bake.h"
+#include "sqmap/bake/rebake.h"
 #include "sqmap/bake/skin_lattice.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/mesh/admit.h"
@@ -114,12 +114,8 @@ Avatar still_avatar(const std::filesystem::path& path)
     part.bytes.assign(mapped.bytes().begin(), mapped.bytes().end());
     take_model(part);
     const model::ModelView& view = part.model;
-    const Vec3d origin{view.header.origin[0], view.header.origin[1], view.header.origin[2]};
-    for (std::size_t v = 0; v + 2 < view.vertices.size(); v += 3)
-        part.mesh.vertices.push_back(origin + view.header.unit * cast<double>(model::vec3(&view.vertices[v])));
-    for (std::uint32_t t = 0; t < view.triangle_part.size(); ++t)
-        part.mesh.triangles.push_back(
-            {model::triangle_vertex(view, t, 0), model::triangle_vertex(view, t, 1), model::triangle_vertex(view, t, 2)});
+    part.mesh = bake::baked_mesh(view);
+    for (Vec3d& v : part.mesh.vertices) v = model::to_mesh_units(view.header, cast<float>(v));
     if (part.mesh.triangles.empty())
         throw io::ModelFileError(path.string() +
                                  " was baked without the exact layer, whose triangles are what is dressed: bake it with --exact");

@@ -1,5 +1,6 @@
 #include "common/render/subject.h"
 
+#include "sqmap/bake/rebake.h"
 #include "sqmap/decompose/decompose.h"
 #include "sqmap/fit/fit.h"
 #include "sqmap/mesh/bvh.h"
@@ -10,17 +11,6 @@
 
 namespace sqmap::app {
 namespace {
-
-shape::Superquadricd widened(const shape::Superquadricf& f)
-{
-    shape::Superquadricd out{.a = cast<double>(f.a), .eps1 = f.eps1, .eps2 = f.eps2, .translation = cast<double>(f.translation)};
-    for (int i = 0; i < 3; ++i) out.rotation.row[i] = cast<double>(f.rotation.row[i]);
-    out.taper_x = f.taper_x;
-    out.taper_y = f.taper_y;
-    out.bend = f.bend;
-    out.bend_angle = f.bend_angle;
-    return out;
-}
 
 /// The superquadric that holds the point deepest.
 std::uint32_t innermost(const std::vector<shape::Superquadricd>& superquadrics, Vec3d p)
@@ -85,16 +75,12 @@ Subject subject_of_model(io::MappedModel mapped, const mesh::Mesh* mesh)
     Subject subject;
     subject.model.emplace(std::move(mapped));
     const model::ModelView& view = subject.model->view();
-    for (const model::Part& part : view.parts) subject.superquadrics.push_back(widened(model::superquadric_of(part)));
+    for (const model::Part& part : view.parts) subject.superquadrics.push_back(shape::cast<double>(model::superquadric_of(part)));
 
     Subject own;
-    for (std::size_t v = 0; v + 2 < view.vertices.size(); v += 3)
-        own.mesh.vertices.push_back(cast<double>(model::vec3(&view.vertices[v])));
-    for (std::uint32_t t = 0; t < view.triangle_part.size(); ++t) {
-        own.mesh.triangles.push_back(
-            {model::triangle_vertex(view, t, 0), model::triangle_vertex(view, t, 1), model::triangle_vertex(view, t, 2)});
+    own.mesh = bake::baked_mesh(view);
+    for (std::uint32_t t = 0; t < view.triangle_part.size(); ++t)
         own.part_of_triangle.push_back(model::part_of_triangle(view, t));
-    }
     if (mesh == nullptr) {
         if (own.mesh.triangles.empty())
             throw SubjectError("the model was baked without its exact layer: give the mesh as a second argument");

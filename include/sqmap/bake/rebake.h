@@ -42,4 +42,7 @@ struct RebakeResult {
 [[nodiscard]] RebakeResult rebake(const model::ModelData& before, std::span<const Vec3d> vertices,
                                   const RebakeOptions& options = {});
 
+/// The mesh that a model was baked from, model space; empty where the model was baked without its triangles. Linear.
+[[nodiscard]] mesh::Mesh baked_mesh(const model::ModelView& view);
+
 }  // namespace sqmap::bake

@@ -3,10 +3,13 @@
 
 #include "sqmap/math/vec.h"
 
+#include <array>
 #include <bit>
 #include <cstdint>
 #include <cstring>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace sqmap::viewer {
 
@@ -29,6 +32,12 @@ public:
         put(p.x);
         put(p.y);
         put(p.z);
+    }
+    /// Three indices of each triangle.
+    void corners(const std::vector<std::array<std::uint32_t, 3>>& triangles)
+    {
+        for (const auto& triangle : triangles)
+            for (const std::uint32_t vertex : triangle) put(vertex);
     }
     [[nodiscard]] std::string take() { return std::move(out_); }
 

@@ -4,7 +4,6 @@
 #include "sqmap/shape/surface.h"
 
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 namespace sqmap::viewer {
@@ -12,37 +11,16 @@ namespace {
 
 constexpr double k_pi = std::numbers::pi;
 
-/// The triangles of one part.
-mesh::Mesh own_mesh(const Object& object, const Parts& parts, std::uint32_t part)
-{
-    mesh::Mesh out;
-    std::vector<std::uint32_t> number(object.mesh.vertices.size(), std::numeric_limits<std::uint32_t>::max());
-    for (std::uint32_t t = 0; t < object.mesh.triangles.size(); ++t) {
-        if (parts.partition.part_of_triangle[t] != part) continue;
-        mesh::Triangle corner{};
-        for (std::size_t k = 0; k < 3; ++k) {
-            std::uint32_t& at = number[object.mesh.triangles[t][k]];
-            if (at == std::numeric_limits<std::uint32_t>::max()) {
-                at = static_cast<std::uint32_t>(out.vertices.size());
-                out.vertices.push_back(object.mesh.vertices[object.mesh.triangles[t][k]]);
-            }
-            corner[k] = at;
-        }
-        out.triangles.push_back(corner);
-    }
-    return out;
-}
-
 }  // namespace
 
 Displacement displacement_of(const Object& object, const Parts& parts, std::uint32_t part, int width, int height)
 {
     Displacement out{.width = width, .height = height, .below = {}};
     out.below.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), -1.f);
-    const mesh::Mesh own = own_mesh(object, parts, part);
+    const mesh::Mesh own = part_mesh(object, parts, part);
     if (own.triangles.empty()) return out;
     const mesh::Bvh bvh(own);
-    const double metres = object.view.header.unit * object.metres_per_unit;
+    const double metres = object.metres_per_model_unit();
     std::vector<mesh::Bvh::Crossing> crossings;
     for (int row = 0; row < height; ++row)
         for (int column = 0; column < width; ++column) {

@@ -1,7 +1,11 @@
 #include "viewer/server/scene/downloads.h"
 
 #include "viewer/server/protocol/number_text.h"
+#include "viewer/server/scene/facts.h"
+#include "viewer/server/scene/fields.h"
 #include "viewer/server/scene/file_name.h"
+#include "viewer/server/scene/geometry.h"
+#include "viewer/server/scene/glb.h"
 #include "viewer/server/scene/inspect.h"
 
 #include <cmath>
@@ -36,7 +40,7 @@ constexpr Download k_downloads[] = {
     {"glb", "model/gltf-binary", ".glb", [](const Shown& s) { return glb_bytes(*s.object, *s.parts); }},
     {"json", k_json, ".json", [](const Shown& s) { return superquadrics_json(*s.object, *s.parts).dump(2) + "\n"; }},
     {"sqmap", "application/octet-stream", ".sqmap",
-     [](const Shown& s) { return std::string(reinterpret_cast<const char*>(s.object->blob.data()), s.object->blob.size()); }},
+     [](const Shown& s) { return std::string(reinterpret_cast<const char*>(s.object->file->data()), s.object->file->size()); }},
 };
 
 constexpr std::pair<const char*, Field> k_fields[] = {{"error", Field::Error},

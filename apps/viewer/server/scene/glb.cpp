@@ -1,12 +1,12 @@
-// An object as binary glTF: its parts, their superquadrics, and the maps as displacement textures.
+#include "viewer/server/scene/glb.h"
+
 #include "viewer/server/protocol/bytes.h"
 #include "viewer/server/scene/displacement.h"
-#include "viewer/server/scene/object.h"
+#include "viewer/server/scene/facts.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -146,28 +146,6 @@ private:
     ordered_json root_;
     std::size_t groups_ = 0;
 };
-
-/// The triangles of a part, with the vertices that they use.
-mesh::Mesh part_mesh(const Object& object, const Parts& parts, std::uint32_t part)
-{
-    constexpr std::uint32_t k_none = std::numeric_limits<std::uint32_t>::max();
-    mesh::Mesh own;
-    std::vector<std::uint32_t> number(object.mesh.vertices.size(), k_none);
-    for (std::uint32_t t = 0; t < object.mesh.triangles.size(); ++t) {
-        if (parts.partition.part_of_triangle[t] != part) continue;
-        mesh::Triangle corner{};
-        for (std::size_t k = 0; k < 3; ++k) {
-            std::uint32_t& at = number[object.mesh.triangles[t][k]];
-            if (at == k_none) {
-                at = static_cast<std::uint32_t>(own.vertices.size());
-                own.vertices.push_back(object.mesh.vertices[object.mesh.triangles[t][k]]);
-            }
-            corner[k] = at;
-        }
-        own.triangles.push_back(corner);
-    }
-    return own;
-}
 
 /// The superquadric's node; its material comes back.
 std::size_t add_superquadric(Glb& glb, const Sheet& sheet, std::uint32_t part, const std::string& name, const ordered_json& facts)

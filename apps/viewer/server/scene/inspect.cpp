@@ -114,7 +114,7 @@ ordered_json search_json(const Object& object, std::uint32_t part, Vec3d point)
         {query::Projector::Newton, "newton"}, {query::Projector::Pyramid, "pyramid"}, {query::Projector::Printed, "printed"}};
     const model::NormalMapView map = model::normal_map_of(object.view, part);
     const Vec3f p = object.model_space(point);
-    const double metres = object.view.header.unit * object.metres_per_unit;
+    const double metres = object.metres_per_model_unit();
     ordered_json out{{"held", false}, {"grid", {map.eta_count, map.omega_count}}, {"searches", ordered_json::array()}};
     for (const auto& [projector, name] : k_projectors) {
         std::vector<query::FootSearchStep> steps(k_max_steps);

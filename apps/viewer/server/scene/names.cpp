@@ -1,5 +1,6 @@
 #include "viewer/server/scene/names.h"
 
+#include "sqmap/math/box.h"
 #include "sqmap/mesh/bvh.h"
 
 #include <algorithm>
@@ -17,7 +18,7 @@ constexpr std::uint32_t k_none = std::numeric_limits<std::uint32_t>::max();
 struct Middles {
     std::vector<Vec3d> centre;
     std::vector<double> area;
-    Vec3d lo{1e300, 1e300, 1e300}, hi{-1e300, -1e300, -1e300};
+    Box box;
 };
 
 Middles middles_of(const mesh::Mesh& mesh, const decompose::Partition& partition)
@@ -25,11 +26,7 @@ Middles middles_of(const mesh::Mesh& mesh, const decompose::Partition& partition
     Middles out;
     out.centre.resize(partition.part_count);
     out.area.resize(partition.part_count);
-    for (const Vec3d& v : mesh.vertices)
-        for (int k = 0; k < 3; ++k) {
-            out.lo[k] = std::min(out.lo[k], v[k]);
-            out.hi[k] = std::max(out.hi[k], v[k]);
-        }
+    out.box = box_of(mesh.vertices);
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
         const double a = mesh::triangle_area(mesh, t);
         const std::uint32_t p = partition.part_of_triangle[t];
@@ -49,8 +46,8 @@ std::string shape_and_position(const shape::Superquadricd& s, Vec3d centre, cons
     std::string position;
     const char* const words[3][2] = {{"left", "right"}, {"lower", "upper"}, {"back", "front"}};
     for (const int k : {1, 0, 2}) {
-        const double extent = m.hi[k] - m.lo[k];
-        const double at = extent > 0 ? (centre[k] - 0.5 * (m.lo[k] + m.hi[k])) / extent : 0;
+        const double extent = size(m.box)[k];
+        const double at = extent > 0 ? (centre[k] - sqmap::centre(m.box)[k]) / extent : 0;
         if (std::abs(at) > 0.15) position += std::string(position.empty() ? "" : " ") + words[k][at > 0 ? 1 : 0];
     }
     return std::string(name) + ", " + (position.empty() ? "middle" : position);
@@ -105,7 +102,7 @@ void distinguish(std::vector<std::string>& names, const Middles& m, const Words&
         }
         // The first of the axes that will do: "upper" says more than "left" of a left leg.
         const int best = spread[0] >= 0.5 * max ? 0 : spread[1] >= 0.5 * max ? 1 : 2;
-        const Vec3d middle = 0.5 * (m.lo + m.hi);
+        const Vec3d middle = centre(m.box);
         const auto across = [&](std::uint32_t p) { return dot(axes[best].axis, m.centre[p] - middle); };
         std::sort(parts.begin(), parts.end(), [&](std::uint32_t a, std::uint32_t b) { return across(a) < across(b); });
         const char *low = axes[best].low, *high = axes[best].high;

@@ -2,6 +2,8 @@
 
 #include "sqmap/io/replace_file.h"
 #include "sqmap/mesh/error.h"
+#include "viewer/server/scene/edits.h"
+#include "viewer/server/scene/facts.h"
 
 #include <algorithm>
 

@@ -5,7 +5,7 @@
 #include "viewer/server/jobs/cancellations.h"
 #include "viewer/server/jobs/worker.h"
 #include "viewer/server/protocol/messages.h"
-#include "viewer/server/scene/object.h"
+#include "viewer/server/scene/load.h"
 
 #include <cstdint>
 #include <functional>

@@ -56,7 +56,12 @@ Arrangement arrangement_of(const RecordingFile& file, const std::vector<ObjectPt
         const bool shown = at != left.end();
         const ObjectPtr object = shown ? *at : *std::find_if(scene.begin(), scene.end(), is_it);
         const bool stands = shown && object->position == named.position && object->metres_per_unit == named.metres_per_unit;
-        const ObjectPtr then = stands ? object : ObjectPtr(moved(*object, named.metres_per_unit, named.position));
+        ObjectPtr then = object;
+        if (!stands) {
+            const auto there = std::make_shared<Object>(*object);
+            there->put_at(named.metres_per_unit, named.position);
+            then = there;
+        }
         out.objects.push_back(then);
         if (!shown) continue;  // one that was there twice, and is once
         left.erase(at);
@@ -65,7 +70,7 @@ Arrangement arrangement_of(const RecordingFile& file, const std::vector<ObjectPt
     }
     if (out.copies.empty()) return out;
     for (const ObjectPtr& object : left) {
-        const auto beside = moved(*object, object->metres_per_unit, object->position);
+        const auto beside = std::make_shared<Object>(*object);
         put_beside(*beside, standing);
         standing.push_back(beside);
         out.copies.emplace_back(object, beside);

@@ -1,5 +1,6 @@
 #include "viewer/server/touch/tool.h"
 
+#include "sqmap/math/box.h"
 #include "sqmap/mesh/shapes.h"
 #include "viewer/server/protocol/bytes.h"
 
@@ -59,17 +60,12 @@ Tool make_tool(const Settings& settings, const Object* object)
         out.mesh = mesh::sphere(settings.tool_radius, 3);
     } else {
         out.mesh = shape_of(settings, object);
-        Vec3d lo{1e300, 1e300, 1e300}, hi{-1e300, -1e300, -1e300};
-        for (const Vec3d& v : out.mesh.vertices)
-            for (int k = 0; k < 3; ++k) {
-                lo[k] = std::min(lo[k], v[k]);
-                hi[k] = std::max(hi[k], v[k]);
-            }
-        const double extent = std::max({hi.x - lo.x, hi.y - lo.y, hi.z - lo.z}), scale = settings.tool_size / extent;
+        const Box box = box_of(out.mesh.vertices);
+        const double scale = settings.tool_size / size(box)[longest_axis(box)];
         const double turn = settings.tool_turn * std::numbers::pi / 180, tilt = settings.tool_tilt * std::numbers::pi / 180;
         const double c = std::cos(turn), s = std::sin(turn), ct = std::cos(tilt), st = std::sin(tilt);
         for (Vec3d& v : out.mesh.vertices) {
-            const Vec3d p = scale * (v - 0.5 * (lo + hi));
+            const Vec3d p = scale * (v - centre(box));
             const Vec3d turned{c * p.x + s * p.z, p.y, c * p.z - s * p.x};
             v = {turned.x, ct * turned.y - st * turned.z, st * turned.y + ct * turned.z};
         }
@@ -89,8 +85,7 @@ std::string tool_bytes(const Tool& tool)
     out.count(tool.mesh.vertices.size());
     out.count(tool.mesh.triangles.size());
     for (const Vec3d& v : tool.mesh.vertices) out.point(cast<float>(v));
-    for (const mesh::Triangle& t : tool.mesh.triangles)
-        for (const std::uint32_t v : t) out.put(v);
+    out.corners(tool.mesh.triangles);
     return out.take();
 }
 

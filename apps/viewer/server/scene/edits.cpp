@@ -1,0 +1,170 @@
+#include "viewer/server/scene/edits.h"
+
+#include "sqmap/fit/fit.h"
+#include "sqmap/io/model_file.h"
+#include "sqmap/shape/bounding_sphere.h"
+#include "viewer/server/scene/load.h"
+
+#include <algorithm>
+#include <map>
+#include <queue>
+
+namespace sqmap::viewer {
+namespace {
+
+/// How the cure of the object's mesh is told to another bake.
+bake::Cured cured_as(const model::Cure& c, std::span<const std::uint8_t> made_up)
+{
+    bake::Cured out{.rung = c.rung, .made_up = made_up};
+    out.deviation.input_to_result = {c.from_mean, c.from_p99, c.from_max};
+    out.deviation.result_to_input = {c.to_mean, c.to_p99, c.to_max};
+    out.deviation.made_up_share = c.made_up_share;
+    return out;
+}
+
+/// #parts: the triangles of each, ascending.
+std::vector<std::vector<std::uint32_t>> triangles_of_parts(const decompose::Partition& partition)
+{
+    std::vector<std::vector<std::uint32_t>> out(partition.part_count);
+    for (std::uint32_t t = 0; t < partition.part_of_triangle.size(); ++t) out[partition.part_of_triangle[t]].push_back(t);
+    return out;
+}
+
+/// A superquadric fitted to triangles, as the last of the parts.
+void push_fit(Parts& parts, const Object& object, std::span<const std::uint32_t> triangles)
+{
+    const fit::FitReport fit = fit::fit_bounding(object.mesh, triangles, {});
+    parts.superquadrics.push_back(fit.superquadric);
+    parts.largest_f.push_back(fit.certificate.largest_f);
+    parts.spheres.push_back(shape::bounding_sphere(fit.superquadric));
+}
+
+}  // namespace
+
+Parts fitted(const Object& object, decompose::Partition partition, const Parts* keep, const Words& words)
+{
+    Parts out;
+    std::map<std::vector<std::uint32_t>, std::size_t> known;
+    if (keep != nullptr)
+        for (auto& triangles : triangles_of_parts(keep->partition)) known.emplace(std::move(triangles), known.size());
+    for (const auto& triangles : triangles_of_parts(partition)) {
+        if (const auto same = known.find(triangles); same != known.end()) {
+            out.superquadrics.push_back(keep->superquadrics[same->second]);
+            out.largest_f.push_back(keep->largest_f[same->second]);
+            out.spheres.push_back(keep->spheres[same->second]);
+        } else {
+            push_fit(out, object, triangles);
+        }
+    }
+    out.partition = std::move(partition);
+    out.names = part_names(object.mesh, object.dual, out.partition, out.superquadrics, words, object.frame());
+    return out;
+}
+
+Parts refitted(const Object& object, const Parts& parts, std::uint32_t part)
+{
+    Parts fresh, out = parts;
+    push_fit(fresh, object, triangles_of_parts(parts.partition)[part]);
+    out.superquadrics[part] = fresh.superquadrics.front();
+    out.largest_f[part] = fresh.largest_f.front();
+    out.spheres[part] = fresh.spheres.front();
+    return out;
+}
+
+std::optional<decompose::Partition> moved_cut(const Object& object, const decompose::Partition& partition, std::uint32_t part,
+                                              std::uint32_t other, double distance)
+{
+    const std::vector<std::uint32_t>& label = partition.part_of_triangle;
+    const double reach = distance / object.metres_per_model_unit();  // model units
+    const std::size_t n = label.size();
+    struct Reach {
+        double distance;
+        std::uint32_t triangle;
+        bool operator<(const Reach& o) const { return distance > o.distance; }
+    };
+    // Along the surface, from the border into the other part.
+    std::vector<std::uint8_t> taken(n, 0);
+    std::priority_queue<Reach> queue;
+    for (std::uint32_t t = 0; t < n; ++t)
+        for (const std::uint32_t next : object.dual.neighbours[t])
+            if (label[t] == other && next != mesh::k_no_triangle && label[next] == part) queue.push({0, t});
+    if (queue.empty()) return std::nullopt;  // no cut between them
+    std::size_t count = 0;
+    while (!queue.empty()) {
+        const Reach at = queue.top();
+        queue.pop();
+        if (taken[at.triangle] != 0) continue;
+        taken[at.triangle] = 1;
+        ++count;
+        for (const std::uint32_t next : object.dual.neighbours[at.triangle]) {
+            if (next == mesh::k_no_triangle || label[next] != other || taken[next] != 0) continue;
+            const double along = at.distance + norm(mesh::triangle_centroid(object.mesh, next) -
+                                                    mesh::triangle_centroid(object.mesh, at.triangle));
+            if (along <= reach) queue.push({along, next});
+        }
+    }
+    // The largest piece that is left stays the other part; smaller ones that the cut leaves behind go with it.
+    std::vector<std::uint32_t> piece(n, 0);
+    std::uint32_t pieces = 0, largest = 0;
+    std::size_t max = 0;
+    std::vector<std::uint32_t> stack;
+    for (std::uint32_t t = 0; t < n; ++t) {
+        if (label[t] != other || taken[t] != 0 || piece[t] != 0) continue;
+        piece[t] = ++pieces;
+        stack = {t};
+        std::size_t size = 0;
+        while (!stack.empty()) {
+            const std::uint32_t at = stack.back();
+            stack.pop_back();
+            ++size;
+            for (const std::uint32_t next : object.dual.neighbours[at])
+                if (next != mesh::k_no_triangle && label[next] == other && taken[next] == 0 && piece[next] == 0) {
+                    piece[next] = pieces;
+                    stack.push_back(next);
+                }
+        }
+        if (size > max) max = size, largest = pieces;
+    }
+    constexpr std::size_t k_least = 16;  // triangles: fewer are no part
+    if (max < k_least) return std::nullopt;
+    decompose::Partition out = partition;
+    out.boundaries.clear();
+    for (std::uint32_t t = 0; t < n; ++t)
+        if (label[t] == other && piece[t] != largest) out.part_of_triangle[t] = part;
+    return out;
+}
+
+std::vector<std::vector<std::uint32_t>> neighbours_of(const Object& object, const decompose::Partition& partition)
+{
+    std::vector<std::vector<std::uint32_t>> out(partition.part_count);
+    for (std::uint32_t t = 0; t < object.dual.neighbours.size(); ++t)
+        for (const std::uint32_t n : object.dual.neighbours[t]) {
+            if (n == mesh::k_no_triangle) continue;
+            const std::uint32_t a = partition.part_of_triangle[t], b = partition.part_of_triangle[n];
+            if (a != b && std::find(out[a].begin(), out[a].end(), b) == out[a].end()) out[a].push_back(b);
+        }
+    for (auto& list : out) std::sort(list.begin(), list.end());
+    return out;
+}
+
+std::shared_ptr<Object> rebaked(const Object& object, const Parts& parts, const bake::BakeOptions& options, const Words& words)
+{
+    mesh::Mesh mesh = object.mesh;
+    for (Vec3d& v : mesh.vertices) v = model::to_mesh_units(object.view.header, cast<float>(v));
+    bake::BakeOptions as_given = options;
+    as_given.partition = &parts.partition;
+    const std::vector<std::uint8_t> made_up = made_up_triangles(object);
+    as_given.cured = cured_as(object.view.cure, made_up);
+    bake::BakeResult baked = bake::bake(mesh, object.view.header.solid != 0, as_given);
+    baked.model.made_by = "sqmap view";
+    baked.model.source = object.name;
+    auto out = object_from_model(io::serialize(baked.model), object.name, 1, words);
+    out->name = object.name;
+    out->put_at(object.metres_per_unit, object.position);
+    out->names_file = object.names_file;
+    out->verdict = object.verdict;
+    out->mesh_notes = object.mesh_notes;
+    return out;
+}
+
+}  // namespace sqmap::viewer

@@ -1,0 +1,122 @@
+#include "viewer/server/scene/facts.h"
+
+#include "common/hash_text.h"
+#include "sqmap/io/model_file.h"
+#include "sqmap/io/model_json.h"
+#include "sqmap/model/doubt.h"
+#include "viewer/server/scene/edits.h"
+
+#include <cmath>
+
+namespace sqmap::viewer {
+namespace {
+
+using nlohmann::ordered_json;
+
+ordered_json vector_json(Vec3d v) { return {v.x, v.y, v.z}; }
+
+/// Notes about the model, then those about the mesh that it was baked from.
+std::vector<std::string> notes_of(const Object& object)
+{
+    std::vector<std::string> out;
+    if (model::is_doubtful(object.view.measured))
+        out.emplace_back("W_LAYER3: layer 3 has wrong verdicts: touch computes with the exact layer");
+    if (object.misses_target) out.emplace_back("W_TARGET: the target error was not reached: the best model found is shown");
+    out.insert(out.end(), object.mesh_notes.begin(), object.mesh_notes.end());
+    return out;
+}
+
+}  // namespace
+
+ordered_json facts_json(const Object& object, const Parts& parts, bool edited)
+{
+    const model::ModelView& m = object.view;
+    const model::Header& h = m.header;
+    const io::SectionBytes bytes = io::section_bytes(m, object.file->size());
+    ordered_json out;
+    out["name"] = object.name;
+    out["hash"] = app::hash_text(model::content_hash(m));
+    out["edited"] = edited;
+    out["solid"] = h.solid != 0;
+    out["triangles"] = h.triangle_count;
+    out["vertices"] = h.vertex_count;
+    out["hasTriangles"] = !object.mesh.triangles.empty();
+    out["bytes"] = {{"total", bytes.total}, {"superquadrics", bytes.superquadrics},
+                    {"map", bytes.map},     {"locator", bytes.locator},
+                    {"exact", bytes.exact}, {"mesh", bytes.mesh}};
+    out["rMax"] = h.r_max * h.unit * object.metres_per_unit;
+    out["metresPerUnit"] = object.metres_per_unit;
+    out["central"] = h.projection == static_cast<std::uint32_t>(model::Projection::Central);
+    out["exact"] = model::has_exact(m);
+    out["position"] = vector_json(object.position);
+    out["half"] = vector_json(object.half);
+    const model::Measured& e = m.measured;
+    out["measured"] = {{"points", e.points},        {"missed", e.missed},
+                       {"false", e.false_contacts}, {"eq35Mean", e.eq35_mean},
+                       {"eq35P99", e.eq35_p99},     {"depthMedian", e.depth_median},
+                       {"depthP95", e.depth_p95},   {"depthP99", e.depth_p99},
+                       {"depthMax", e.depth_max},   {"normalMedian", e.normal_median},
+                       {"q2", e.q2_share}};
+    std::vector<double> area(parts.partition.part_count);
+    std::vector<std::uint32_t> count(parts.partition.part_count);
+    double whole = 0;
+    for (std::uint32_t t = 0; t < parts.partition.part_of_triangle.size(); ++t) {
+        const double a = mesh::triangle_area(object.mesh, t);
+        area[parts.partition.part_of_triangle[t]] += a;
+        ++count[parts.partition.part_of_triangle[t]];
+        whole += a;
+    }
+    const double metres = object.metres_per_model_unit();
+    const auto sphere_json = [&](Vec3d centre, double radius) {
+        const Vec3f c = object.world(centre);
+        return ordered_json{c.x, c.y, c.z, metres * radius};
+    };
+    out["sphere"] = sphere_json(cast<double>(model::vec3(h.sphere)), static_cast<double>(h.sphere[3]));
+    const std::vector<std::vector<std::uint32_t>> neighbours = neighbours_of(object, parts.partition);
+    out["parts"] = ordered_json::array();
+    for (std::uint32_t p = 0; p < parts.partition.part_count; ++p) {
+        const shape::Superquadricd& s = parts.superquadrics[p];
+        out["parts"].push_back(
+            {{"name", parts.names[p]},
+             {"sphere", sphere_json(parts.spheres[p].centre, parts.spheres[p].radius)},
+             {"neighbours", neighbours[p]},
+             {"triangles", count[p]},
+             {"area", whole > 0 ? 100 * area[p] / whole : 0},
+             {"certified", parts.largest_f[p] <= 1},
+             {"largestF", std::isfinite(parts.largest_f[p]) ? ordered_json(parts.largest_f[p]) : ordered_json()},
+             {"a", vector_json(metres * s.a)},
+             {"eps", {s.eps1, s.eps2}},
+             {"taper", {s.taper_x, s.taper_y}},
+             {"bend", s.bend}});
+    }
+    out["cure"] = ordered_json::parse(io::cure_json(m.cure));
+    out["verdict"] = object.verdict;
+    out["notes"] = notes_of(object);
+    return out;
+}
+
+ordered_json superquadrics_json(const Object& object, const Parts& parts)
+{
+    const model::Header& h = object.view.header;
+    ordered_json out;
+    out["name"] = object.name;
+    out["units"] = "those of the mesh; angles in radians; rotation: rows that turn the mesh's axes into the part's";
+    out["parts"] = ordered_json::array();
+    for (std::uint32_t p = 0; p < parts.partition.part_count; ++p) {
+        const shape::Superquadricd& s = parts.superquadrics[p];
+        out["parts"].push_back(
+            {{"name", parts.names[p]},
+             {"a", vector_json(h.unit * s.a)},
+             {"eps1", s.eps1},
+             {"eps2", s.eps2},
+             {"rotation", {vector_json(s.rotation.row[0]), vector_json(s.rotation.row[1]), vector_json(s.rotation.row[2])}},
+             {"translation", vector_json(h.unit * s.translation + object.frame().origin)},
+             {"taper", {s.taper_x, s.taper_y}},
+             {"bend", s.bend / h.unit},
+             {"bend_angle", s.bend_angle},
+             {"certified", parts.largest_f[p] <= 1}});
+    }
+    return out;
+}
+
+}  // namespace sqmap::viewer

@@ -1,0 +1,68 @@
+#include "viewer/server/scene/load.h"
+
+#include "sqmap/bake/rebake.h"
+#include "sqmap/io/model_file.h"
+#include "sqmap/model/parse.h"
+
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+
+namespace sqmap::viewer {
+
+std::shared_ptr<Object> object_from_model(std::vector<std::byte> bytes, const std::string& name, double size, const Words& words)
+{
+    auto object = std::make_shared<Object>();
+    object->name = std::filesystem::path(name).stem().string();
+    object->file = std::make_shared<const std::vector<std::byte>>(std::move(bytes));
+    if (const model::ParseStatus status = model::parse(*object->file, object->view); status != model::ParseStatus::Ok)
+        throw std::runtime_error(name + ": not a model: " + model::to_string(status));
+    const model::ModelView& view = object->view;
+    object->mesh = bake::baked_mesh(view);
+    object->dual = mesh::dual_graph(object->mesh);
+    Parts& parts = object->parts;
+    for (std::uint32_t t = 0; t < view.triangle_part.size(); ++t)
+        parts.partition.part_of_triangle.push_back(model::part_of_triangle(view, t));
+    parts.partition.part_count = static_cast<std::uint32_t>(view.parts.size());
+    for (const model::Part& part : view.parts) {
+        parts.superquadrics.push_back(shape::cast<double>(model::superquadric_of(part)));
+        parts.largest_f.push_back(part.largest_f);
+        parts.spheres.push_back({cast<double>(model::vec3(part.sphere)), static_cast<double>(part.sphere[3])});
+    }
+    object->words = words;
+    parts.names = part_names(object->mesh, object->dual, parts.partition, parts.superquadrics, words, object->frame());
+    object->put_at(size / (view.header.r_max * view.header.unit), {});
+    return object;
+}
+
+std::shared_ptr<Object> object_from_mesh(const app::LoadedMesh& loaded, const std::string& name, double size,
+                                         const bake::BakeOptions& options)
+{
+    bake::BakeOptions with_cure = options;
+    with_cure.cured = bake::cured(loaded.verdict, loaded.made_up, loaded.deviation);
+    bake::BakeResult baked = bake::bake(loaded.mesh, loaded.solid, with_cure);
+    baked.model.made_by = "sqmap view";
+    baked.model.source = name;
+    auto object = object_from_model(io::serialize(baked.model), name, size);
+    object->verdict = app::verdict_name(loaded.verdict);
+    object->mesh_notes = app::notes_of(loaded);
+    object->misses_target = baked.model.measured.depth_p99 > options.target_error;
+    return object;
+}
+
+std::filesystem::path names_file_of(const std::filesystem::path& model)
+{
+    std::filesystem::path out = model;
+    out.replace_extension(".names.json");
+    return out;
+}
+
+Words words_beside(const std::filesystem::path& model)
+{
+    std::ifstream in(names_file_of(model));
+    if (!in) return {};
+    const std::string text{std::istreambuf_iterator<char>(in), {}};
+    return read_names(text).value_or(Words{});
+}
+
+}  // namespace sqmap::viewer
