@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstring>
 #include <stdexcept>
+#include <utility>
 
 namespace sqmap::io {
 namespace {
@@ -31,6 +32,10 @@ void check(const MovingMesh& m)
     need(!m.positions.empty() && !m.triangles.empty(), m, "it is empty");
     for (const auto& t : m.triangles)
         for (const std::uint32_t v : t) need(v < m.positions.size(), m, "a triangle names a vertex that is not there");
+    need(m.normals.empty() || m.normals.size() == m.positions.size(), m, "not one normal a position");
+    need(m.texture_coordinates.empty() || m.texture_coordinates.size() == m.positions.size(), m,
+         "not one texture coordinate a position");
+    need(!m.displacement || !m.texture_coordinates.empty(), m, "a texture without coordinates");
     need(m.keys.empty() || m.keys.size() == m.times.size(), m, "not one key a time");
     need(m.shapes.empty() || m.shapes.size() == m.times.size(), m, "not one shape a time");
     need(std::is_sorted(m.times.begin(), m.times.end(), [](double a, double b) { return a <= b; }), m, "times do not ascend");
@@ -80,13 +85,19 @@ public:
     {
         root_["asset"] = {{"version", "2.0"}, {"generator", "sqmap"}};
         root_["scene"] = 0;
-        json channels = json::array(), samplers = json::array();
-        for (const MovingMesh& m : meshes) add(m, channels, samplers);
-        json nodes = json::array();
-        for (std::size_t i = 0; i < meshes.size(); ++i) nodes.push_back(i);
-        root_["scenes"] = json::array({{{"nodes", nodes}}});
-        if (!channels.empty())
-            root_["animations"] = json::array({{{"name", "motion"}, {"channels", channels}, {"samplers", samplers}}});
+        for (const MovingMesh& m : meshes) add(m);
+        json top = json::array();
+        for (std::size_t i = 0; i < meshes.size(); ++i)
+            if (meshes[i].group.empty()) top.push_back(i);
+        for (const auto& [name, children] : groups_) {
+            root_["nodes"].push_back({{"name", name}, {"children", children}});
+            top.push_back(root_["nodes"].size() - 1);
+        }
+        root_["scenes"] = json::array({{{"nodes", top}}});
+        if (!channels_.empty())
+            root_["animations"] = json::array({{{"name", "motion"}, {"channels", channels_}, {"samplers", samplers_}}});
+        if (root_.contains("textures"))  // linear, repeated around the axis and clamped at its poles
+            root_["samplers"] = json::array({{{"magFilter", 9729}, {"minFilter", 9729}, {"wrapS", 10497}, {"wrapT", 33071}}});
         root_["buffers"] = json::array({{{"byteLength", binary_.size()}}});
     }
 
@@ -169,27 +180,54 @@ private:
         return add_accessor(std::move(a));
     }
 
-    void add(const MovingMesh& m, json& channels, json& samplers)
+    std::size_t add_texture(const DisplacementTexture& t)
     {
-        check(m);
+        root_["images"].push_back({{"name", t.name},
+                                   {"bufferView", add_view<char>(std::span(t.png.data(), t.png.size()), 0)},
+                                   {"mimeType", "image/png"}});
+        root_["textures"].push_back({{"source", root_["images"].size() - 1}, {"sampler", 0}});
+        return root_["textures"].size() - 1;
+    }
+
+    std::size_t add_material(const MovingMesh& m)
+    {
+        json material{{"name", m.name},
+                      {"pbrMetallicRoughness",
+                       {{"baseColorFactor", {m.colour[0], m.colour[1], m.colour[2], m.opacity}},
+                        {"metallicFactor", 0},
+                        {"roughnessFactor", 0.9}}},
+                      {"doubleSided", m.two_sided}};
+        if (m.opacity < 1) material["alphaMode"] = "BLEND";
+        if (m.displacement)
+            material["extras"]["displacementTexture"] = {{"index", add_texture(*m.displacement)},
+                                                         {"texCoord", 0},
+                                                         {"scale", m.displacement->scale},
+                                                         {"midlevel", 0},
+                                                         {"space", "normal"}};
+        root_["materials"].push_back(std::move(material));
+        return root_["materials"].size() - 1;
+    }
+
+    /// The mesh at its first shape, with the other shapes as morph targets.
+    std::size_t add_mesh(const MovingMesh& m)
+    {
         const std::span<const Vec3d> base = m.shapes.empty() ? std::span<const Vec3d>(m.positions) : m.shapes.front();
-        const std::vector<Vec3d> normals = normals_of(base, m.triangles);
+        const std::vector<Vec3d> normals = m.normals.empty() ? normals_of(base, m.triangles) : m.normals;
         std::vector<std::uint32_t> indices;
         for (const auto& t : m.triangles) indices.insert(indices.end(), t.begin(), t.end());
         const std::size_t index = add_accessor({{"bufferView", add_view<std::uint32_t>(indices, k_indices)},
                                                 {"componentType", k_uint},
                                                 {"count", indices.size()},
                                                 {"type", "SCALAR"}});
-        root_["materials"].push_back(
-            {{"name", m.name},
-             {"pbrMetallicRoughness",
-              {{"baseColorFactor", {m.colour[0], m.colour[1], m.colour[2], 1}}, {"metallicFactor", 0}, {"roughnessFactor", 0.9}}},
-             {"doubleSided", m.two_sided}});
-        json primitive{{"attributes",
-                        {{"POSITION", add_vectors(base, true, k_vertices)}, {"NORMAL", add_vectors(normals, false, k_vertices)}}},
-                       {"indices", index},
-                       {"material", root_["materials"].size() - 1}};
-        json mesh{{"name", m.name}};
+        const std::size_t material = add_material(m);
+        json attributes{{"POSITION", add_vectors(base, true, k_vertices)}};
+        if (!m.flat) attributes["NORMAL"] = add_vectors(normals, false, k_vertices);
+        if (!m.texture_coordinates.empty()) {
+            std::vector<float> flat;
+            for (const auto& [u, v] : m.texture_coordinates) flat.insert(flat.end(), {u, v});
+            attributes["TEXCOORD_0"] = add_floats(flat, "VEC2", 2, false);
+        }
+        json primitive{{"attributes", attributes}, {"indices", index}, {"material", material}};
         for (std::size_t s = 1; s < m.shapes.size(); ++s) {
             const std::vector<Vec3d> bent = normals_of(m.shapes[s], m.triangles);
             std::vector<Vec3d> shift(base.size()), turn(base.size());
@@ -200,61 +238,79 @@ private:
             primitive["targets"].push_back(
                 {{"POSITION", add_vectors(shift, true, k_vertices)}, {"NORMAL", add_vectors(turn, false, k_vertices)}});
         }
+        json mesh{{"name", m.name}, {"primitives", json::array({primitive})}};
+        if (m.shapes.size() > 1) mesh["weights"] = std::vector<float>(m.shapes.size() - 1, 0.f);
+        root_["meshes"].push_back(std::move(mesh));
+        return root_["meshes"].size() - 1;
+    }
+
+    void add_motion(const MovingMesh& m, std::size_t node)
+    {
         const std::size_t targets = m.shapes.empty() ? 0 : m.shapes.size() - 1;
-        if (targets > 0) mesh["weights"] = std::vector<float>(targets, 0.f);
-        mesh["primitives"] = json::array({primitive});
-        root_["meshes"].push_back(mesh);
-        json node{{"name", m.name}, {"mesh", root_["meshes"].size() - 1}};
-        const std::size_t number = root_["nodes"].is_array() ? root_["nodes"].size() : 0;
-        if (m.times.size() > 1 && (targets > 0 || !m.keys.empty())) {
-            std::vector<float> times;
-            for (const double t : m.times) times.push_back(static_cast<float>(t));
-            const std::size_t input = add_floats(times, "SCALAR", 1, true);
-            const auto channel = [&](std::size_t output, const char* path) {
-                channels.push_back({{"sampler", samplers.size()}, {"target", {{"node", number}, {"path", path}}}});
-                samplers.push_back({{"input", input}, {"output", output}, {"interpolation", "LINEAR"}});
-            };
-            if (targets > 0) {
-                std::vector<float> weights(m.times.size() * targets, 0.f);
-                for (std::size_t k = 1; k <= targets; ++k) weights[k * targets + k - 1] = 1.f;
-                channel(add_floats(weights, "SCALAR", 1, false), "weights");
-            }
-            if (!m.keys.empty()) {
-                std::vector<float> turns, shifts;
-                std::array<double, 4> last{0, 0, 0, 1};
-                for (const RigidKey& key : m.keys) {
-                    std::array<double, 4> q = quaternion_of(key.rotation);
-                    // The nearer of the two quaternions of a rotation, so that players take the short way.
-                    if (q[0] * last[0] + q[1] * last[1] + q[2] * last[2] + q[3] * last[3] < 0)
-                        for (double& v : q) v = -v;
-                    last = q;
-                    for (const double v : q) turns.push_back(static_cast<float>(v));
-                    for (int k = 0; k < 3; ++k) shifts.push_back(static_cast<float>(key.translation[k]));
-                }
-                channel(add_floats(turns, "VEC4", 4, false), "rotation");
-                channel(add_floats(shifts, "VEC3", 3, false), "translation");
-            }
+        if (m.times.size() < 2 || (targets == 0 && m.keys.empty())) return;
+        std::vector<float> times;
+        for (const double t : m.times) times.push_back(static_cast<float>(t));
+        const std::size_t input = add_floats(times, "SCALAR", 1, true);
+        const auto channel = [&](std::size_t output, const char* path) {
+            channels_.push_back({{"sampler", samplers_.size()}, {"target", {{"node", node}, {"path", path}}}});
+            samplers_.push_back({{"input", input}, {"output", output}, {"interpolation", "LINEAR"}});
+        };
+        if (targets > 0) {
+            std::vector<float> weights(m.times.size() * targets, 0.f);
+            for (std::size_t k = 1; k <= targets; ++k) weights[k * targets + k - 1] = 1.f;
+            channel(add_floats(weights, "SCALAR", 1, false), "weights");
         }
+        if (m.keys.empty()) return;
+        std::vector<float> turns, shifts;
+        std::array<double, 4> last{0, 0, 0, 1};
+        for (const RigidKey& key : m.keys) {
+            std::array<double, 4> q = quaternion_of(key.rotation);
+            // The nearer of the two quaternions of a rotation, so that players take the short way.
+            if (q[0] * last[0] + q[1] * last[1] + q[2] * last[2] + q[3] * last[3] < 0)
+                for (double& v : q) v = -v;
+            last = q;
+            for (const double v : q) turns.push_back(static_cast<float>(v));
+            for (int k = 0; k < 3; ++k) shifts.push_back(static_cast<float>(key.translation[k]));
+        }
+        channel(add_floats(turns, "VEC4", 4, false), "rotation");
+        channel(add_floats(shifts, "VEC3", 3, false), "translation");
+    }
+
+    void add(const MovingMesh& m)
+    {
+        check(m);
+        json node{{"name", m.name}, {"mesh", add_mesh(m)}};
+        const std::size_t number = root_["nodes"].is_array() ? root_["nodes"].size() : 0;
+        add_motion(m, number);
         if (!m.keys.empty()) {
             const auto q = quaternion_of(m.keys.front().rotation);
             const Vec3d t = m.keys.front().translation;
             node["rotation"] = {q[0], q[1], q[2], q[3]};
             node["translation"] = {t.x, t.y, t.z};
         }
-        root_["nodes"].push_back(node);
+        if (!m.extras.empty()) node["extras"] = json::parse(m.extras);
+        if (!m.group.empty()) {
+            const auto named = [&](const auto& group) { return group.first == m.group; };
+            auto at = std::find_if(groups_.begin(), groups_.end(), named);
+            if (at == groups_.end()) at = groups_.emplace(groups_.end(), m.group, std::vector<std::size_t>{});
+            at->second.push_back(number);
+        }
+        root_["nodes"].push_back(std::move(node));
     }
 
-    json root_ = json::object();
+    json root_ = json::object(), channels_ = json::array(), samplers_ = json::array();
+    std::vector<std::pair<std::string, std::vector<std::size_t>>> groups_;  ///< name, and the nodes under it
     std::vector<std::byte> binary_;
 };
 
 }  // namespace
 
-void write_glb(const std::filesystem::path& path, std::span<const MovingMesh> meshes)
+std::vector<std::byte> glb_bytes(std::span<const MovingMesh> meshes)
 {
     if (meshes.empty()) throw std::invalid_argument("no mesh to write");
-    const std::vector<std::byte> bytes = Writer(meshes).bytes();
-    replace_file(path, bytes);
+    return Writer(meshes).bytes();
 }
+
+void write_glb(const std::filesystem::path& path, std::span<const MovingMesh> meshes) { replace_file(path, glb_bytes(meshes)); }
 
 }  // namespace sqmap::io

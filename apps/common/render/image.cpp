@@ -3,8 +3,6 @@
 #include "sqmap/io/model_file.h"
 #include "sqmap/io/replace_file.h"
 
-#include <png.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -194,17 +192,8 @@ std::string png_bytes(const Image& image)
     std::vector<std::uint8_t> pixels;
     pixels.reserve(3 * image.pixels.size());
     for (const Rgb& p : image.pixels) pixels.insert(pixels.end(), {to_srgb_byte(p.r), to_srgb_byte(p.g), to_srgb_byte(p.b)});
-    png_image header{};
-    header.version = PNG_IMAGE_VERSION;
-    header.width = static_cast<png_uint_32>(image.width);
-    header.height = static_cast<png_uint_32>(image.height);
-    header.format = PNG_FORMAT_RGB;
-    png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(header);
-    std::string out(size, '\0');
-    if (png_image_write_to_memory(&header, out.data(), &size, 0, pixels.data(), 0, nullptr) == 0)
-        throw ImageError(std::string("a picture cannot be written: ") + header.message);
-    out.resize(size);
-    return out;
+    return png_bytes(
+        {static_cast<std::uint32_t>(image.width), static_cast<std::uint32_t>(image.height), PngFormat::Rgb8, pixels});
 }
 
 void write_png(const std::filesystem::path& path, const Image& image)

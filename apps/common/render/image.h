@@ -1,8 +1,9 @@
 // A picture in linear light and its PNG file.
 #pragma once
 
+#include "common/render/png.h"
+
 #include <filesystem>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -84,11 +85,6 @@ struct Scale {
 void draw_scale(Image& image, const Scale& scale);
 /// Pixels along the right edge that it needs.
 [[nodiscard]] int scale_width(const Image& image, const Scale& scale);
-
-class ImageError : public std::runtime_error {
-public:
-    using std::runtime_error::runtime_error;
-};
 
 /// A PNG file. @throw ImageError for a picture without pixels
 [[nodiscard]] std::string png_bytes(const Image& image);

@@ -1,11 +1,11 @@
 // PNG without libpng, which emscripten does not bring: the texels are stored, not compressed (RFC 1950, RFC 1951, RFC 2083).
-#include "viewer/server/scene/displacement.h"
+#include "common/render/png.h"
 
 #include <algorithm>
 #include <cstdint>
 #include <string_view>
 
-namespace sqmap::viewer {
+namespace sqmap::app {
 namespace {
 
 void put_number(std::string& out, std::uint32_t value)
@@ -58,19 +58,20 @@ std::string stored(std::string_view bytes)
 
 }  // namespace
 
-std::string displacement_png(const Displacement& map)
+std::string png_bytes(const Pixels& pixels)
 {
-    const std::vector<unsigned char> texels = displacement_texels(map);
-    const auto row = static_cast<std::size_t>(4 * map.width);
+    const bool is_grey = pixels.format == PngFormat::GreyAlpha16;
+    const std::size_t row = (is_grey ? 4 : 3) * static_cast<std::size_t>(pixels.width);
     std::string rows;
-    for (std::size_t at = 0; at < texels.size(); at += row) {
+    for (std::size_t at = 0; at < pixels.bytes.size(); at += row) {
         rows += '\0';  // no filter
-        rows.append(reinterpret_cast<const char*>(&texels[at]), row);
+        rows.append(reinterpret_cast<const char*>(&pixels.bytes[at]), row);
     }
     std::string head;
-    put_number(head, static_cast<std::uint32_t>(map.width));
-    put_number(head, static_cast<std::uint32_t>(map.height));
-    head += {16, 4, 0, 0, 0};  // bits, grey with alpha, deflate, adaptive filters, not interlaced
+    put_number(head, pixels.width);
+    put_number(head, pixels.height);
+    head += is_grey ? std::string{16, 4} : std::string{8, 2};  // bits of a channel, channels
+    head += {0, 0, 0};                                         // deflate, adaptive filters, not interlaced
     std::string out("\x89PNG\r\n\x1a\n", 8);
     put_chunk(out, "IHDR", head);
     put_chunk(out, "IDAT", stored(rows));
@@ -78,4 +79,4 @@ std::string displacement_png(const Displacement& map)
     return out;
 }
 
-}  // namespace sqmap::viewer
+}  // namespace sqmap::app

@@ -1,5 +1,6 @@
 #include "viewer/server/scene/displacement.h"
 
+#include "common/render/png.h"
 #include "sqmap/mesh/bvh.h"
 #include "sqmap/shape/surface.h"
 
@@ -24,7 +25,7 @@ Displacement displacement_of(const Object& object, const Parts& parts, std::uint
     std::vector<mesh::Bvh::Crossing> crossings;
     for (int row = 0; row < height; ++row)
         for (int column = 0; column < width; ++column) {
-            // A ray within rounding of an edge is asked again beside it, within its texel.
+            // A ray within rounding of an edge is computed again beside it, within its texel.
             for (const double nudge : {0.5, 0.43, 0.59}) {
                 const auto at = shape::surface_point(parts.superquadrics[part],
                                                      shape::SurfaceAngles<double>{k_pi / 2 - k_pi * (row + nudge) / height,
@@ -41,18 +42,21 @@ Displacement displacement_of(const Object& object, const Parts& parts, std::uint
     return out;
 }
 
-std::vector<unsigned char> displacement_texels(const Displacement& map)
+std::string displacement_png(const Displacement& map)
 {
-    std::vector<unsigned char> out(4 * map.below.size());
+    std::vector<unsigned char> texels(4 * map.below.size());
     for (std::size_t i = 0; i < map.below.size(); ++i) {
         const bool there = map.below[i] >= 0;
         const auto grey = static_cast<unsigned>(
             there && map.max > 0 ? std::lround(65535.0 * static_cast<double>(map.below[i]) / static_cast<double>(map.max)) : 0);
-        out[4 * i] = static_cast<unsigned char>(grey >> 8);
-        out[4 * i + 1] = static_cast<unsigned char>(grey & 255);
-        out[4 * i + 2] = out[4 * i + 3] = there ? 255 : 0;
+        texels[4 * i] = static_cast<unsigned char>(grey >> 8);
+        texels[4 * i + 1] = static_cast<unsigned char>(grey & 255);
+        texels[4 * i + 2] = texels[4 * i + 3] = there ? 255 : 0;
     }
-    return out;
+    return app::png_bytes({.width = static_cast<std::uint32_t>(map.width),
+                           .height = static_cast<std::uint32_t>(map.height),
+                           .format = app::PngFormat::GreyAlpha16,
+                           .bytes = texels});
 }
 
 Sheet superquadric_sheet(const Object& object, const shape::Superquadricd& superquadric, int along, int around)

@@ -18,9 +18,7 @@ struct Displacement {
 /// Cost: a ray a texel. @pre part < #parts
 [[nodiscard]] Displacement displacement_of(const Object& object, const Parts& parts, std::uint32_t part, int width, int height);
 
-/// Of each texel grey and alpha, 16 bits each, the higher byte first. Grey: 65535 is most; alpha: 0 where there is no surface.
-[[nodiscard]] std::vector<unsigned char> displacement_texels(const Displacement& map);
-/// The same as PNG.
+/// A PNG of grey and alpha, 16 bits each. Grey: 65535 is map.max; alpha: 0 where there is no surface.
 [[nodiscard]] std::string displacement_png(const Displacement& map);
 
 /// The superquadric as a grid over the same angles: positions and normals in the world, m; texture coordinates.
