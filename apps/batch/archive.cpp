@@ -1,14 +1,14 @@
-// The archive: POSIX ustar with nothing in its headers but names and sizes. io::ModelArchive reads it.
+// The archive: POSIX ustar with nothing in its headers but names and sizes. libarchive writes it, io::ModelArchive reads it.
 #include "batch/results.h"
 #include "sqmap/io/model_archive.h"
 
+#include <archive.h>
+#include <archive_entry.h>
 #include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <system_error>
 
@@ -22,69 +22,44 @@ constexpr std::size_t k_buffer = std::size_t{1} << 20;
 
 std::uint64_t padded(std::uint64_t size) { return (size + k_block - 1) / k_block * k_block; }
 
-std::array<char, k_block> header(const std::string& name, std::uint64_t size)
-{
-    std::array<char, k_block> out{};
-    const auto put = [&](std::size_t at, std::string_view text) { std::copy(text.begin(), text.end(), out.begin() + at); };
-    char digits[16];
-    std::snprintf(digits, sizeof digits, "%011llo", static_cast<unsigned long long>(size));
-    put(0, name);
-    put(100, "0000644");
-    put(108, "0000000");
-    put(116, "0000000");
-    put(124, digits);
-    put(136, "00000000000");
-    put(148, "        ");
-    put(156, "0");
-    put(257, std::string_view("ustar\0"
-                              "00",
-                              8));
-    unsigned sum = 0;
-    for (const char c : out) sum += static_cast<unsigned char>(c);
-    std::snprintf(digits, sizeof digits, "%06o", sum);
-    put(148, std::string_view(digits, 7));
-    return out;
-}
-
-/// Collects writes.
+/// A POSIX ustar archive that libarchive writes to an open file. Nothing in its headers tells one run from another.
 class Output {
 public:
-    explicit Output(int fd) : fd_(fd) { buffer_.reserve(k_buffer); }
-
-    void add(std::string_view text)
+    explicit Output(int fd) : fd_(fd)
     {
-        while (!text.empty()) {
-            const std::string_view part = text.substr(0, k_buffer - buffer_.size());
-            buffer_.append(part);
-            text.remove_prefix(part.size());
-            if (buffer_.size() == k_buffer) flush();
-        }
+        archive_write_set_format_ustar(tar_);
+        archive_write_set_bytes_per_block(tar_, k_buffer);
+        check(archive_write_open_fd(tar_, fd));
     }
+    ~Output()
+    {
+        archive_entry_free(entry_);
+        archive_write_free(tar_);
+    }
+    Output(const Output&) = delete;
+    Output& operator=(const Output&) = delete;
+
     void add_member(const std::string& name, std::string_view bytes)
     {
         begin(name, bytes.size());
         add(bytes);
-        pad(bytes.size());
     }
     void copy_member(const std::string& name, int file, std::uint64_t offset, std::uint64_t size)
     {
         begin(name, size);
         for (std::uint64_t done = 0; done < size;) {
-            if (buffer_.size() == k_buffer) flush();
-            const std::size_t had = buffer_.size(), wanted = std::min<std::uint64_t>(size - done, k_buffer - had);
-            buffer_.resize(had + wanted);
-            const ssize_t n = ::pread(file, buffer_.data() + had, wanted, static_cast<off_t>(offset + done));
-            buffer_.resize(had + static_cast<std::size_t>(std::max<ssize_t>(n, 0)));
+            buffer_.resize(std::min<std::uint64_t>(size - done, k_buffer));
+            const ssize_t n = ::pread(file, buffer_.data(), buffer_.size(), static_cast<off_t>(offset + done));
             if (n == 0) throw std::system_error(EIO, std::generic_category());
             if (n < 0 && errno != EINTR) throw std::system_error(errno, std::generic_category());
-            done += static_cast<std::uint64_t>(std::max<ssize_t>(n, 0));
+            if (n < 0) continue;
+            add({buffer_.data(), static_cast<std::size_t>(n)});
+            done += static_cast<std::uint64_t>(n);
         }
-        pad(size);
     }
     void finish()
     {
-        add(std::string(2 * k_block, '\0'));
-        flush();
+        check(archive_write_close(tar_));
         if (::fsync(fd_) != 0) throw std::system_error(errno, std::generic_category());
     }
 
@@ -92,17 +67,27 @@ private:
     void begin(const std::string& name, std::uint64_t size)
     {
         if (size >= k_max_member) throw std::system_error(EFBIG, std::generic_category());
-        const auto block = header(name, size);
-        add({block.data(), block.size()});
+        archive_entry_clear(entry_);
+        archive_entry_set_pathname(entry_, name.c_str());
+        archive_entry_set_filetype(entry_, AE_IFREG);
+        archive_entry_set_perm(entry_, 0644);
+        archive_entry_set_size(entry_, static_cast<la_int64_t>(size));
+        check(archive_write_header(tar_, entry_));
     }
-    void pad(std::uint64_t size) { add(std::string(padded(size) - size, '\0')); }
-    void flush()
+    void add(std::string_view bytes)
     {
-        if (!write_all(fd_, buffer_)) throw std::system_error(errno, std::generic_category());
-        buffer_.clear();
+        if (archive_write_data(tar_, bytes.data(), bytes.size()) != static_cast<la_ssize_t>(bytes.size())) check(ARCHIVE_FAILED);
+    }
+    void check(int status)
+    {
+        if (status == ARCHIVE_OK) return;
+        const int error = archive_errno(tar_);
+        throw std::system_error(error > 0 ? error : EIO, std::generic_category());
     }
 
     int fd_;
+    archive* tar_ = archive_write_new();
+    archive_entry* entry_ = archive_entry_new();
     std::string buffer_;
 };
 
