@@ -28,7 +28,7 @@ inline constexpr std::array<LayerName, 6> k_layer_names{{{query::Layer::One, "1"
 /// Nothing for a name that is not in the table.
 [[nodiscard]] std::optional<query::Layer> layer_named(std::string_view name);
 [[nodiscard]] std::string_view layer_name(query::Layer layer);
-/// Of an option that takes these layers alone.
+/// Names and layers of an option that takes these layers alone.
 [[nodiscard]] std::map<std::string, query::Layer> layers_by_name(std::initializer_list<query::Layer> layers);
 
 }  // namespace sqmap::app

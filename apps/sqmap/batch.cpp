@@ -36,7 +36,7 @@ struct Options {
     BakeSettings bake;
 };
 
-/// What does not change a model: of the driver.
+/// Options of the driver, which do not change a model.
 const std::vector<std::string> k_of_the_driver{"--output", "--shard",       "--rank",     "--world-size", "--jobs", "--time",
                                                "--memory", "--output-size", "--progress", "--root",       "--help", "--retry"};
 
@@ -63,7 +63,7 @@ Shard shard_of_text(const std::string& text)
     return {*index, *count};
 }
 
-/// Of a Slurm job array whose tasks are all there; a part of an array has to say which shard each is.
+/// The shard of a task of a whole Slurm job array; tasks of a part of an array must be given their shards.
 std::optional<Shard> shard_of_slurm()
 {
     const auto id = environment("SLURM_ARRAY_TASK_ID"), first = environment("SLURM_ARRAY_TASK_MIN"),

@@ -54,7 +54,7 @@ public:
     Option needs(Option other);
     /// Under this title in the help.
     Option group(const std::string& title);
-    /// What the help has for the kind of value.
+    /// The help's word for the kind of value.
     Option type_name(const std::string& name);
     /// The help tells the value that the variable has now.
     Option shows_default();
@@ -103,7 +103,7 @@ public:
 
     /// Below the options in the help.
     void footer(const std::string& text);
-    /// What the subcommand does; the result is the program's exit code.
+    /// Sets the subcommand's work, whose result is the program's exit code.
     void run(std::function<int()> work);
     /// The user gave this option.
     [[nodiscard]] bool given(const std::string& option) const;

@@ -26,7 +26,7 @@ const char* word(device::Presence presence)
     return "not built";
 }
 
-/// What sqmap touch itself makes, because it takes the model.
+/// Devices that sqmap touch makes itself, because they need the model.
 std::vector<device::DeviceListing> paths_over_models()
 {
     device::Capabilities path{.name = "path"};

@@ -89,7 +89,7 @@ const io::SkinAnimation& animation_of(const std::filesystem::path& path, const i
     throw AvatarError(path.string() + (all.empty() ? ": it has no animation" : ": no animation '" + name + "'; it has " + all));
 }
 
-/// Whether an animation ends as it begins, to be played again.
+/// True where an animation ends as it begins, so that it can be played again.
 bool is_cycle(const io::SkinnedSoup& skin, const io::SkinAnimation& animation)
 {
     const auto first = io::joint_maps(skin, io::poses_at(skin, animation, 0)),

@@ -1,4 +1,4 @@
-// Who is dressed: solids that stand still or ride bones, or one whose bones blend.
+// The figure that is dressed: solids that stand still or ride bones, or one whose bones blend.
 #pragma once
 
 #include "sqmap/io/read_skin.h"
@@ -35,7 +35,7 @@ struct SkinnedBody {
     std::unique_ptr<query::MovingSkin> moving;
     std::vector<Affine> maps;  ///< of the pose that it is in
 
-    /// Where the vertices are.
+    /// The vertices in that pose.
     [[nodiscard]] std::vector<Vec3d> posed() const { return mesh::skinned(bound.vertices, influences, maps); }
 };
 

@@ -1,4 +1,4 @@
-// What is worn: a garment's pattern, fabric and what is done to it, from JSON.
+// A garment from JSON: its pattern, its fabric and the events while it is worn.
 #pragma once
 
 #include "sqmap/sim/garment.h"

@@ -52,7 +52,7 @@ Handling::Handling(const GarmentFile& file, const std::string& name, std::span<c
 void Handling::before(sim::Cloth& cloth, double time, double dt, std::span<const sim::Collider> solids)
 {
     const double start = time - dt;
-    // What is listed for a time happens in the first step that begins there or later.
+    // An event that is listed for a time happens in the first step that begins there or later.
     const auto now = [&](double at) { return at <= start + k_instant && at > start - dt + k_instant; };
     for (const SeamEvent& e : file_->seam_events) {
         if (!now(e.at)) continue;

@@ -1,4 +1,4 @@
-// What is done to a garment while it is worn: seams cut and sewn, points pinned, cloth pulled by a tool.
+// Handling of a garment while it is worn: seams cut and sewn, points pinned, cloth pulled by a tool.
 #pragma once
 
 #include "common/dress/garment_file.h"
@@ -30,7 +30,7 @@ public:
 
     /// Of each pull: what it took, and what the tool felt of cloth and body.
     [[nodiscard]] const nlohmann::json& pulls() const { return pulls_; }
-    /// What the file lists for later than it was worn, in words.
+    /// Events that the file lists for later than the garment was worn, in words.
     [[nodiscard]] std::vector<std::string> never_came(double until) const;
 
 private:

@@ -1,4 +1,4 @@
-// What grasps a garment: the tip of a device, which feels the body and, through springs, the cloth that it holds.
+// The tool that grasps a garment: the tip of a device, which meets the body and, through springs, the cloth that it holds.
 #pragma once
 
 #include "common/dress/garment_file.h"
@@ -20,7 +20,7 @@
 
 namespace sqmap::app {
 
-/// What the cloth's steps tell the tool's ticks. World, m.
+/// The state of the cloth that the tool's ticks need. World, m.
 struct ToolScene {
     static constexpr std::size_t k_max = 32;
     std::array<sqmap::Pose, k_max> poses{};  ///< of the solids
@@ -30,7 +30,7 @@ struct ToolScene {
     Vec3d skin_point{}, skin_normal{};  ///< its tangent plane there
 };
 
-/// What a tick tells back.
+/// The result of a tick.
 struct ToolForces {
     Vec3d device{}, tip{};  ///< where the device is; where the tip is, which stays outside the body
     Vec3d body{}, cloth{};  ///< N, on the hand
@@ -38,7 +38,7 @@ struct ToolForces {
     [[nodiscard]] Vec3d commanded() const { return body + cloth; }
 };
 
-/// The tip's forces, a tick at a time. Of solids a proxy (haptic::Mode::Proxy), asked at every tick; of a skin the tangent plane
+/// The tip's forces, a tick at a time. Of solids a proxy (haptic::Mode::Proxy) at every tick; of a skin the tangent plane
 /// that the last step of the cloth found. The cloth pulls by the springs of its grip at the proxy.
 class ClothTool {
 public:
@@ -47,7 +47,7 @@ public:
     /// @pre solids' models outlive this
     explicit ClothTool(std::span<const sim::Collider> solids);
 
-    /// What the next ticks feel: after each of the cloth's steps.
+    /// The scene that the next ticks meet, made after each of the cloth's steps.
     [[nodiscard]] ToolScene scene(std::span<const sim::Collider> solids, const sim::Cloth* held, Vec3d dragged, Vec3d device);
     /// dt seconds later, with the device there. No allocation.
     ToolForces tick(const ToolScene& scene, const sqmap::Pose& device, double dt, bool degraded = false) noexcept;
@@ -73,7 +73,7 @@ public:
 
     /// After a step of the cloth: what the ticks are to feel from now on.
     void show(std::span<const sim::Collider> solids, const sim::Cloth* held, Vec3d dragged);
-    /// What the newest tick felt; the one before where there is none.
+    /// Forces of the newest tick; of the one before where there is no new one.
     [[nodiscard]] const ToolForces& forces();
     /// N: the most of any tick yet, asked for and sent.
     [[nodiscard]] double max_commanded() const { return max_commanded_; }

@@ -72,7 +72,7 @@ struct Swatch {
     std::string text;
 };
 
-/// What the colours of a picture mean.
+/// The legend of a picture's colours.
 struct Scale {
     std::vector<std::string> title;  ///< lines above the bar
     Rgb (*colour)(float) = nullptr;

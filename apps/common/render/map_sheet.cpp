@@ -18,7 +18,7 @@ namespace {
 
 const Rgb k_ink = srgb(0x30343a);
 
-/// What is drawn white: the 99th percentile, so that a few deep rays do not leave the rest black.
+/// The distance that is drawn white: the 99th percentile, so that a few deep rays do not leave the rest black.
 float brightest(const std::vector<float>& distance)
 {
     std::vector<float> hits;
@@ -35,7 +35,7 @@ Rgb grey(float t)  // even steps to the eye
     return {g, g, g};
 }
 
-/// What greys and colours mean, from the line at `top` on, in as many lines as the width asks for; entries follow the
+/// Draws the legend of greys and colours from the line at `top` on, in as many lines as the width needs; entries follow the
 /// grey bar. Returns how much lower the last line is than the first.
 int draw_legend(Image& image, int top, int dot, const std::vector<Swatch>& entries)
 {

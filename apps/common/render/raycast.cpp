@@ -21,7 +21,7 @@ using std::numbers::pi;
 
 constexpr std::uint32_t k_nothing = 0xffffffff;  // no layer
 
-/// What a sample saw first: where it changes between neighbours, a line is drawn.
+/// The first surface that a sample meets. A line is drawn where two neighbours meet different ones.
 struct Seen {
     std::uint32_t layer = k_nothing;
     std::uint32_t group = 0;
@@ -126,7 +126,7 @@ public:
         return true;
     }
 
-    /// Whether nothing opaque stands in between; translucent layers let light and sky through.
+    /// True where nothing opaque stands in between; translucent layers let light and sky through.
     bool lit(const mesh::Bvh::Ray& ray) const { return !opaque_.meets_any(ray); }
 
 private:
@@ -332,7 +332,7 @@ Image render(const std::vector<Layer>& layers, const View& view)
             const double sx = (2 * (x + 0.5) / (width - view.margin * view.samples) - 1) * camera.tan_half_x,
                          sy = (1 - 2 * (y + 0.5) / height) * camera.tan_half_y;
             const Vec3d direction = camera.forward + sx * camera.right + sy * camera.up;
-            // What is opaque first: a translucent surface may lie right on it, and must not hide it from a later ray.
+            // Opaque surfaces come first: a translucent one may lie right on them and must not hide them from a later ray.
             Scene::Hit ground;
             Rgb behind = k_background;
             double end = std::numeric_limits<double>::infinity();

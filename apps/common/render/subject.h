@@ -1,4 +1,4 @@
-// What there is to draw of a mesh or a model: triangles, their parts, superquadrics.
+// The subject of a picture, from a mesh or a model: triangles, their parts, superquadrics.
 #pragma once
 
 #include "sqmap/io/model_file.h"

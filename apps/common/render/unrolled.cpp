@@ -57,7 +57,7 @@ Below distance_below(const model::ModelView& model, std::uint32_t index, Vec3f q
     const std::optional<double> to_surface = query::distance_along_projection(
         model::normalized(model), index, cast<double>(centre + from * step), query::Layer::Three);
     if (!to_surface) return {};
-    // Where the superquadric ends on the ray: bent ones may be left and met again, the last exit counts.
+    // The superquadric ends at the ray's last exit: a ray may leave a bent one and meet it again.
     float inside = 0, outside = 3;
     for (float r = outside; r > 0; r -= 0.125f)
         if (shape::implicit(sq, centre + r * step) <= 1) {

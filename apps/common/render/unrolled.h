@@ -22,14 +22,14 @@ struct Unrolled {
     std::vector<Vec3f> surface{};  ///< beside distance: the point of the surface, model space
 };
 
-/// Where a picture of a map shows something: shares of its width and height, from the left and from above.
+/// A position on the picture of a map: shares of its width and height, from the left and from above.
 struct MapPosition {
     float x = 0, y = 0;
 };
 
 /// Four faces around z, and the two that z leaves through above and below the second: 4 side by 3 side pixels.
 [[nodiscard]] Unrolled unrolled_central(const model::ModelView& model, std::uint32_t part, int side);
-/// Of the direction in which a point lies from the chart's centre; nothing at the centre itself.
+/// The position of the direction from the chart's centre to a point; nothing at the centre itself.
 [[nodiscard]] std::optional<MapPosition> position_on_cross(const model::Part& part, Vec3f point);
 
 /// The finest grid, thinned or repeated to a size. @pre the model is normal, width and height are above 0

@@ -43,7 +43,7 @@ struct Arguments {
     int iterations = 12;
 };
 
-/// What cannot be written, before anything is simulated.
+/// Thrown for an output that cannot be written, before anything is simulated.
 class BadOutput : public std::runtime_error {
 public:
     using std::runtime_error::runtime_error;
@@ -253,7 +253,7 @@ void Dressing::write()
         scene[p].triangles = avatar_.parts[p].mesh.triangles;
         scene[p].colour = {c.r, c.g, c.b};
         scene[p].times = times_;
-        // Who stands still has no animation.
+        // A figure that stands still has no animation.
         if (a_.walker <= 0 && !(avatar_.skin && a_.walk)) scene[p].times.clear(), scene[p].keys.clear(), scene[p].shapes.clear();
         if (avatar_.skin && !a_.walk) scene[p].positions = avatar_.skin->posed();
     }

@@ -34,7 +34,7 @@ const char* status_text(std::uint32_t bit)
     }
 }
 
-/// What else the user should know of how it went, and what to do about it.
+/// Worries about the result, each with its cure.
 std::vector<std::string> worries(const Worn& w, const sim::Penetration& end, double height, double time)
 {
     std::vector<std::string> out = w.handling->never_came(time);

@@ -11,7 +11,7 @@
 
 namespace sqmap::app {
 
-/// What a stage takes, over the steps.
+/// The time of a stage in each step.
 struct Stage {
     std::vector<double> us;
     [[nodiscard]] nlohmann::json summary();
@@ -34,7 +34,7 @@ struct Worn {
     void add(const sim::StepReport& step, double time);
 };
 
-/// What became of it, for people.
+/// The report of a drape, for people.
 [[nodiscard]] std::string text_of(const sim::DrapeReport& drape);
 
 /// Penetration, strain, seams, pulls, time by stage, and in words what went wrong; against the solids as they are at the end.

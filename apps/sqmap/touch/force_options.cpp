@@ -9,7 +9,7 @@
 namespace sqmap::app {
 namespace {
 
-/// What the surface and the objects do.
+/// Adds the options of the surface and of moving objects.
 void add_object_options(Command& command, TouchOptions& o)
 {
     const char* const surface = "Surface";

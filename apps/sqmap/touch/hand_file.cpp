@@ -9,7 +9,7 @@
 namespace sqmap::app {
 namespace {
 
-/// Where the joint is in the bound mesh: what its inverse bind takes to the joint's origin.
+/// The joint's position in the bound mesh: the point that its inverse bind takes to the joint's origin.
 std::optional<Vec3d> bound_position(const Affine& inverse_bind)
 {
     const Vec3d *r = inverse_bind.linear.row, t = inverse_bind.shift;

@@ -39,7 +39,7 @@ void each_number(Options& o, Visit visit)
     visit("tool_size", o.tool_size);
 }
 
-/// Those that traces of before do not have: what their defaults say was done then.
+/// Visits the numbers that older traces do not have: their defaults are how such a trace was made.
 template <class Options, class Visit>
 void each_later_number(Options& o, Visit visit)
 {

@@ -1,4 +1,4 @@
-// What a touch is made of, as options and traces say it: the objects, the tool, the forces.
+// The options of a touch, as the command line and traces give them: the objects, the tool, the forces.
 #pragma once
 
 #include "sqmap/haptic/step.h"
@@ -35,7 +35,7 @@ struct BodyOptions {
     double sway_period = 2;  ///< s
 };
 
-/// What the user says of the coupling; what is not said is taken from the device.
+/// The user's wishes for the coupling; the device gives the values that are not set.
 struct CouplingWishes {
     std::optional<double> stiffness, damping, rotational, rotational_damping, inertia;
 };

@@ -35,7 +35,7 @@ Vec3d vector_option(const device::DeviceSpec& spec, const char* name, Vec3d othe
     return *v;
 }
 
-/// What a script has no use for is refused, not passed over.
+/// Refuses options that a script has no use for, instead of passing over them.
 void allow(const device::DeviceSpec& spec, device::Script script, bool simulated)
 {
     std::vector<std::string_view> names{"speed", "depth", "gap", "direction", "rate", "wait"};

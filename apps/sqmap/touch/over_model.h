@@ -14,7 +14,7 @@
 
 namespace sqmap::app {
 
-/// Where the simulated hand wants to be: what simulated devices point at.
+/// Poses that the simulated hand aims for, tick by tick; simulated devices point at them.
 struct HandPath {
     std::vector<sqmap::Pose> poses;
     double rate = 1000;

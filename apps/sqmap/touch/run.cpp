@@ -37,7 +37,7 @@ bool entered()
     return ::isatty(STDIN_FILENO) == 1 && ::poll(&in, 1, 0) > 0 && ::read(STDIN_FILENO, text, sizeof text) > 0;
 }
 
-/// What the servo's own record of a tick does not have.
+/// Findings of a tick that the servo's own record of it lacks.
 struct TickForces {
     std::uint64_t tick = 0;
     std::uint32_t contacts = 0, input = 0;

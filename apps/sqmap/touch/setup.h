@@ -1,4 +1,4 @@
-// What a touch is made of, the same for touching and for replaying: the solids, the tool, the state of the forces.
+// The setup of a touch, the same for touching and for replaying: the solids, the tool, the state of the forces.
 #pragma once
 
 #include "sqmap/device/hand.h"
@@ -39,14 +39,14 @@ public:
     /// The first object in metres, and where its frame is.
     [[nodiscard]] const model::ModelView& first_model() const { return views_.front(); }
     [[nodiscard]] const sqmap::Pose& first_pose() const { return solids_.front().pose; }
-    /// What a script brings into contact: the tool's points; of a point the point alone, not the samples of its smoothing; of a
+    /// The probe that a script brings into contact: the tool's points; a point alone without the samples of its smoothing; of a
     /// hand on a glove the flat hand, its middle at the origin.
     [[nodiscard]] const query::Probe& tool() const { return point_ ? *point_ : *probe_; }
     /// The same of all zones at once, where they stand at these poses; of a hand on a glove the flat hand, whatever they are.
     [[nodiscard]] query::Probe tool_at(std::span<const sqmap::Pose> zones) const;
     /// A glove poses a skinned hand every tick.
     [[nodiscard]] bool has_hand() const { return hand_ != nullptr; }
-    /// What the user should know of these options; a line each.
+    /// Notes for the user about these options, a line each.
     [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
 
     /// One tick: fills computed, depth, contacts and status of a row from its poses, twists, dt and input.

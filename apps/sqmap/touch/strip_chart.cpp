@@ -56,7 +56,7 @@ double tick_step(double range, int count)
     return 10 * power;
 }
 
-/// What a strip is drawn between: times, s; zero and the largest value; the top of the strip, pixels.
+/// The axes of a strip: first and last time, s; zero and the largest value; the top of the strip, pixels.
 struct Axes {
     double first, last, top;
     double high = 1;
@@ -170,7 +170,7 @@ std::string draw_strip(const Strip& strip, const std::vector<double>& times, Axe
         if (bottom) out += words({x, top + k_strip + 18, "middle", 11, k_faint}, text("%.6g", t));
     }
     out += words({k_left, top - 8, "start", 12, k_ink}, strip.title);
-    // Where there are several curves, their names stand at the right, above the strip.
+    // The names of several curves stand at the right, above the strip.
     double x = k_width - k_right;
     if (strip.curves.size() > 1)
         for (auto curve = strip.curves.rbegin(); curve != strip.curves.rend(); ++curve) {

@@ -7,7 +7,7 @@
 
 namespace sqmap::app {
 
-/// What else the ticks of a recording could have felt.
+/// Forces of the same ticks computed otherwise, to draw beside the recorded ones.
 struct Comparison {
     std::string name;                                ///< of what they are compared with
     std::vector<double> depth{}, force{}, torque{};  ///< a tick each: m, N, N m; of the zone that feels most

@@ -9,7 +9,7 @@
 namespace sqmap::app {
 namespace {
 
-/// What was wrong with poses, and what the filter did about it.
+/// Prints faults of poses, and how the filter answered them.
 void print_glitches(const haptic::SafetyCounters& counted)
 {
     const auto ticks = [](const char* what, std::uint64_t n, const char* then) {

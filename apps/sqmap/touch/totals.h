@@ -1,4 +1,4 @@
-// What became of a touch, over all its ticks, and how it is told.
+// Totals of a touch over all its ticks, and how they are printed.
 #pragma once
 
 #include "sqmap/device/servo.h"
@@ -35,7 +35,7 @@ struct Totals {
     void add(const device::TraceRow& row, std::size_t zones, double depth);
 };
 
-/// What the totals were of.
+/// The touch that totals are about.
 struct TouchFacts {
     std::size_t zones = 1;
     bool glove = false, by_the_clock = false, has_impact_zone = false;
@@ -48,7 +48,7 @@ void print(const Totals& totals, const TouchFacts& facts);
 /// Why the safety filter has let nothing through, in words. faults: bits of SafetyFault.
 [[nodiscard]] std::string reasons(std::uint32_t faults);
 
-/// What a zone is called: a glove's by its finger.
+/// The name of a zone: a glove's by its finger.
 [[nodiscard]] std::string zone_name(std::size_t zone, std::size_t zones, bool glove);
 
 }  // namespace sqmap::app

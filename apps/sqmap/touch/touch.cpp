@@ -71,7 +71,7 @@ const char* note(const device::Capabilities& capabilities)
     return capabilities.simulated && capabilities.name.find("no hardware") == std::string::npos ? " (no hardware)" : "";
 }
 
-/// What the filter refuses, with the option and the device's number.
+/// Says which limit the filter refuses, with the option and the device's number.
 std::string limit_above(const haptic::DeviceLimits& device, const haptic::SafetyOptions& options)
 {
     const double force = device.max_force > 0 ? device.max_force : haptic::k_unknown_force,
@@ -87,7 +87,7 @@ std::string limit_above(const haptic::DeviceLimits& device, const haptic::Safety
     return text;
 }
 
-/// What is touched and with what, before any device is opened.
+/// The objects and the tool as the arguments give them, checked before any device is opened.
 TouchOptions options_of(const Arguments& arguments)
 {
     TouchOptions options = arguments.touch;

@@ -65,7 +65,7 @@ EMSCRIPTEN_KEEPALIVE void page_open() { program().viewer.on_open(k_page); }
 /// A message of the page.
 EMSCRIPTEN_KEEPALIVE void page_says(const char* text) { program().viewer.on_text(k_page, text); }
 
-/// What the page fetches, or posts where there is a body.
+/// Answers a request of the page: a fetch, or a post where there is a body.
 EMSCRIPTEN_KEEPALIVE void page_fetches(int id, const char* target, const char* body, int size)
 {
     HttpRequest request{.method = body != nullptr ? "POST" : "GET", .target = target, .body = {}};

@@ -1,4 +1,4 @@
-// What the server serves: the page, the scene, touch, the dressed figure. It joins the rooms; each does its own work.
+// The viewer joins the page, the scene, touch and the dressed figure, and hands each request to the one that answers it.
 #pragma once
 
 #include "viewer/server/cloth/wardrobe.h"

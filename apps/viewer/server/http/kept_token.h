@@ -7,7 +7,7 @@
 
 namespace sqmap::viewer {
 
-/// Where both are kept: XDG_STATE_HOME or ~/.local/state, and sqmap in it; empty where there is neither.
+/// The folder that keeps both: sqmap in XDG_STATE_HOME or in ~/.local/state; empty where there is neither.
 [[nodiscard]] std::filesystem::path state_folder();
 
 /// The token of a port, from a file of the folder that only its owner can read; made where there is none, where others could

@@ -1,4 +1,4 @@
-// Who may talk to the viewer's server: pure functions over the header fields of a request, without a socket.
+// Admission to the viewer's server: pure functions over the header fields of a request, without a socket.
 #pragma once
 
 #include <cstdint>
@@ -9,14 +9,14 @@ namespace sqmap::viewer {
 
 inline constexpr std::size_t k_max_target = 1024;  ///< bytes of a request's target
 
-/// What a request says of itself.
+/// The fields of a request that decide on its admission.
 struct RequestHead {
     std::string_view method, target, host, origin;
     bool has_origin = false;
     bool upgrade = false;  ///< asks for a WebSocket
 };
 
-/// What the server demands.
+/// The server's conditions for admission.
 struct Guard {
     std::string token;  ///< in the query of every request but those for the page's own files
     std::uint16_t port = 0;

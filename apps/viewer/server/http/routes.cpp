@@ -19,7 +19,7 @@ std::vector<std::string_view> pieces_of(std::string_view path)
     return out;
 }
 
-/// What stands for the stars; nothing where the path is another.
+/// The path's words in place of the pattern's stars; nothing where the path is another.
 std::optional<std::vector<std::string_view>> match(const std::vector<std::string>& pattern,
                                                    const std::vector<std::string_view>& path)
 {

@@ -221,7 +221,7 @@ private:
         auto request = parser_->release();
         keep_alive_ = request.keep_alive();
         head_only_ = request.method() == http::verb::head;
-        // What takes long is answered later, by another thread.
+        // Another thread answers later where the answer takes long.
         stream_.expires_never();
         state_->application.on_http(
             {std::string(view_of(request.method_string())), std::string(view_of(request.target())), std::move(request.body())},

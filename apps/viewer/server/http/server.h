@@ -28,7 +28,7 @@ struct HttpReply {
 /// May be called once, by any thread.
 using Answer = std::function<void(HttpReply)>;
 
-/// What the server serves. All calls come on the server's thread; admission has been granted before.
+/// The content behind the server. All calls come on the server's thread; admission has been granted before.
 class Application {
 public:
     virtual ~Application() = default;

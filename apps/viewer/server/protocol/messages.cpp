@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-// What there is to wear; "none" would be no fitting.
+// Garments and fabrics by name; "none" is not among them, since nothing would be fitted.
 constexpr std::array<const char*, 3> k_garments{"shirt", "skirt", "poncho"};
 constexpr std::array<const char*, 5> k_fabrics{"cotton", "silk", "denim", "wool", "leather"};
 constexpr std::string_view k_layer_of_tool = "tool";

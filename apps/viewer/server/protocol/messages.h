@@ -1,4 +1,4 @@
-// What a browser may say: JSON text to a checked struct, or nothing.
+// Messages of a browser: JSON text becomes a checked struct, or nothing.
 #pragma once
 
 #include "sqmap/haptic/zone.h"
@@ -15,10 +15,10 @@
 
 namespace sqmap::viewer {
 
-/// What is held: a ball, the project's own hand, or a mesh of the scene.
+/// A tool: a ball, the project's own hand, or a mesh of the scene.
 enum class ToolKind : std::uint8_t { Ball, Hand, Mesh };
 
-/// What the page's sliders set.
+/// The state of the page's sliders.
 struct Settings {
     /// Not layer One. Nothing: as the tool needs it, Exact for a ball or a point, Three for a hand or a mesh.
     std::optional<query::Layer> layer{};
@@ -45,7 +45,7 @@ struct Settings {
 
 /// As the page sends and gets them.
 [[nodiscard]] nlohmann::ordered_json settings_json(const Settings& settings);
-/// Of an object with all these fields, whatever else it has. False where one is missing or out of its range.
+/// Reads them from an object that may have other fields too. False where a field is missing or out of its range.
 [[nodiscard]] bool read_settings(const nlohmann::json& in, Settings& settings);
 inline constexpr std::size_t k_settings_fields = 19;
 
@@ -74,7 +74,7 @@ enum class Say : std::uint8_t {
     Undress,  ///< the figure and its cloth are no longer wanted
 };
 
-/// What is done to the cloth.
+/// An act on the cloth.
 enum class Handling : std::uint8_t { Grasp, Drag, Release, Pin, Unpin, Cut, Sew, Slit, Restart };
 
 inline constexpr std::size_t k_max_line = 64;

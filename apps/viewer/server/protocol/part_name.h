@@ -1,4 +1,4 @@
-// What the name of a part may be.
+// Rules for the name of a part.
 #pragma once
 
 #include <algorithm>

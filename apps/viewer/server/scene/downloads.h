@@ -1,4 +1,4 @@
-// What the page fetches of an object: bytes to draw, and files to save.
+// The addresses at which the page fetches an object: bytes to draw, and files to save.
 #pragma once
 
 #include "viewer/server/http/routes.h"

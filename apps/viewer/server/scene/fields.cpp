@@ -41,7 +41,7 @@ float projection_error(const Object& object, std::uint32_t triangle, Field field
     return distance ? static_cast<float>(100 * std::abs(*distance) / object.view.header.r_max) : -2;
 }
 
-/// Where the ray of a part's projection to a point begins: the centre of its chart, or just outside the point's foot.
+/// The ray of a part's projection to a point begins at the centre of its chart, or just outside the point's foot.
 Vec3d projection_origin(const model::ModelView& view, std::uint32_t part, Vec3d point)
 {
     if (!model::is_normal(view)) return cast<double>(model::vec3(view.parts[part].chart_centre));

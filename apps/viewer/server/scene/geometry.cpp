@@ -9,7 +9,7 @@
 namespace sqmap::viewer {
 namespace {
 
-/// Of the paper's map the grid as it is, as long as that is no wider than eight faces.
+/// A part's map as a picture. The grid of a paper map is thinned only where it is wider than eight faces.
 app::Unrolled unrolled(const model::ModelView& view, std::uint32_t part, int side)
 {
     if (!model::is_normal(view)) return app::unrolled_central(view, part, side);

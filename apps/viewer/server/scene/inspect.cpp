@@ -65,7 +65,7 @@ struct Cut {
     std::array<float, 2> from{}, to{};
 };
 
-/// Where the plane cuts triangles within the square.
+/// The plane's cuts through triangles within the square.
 std::vector<Cut> cuts_of(const Object& object, const Parts& parts, const Square& square)
 {
     std::vector<Cut> out;

@@ -22,7 +22,7 @@ struct Landmark {
     Vec3d at{};  ///< mesh units
 };
 
-/// What is known of an object in words. Points, not parts: names outlive another decomposition.
+/// An object in words. They name points, not parts, so that names outlive another decomposition.
 struct Words {
     std::vector<Landmark> landmarks;
     bool whole = false;  ///< the landmarks speak of all of it: a part between them is named after the nearest along the surface
@@ -33,7 +33,7 @@ struct Words {
 [[nodiscard]] std::optional<Words> read_names(const std::string& json);
 [[nodiscard]] nlohmann::ordered_json names_json(const Words& words);
 
-/// Where model space lies: position = origin + unit * model space, mesh units.
+/// The frame of model space: position = origin + unit * model space, mesh units.
 struct Frame {
     Vec3d origin{};
     double unit = 1;

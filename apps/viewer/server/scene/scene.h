@@ -68,7 +68,7 @@ public:
     void send();  ///< all pages
 
 private:
-    /// What is baked, and the upload that it is of.
+    /// The name of an object that is baked, and the upload that it comes from.
     struct Job {
         std::string name;
         std::uint32_t upload = 0;

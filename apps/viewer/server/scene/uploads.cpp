@@ -38,7 +38,7 @@ double length_in(std::string_view text)
     return text.empty() && value > 0 && value < 1e9 ? value : 0;
 }
 
-/// What the page's dialog chose for a mesh: repair none, safe, close or surface; thickness of sheets and metres per unit.
+/// The choices of the page's dialog for a mesh: repair none, safe, close or surface; thickness of sheets and metres per unit.
 app::LoadOptions load_options(std::string_view target, const io::ReadLimits& limits)
 {
     app::LoadOptions load{.limits = limits};

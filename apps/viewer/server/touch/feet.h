@@ -19,11 +19,11 @@ struct Foot {
 
 inline constexpr std::size_t k_max_feet = 256;  ///< of more contacts every n-th has one
 
-/// Of the tool at a pose and one object, as a layer answers. Cost: a probe query, and a foot search a contact. Any thread.
+/// Feet of the tool at a pose on one object, as a layer answers. Cost: a probe query, and a search a contact. Any thread.
 /// @pre object < #objects
 [[nodiscard]] std::vector<Foot> feet_of(const Forces& forces, const sqmap::Pose& pose, std::size_t object, query::Layer layer);
 
-/// Of one point of the world that a part's superquadric holds or nearly holds; nothing at a chart's centre.
+/// The foot of one point of the world that a part's superquadric holds or nearly holds; nothing at a chart's centre.
 [[nodiscard]] std::optional<Foot> foot_of(const Object& object, std::uint32_t part, Vec3d point);
 
 }  // namespace sqmap::viewer

@@ -22,7 +22,7 @@ struct Live {
     std::uint32_t number = 0;  ///< how many such settings came before these
 };
 
-/// What of the settings a tick can take.
+/// The part of the settings that a tick can take.
 [[nodiscard]] Live live_of(const Settings& settings, std::uint32_t number);
 
 /// A tick of the tool's one zone, as far as forces depend on it.
@@ -38,7 +38,7 @@ struct ForceInput {
 
 class Forces {
 public:
-    /// What the newest tick found. Old planes answer for a force, not for what is touched: a degraded tick changes the body
+    /// Findings of the newest tick. Old planes give a force but do not say what is touched: a degraded tick changes the body
     /// alone.
     struct Found {
         double depth = 0;  ///< m, of a proxy the stretch of its spring, else the deepest point
@@ -64,7 +64,7 @@ public:
     // Any thread: what the servo changes is not read.
     [[nodiscard]] std::span<const Vec3d> points() const noexcept { return points_; }  ///< of the tool, its own frame, m
     [[nodiscard]] const query::Probe& probe() const noexcept { return *probe_; }      ///< the same points
-    /// What answers with such settings.
+    /// The layer that answers with such settings.
     [[nodiscard]] query::Layer layer_of(const Live& live) const noexcept;
 
 private:

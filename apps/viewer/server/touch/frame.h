@@ -1,4 +1,4 @@
-// What is streamed of touch, and drawn again of a recording: the newest tick, and what lay between it and the frame before.
+// A frame of touch, as it is streamed and as a recording is drawn: the newest tick, and the ticks since the frame before.
 #pragma once
 
 #include "viewer/server/touch/forces.h"
@@ -33,7 +33,7 @@ struct TouchFrame {
     bool cut = false;              ///< there were more: those that came last are left out
 };
 
-/// Where the tool is drawn, and what it touches: object is its number in objects, of which null ones are not there.
+/// Sets where the tool is drawn and what it touches: frame.object is a number in objects, of which null ones are not there.
 void set_contact(TouchFrame& frame, const sqmap::Pose& device, const Forces::Found& found, std::span<const ObjectPtr> objects);
 
 /// As the page reads it: 1, number, 41 numbers, 5 a tick. recorded: ticks that are recorded, these included.

@@ -78,7 +78,7 @@ Arrangement arrangement_of(const RecordingFile& file, const std::vector<ObjectPt
     return out;
 }
 
-/// Of the take's end, with the scene's number of a tool of the scene.
+/// The settings at the take's end; a tool of the scene has its number in the scene of now.
 Settings settings_now(const Take& take, const std::vector<ObjectPtr>& scene)
 {
     Settings out = take.settings.back();

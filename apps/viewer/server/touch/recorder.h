@@ -1,4 +1,4 @@
-// What the page records: kept with the poses of every tick, computed again, saved as a file and opened from one.
+// The page's recording: kept with the poses of every tick, computed again, saved as a file and opened from one.
 #pragma once
 
 #include "viewer/server/http/audience.h"
@@ -27,11 +27,11 @@ public:
     /// Adds /api/recording, /api/recording/frames, /api/again/then, /api/again/now.
     void add_routes(Routes& routes);
 
-    /// What was there before is forgotten.
+    /// Forgets the recording of before and begins another.
     void begin();
     void end() { recording_ = false; }
     [[nodiscard]] bool recording() const { return recording_; }
-    /// Where the next Touch is recorded; null where none is, or no more can be.
+    /// The take that the next Touch fills; null where nothing is recorded, or no more can be.
     [[nodiscard]] std::shared_ptr<Take> next_take();
     [[nodiscard]] std::size_t ticks() const;
     [[nodiscard]] bool full() const { return ticks() >= k_max_recorded; }

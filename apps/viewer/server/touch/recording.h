@@ -1,4 +1,4 @@
-// What was touched, with all that its forces depend on, so that they can be computed again: as they were, or over other objects.
+// A touch with all that its forces depend on, so that they can be computed again: as they were, or over other objects.
 #pragma once
 
 #include "viewer/server/touch/forces.h"
@@ -12,7 +12,7 @@
 
 namespace sqmap::viewer {
 
-/// What one Touch did while it was recorded, from its first tick on: what has a memory began empty.
+/// One recorded Touch from its first tick on: friction, filters and everything else with a memory began empty.
 struct Take {
     struct Tick {
         ForceInput input{};

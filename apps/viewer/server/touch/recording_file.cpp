@@ -208,7 +208,7 @@ struct Change {
     Settings settings{};
 };
 
-/// What the header says, in the order of the rows.
+/// The header's takes and changes of settings, in the order of the rows.
 struct Plan {
     RecordingFile file;
     std::vector<std::uint64_t> first_rows;  // #takes

@@ -10,7 +10,7 @@
 
 namespace sqmap::viewer {
 
-/// What a file holds: takes without their objects, which are only named.
+/// A recording as its file has it: the takes name their objects, but the file does not hold them.
 struct RecordingFile {
     struct NamedObject {
         std::string name;

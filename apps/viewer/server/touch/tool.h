@@ -1,4 +1,4 @@
-// What is held in touch: points that feel, and the triangles that the page draws of them.
+// The tool of a touch: points that meet the surface, and the triangles that the page draws of them.
 #pragma once
 
 #include "viewer/server/protocol/messages.h"

@@ -20,7 +20,7 @@ bool same_tool(const Settings& a, const Settings& b)
            a.tool_turn == b.tool_turn && a.tool_tilt == b.tool_tilt && a.paper_force == b.paper_force && a.proxy == b.proxy;
 }
 
-/// What a tick found, beside the servo's own record of it.
+/// Findings of a tick that the servo's own record of it lacks.
 struct TickForces {
     std::uint64_t tick = 0;
     std::uint32_t number = 0;  ///< of the settings

@@ -36,7 +36,7 @@ public:
     void resume();
     void end_take();              ///< records no more
     bool frame(TouchFrame& out);  ///< false where no tick has been since the last one
-    /// Of the tool's contacts with the object that such a frame names. @pre the frame is of this touch
+    /// Feet of the tool's contacts with the object that the frame names. @pre the frame is of this touch
     [[nodiscard]] std::vector<Foot> feet(const TouchFrame& frame) const;
     [[nodiscard]] const device::Capabilities& capabilities() const;
     [[nodiscard]] device::ServoCounters counters() const;

@@ -57,7 +57,7 @@ void Touching::list_devices()
                         {"rate", 1000},
                         {"limit", 3.3}});
         for (const device::DeviceListing& d : list) {
-            // Those that need a file or a script are for the command line.
+            // Simulated devices need a file or a script, so the page does not offer them.
             specs.push_back(d.spec);
             json.push_back({{"name", d.capabilities.name.empty() ? d.spec : d.capabilities.name},
                             {"here", d.presence == device::Presence::Here && !d.capabilities.simulated},
@@ -194,7 +194,7 @@ bool Touching::has_wanted_force()
     return false;
 }
 
-/// Where there is a touch, or one is to begin.
+/// Makes the touch anew where there is one, or where one is to begin.
 void Touching::begin_or_restart(bool begin)
 {
     const bool wanted = begin || touch_ != nullptr || device_ > 0;

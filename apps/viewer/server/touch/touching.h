@@ -53,7 +53,7 @@ public:
     /// Sends the newest frame, where there is one.
     void stream(std::uint64_t frame_number);
     [[nodiscard]] bool on() const { return touch_ != nullptr; }
-    /// What the page's status says of touch.
+    /// Adds the touch's share of the page's status.
     void add_status(nlohmann::ordered_json& out) const;
 
 private:
