@@ -2,7 +2,7 @@
 
 #include "sqmap/fit/fit.h"
 #include "sqmap/io/model_file.h"
-#include "sqmap/shape/bounding_sphere.h"
+#include "sqmap/shape/superquadric.h"
 #include "viewer/server/scene/load.h"
 
 #include <algorithm>

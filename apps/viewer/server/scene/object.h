@@ -3,7 +3,6 @@
 
 #include "sqmap/decompose/decompose.h"
 #include "sqmap/haptic/wrench.h"
-#include "sqmap/mesh/adjacency.h"
 #include "sqmap/mesh/mesh.h"
 #include "sqmap/model/model.h"
 #include "sqmap/shape/superquadric.h"
