@@ -162,19 +162,26 @@ def knots(nodes, edges):
     return found
 
 
-def sources_of(header, including, items):
+def sources_of(header, including, functions):
     """Of the files that include a header, those that bear its name in its top folder; else those that define what it declares."""
     top = folder(header).split("/")[0]
     sources = [f for f in including if f.endswith(".cpp") and folder(f).split("/")[0] == top]
     named = [f for f in sources if pathlib.PurePosixPath(f).stem == pathlib.PurePosixPath(header).stem]
     if named:
         return named
-    declared_names = names(items(header), "declaration")
-    return [f for f in sources if declared_names & names(items(f), "function")]
+    return [f for f in sources if functions(header)[";"] & functions(f)["{"]]
 
 
-def names(items, kind):
-    return {i.name.split("::")[-1] for i in items if i.kind == kind and not i.name.startswith("detail::")}
+# A function at namespace scope, which is not indented: its name, and whether its body follows.
+FUNCTION = re.compile(r"^\w[^\n(;{}=]*?[\s&*](\w+)\([^;{}]*?\)[^;{}()]*([;{])", re.MULTILINE)
+
+
+def functions_of(path):
+    """{";": names of functions that a file declares, "{": of those that it defines}"""
+    found = {";": set(), "{": set()}
+    for name, end in FUNCTION.findall(re.sub(r"\[\[[^\]]*\]\] ?", "", cpp_source.code_of(path.read_text(encoding="utf-8")))):
+        found[end].add(name)
+    return found
 
 
 def nodes_of(tree):
@@ -182,12 +189,12 @@ def nodes_of(tree):
     folders = {folder(name) for name in tree.files}
     parents = {p.as_posix() for f in folders for p in pathlib.PurePosixPath(f).parents} & folders
     node = {name: name if folder(name) in parents else folder(name) for name in tree.files}
-    items = functools.cache(lambda name: cpp_source.items(tree.files[name].read_text(encoding="utf-8")))
+    functions = functools.cache(lambda name: functions_of(tree.files[name]))
     including = collections.defaultdict(list)
     for name, target in tree.edges:
         including[target].append(name)
     for header in filter(lambda name: name.endswith(".h"), tree.files):
-        sources = sources_of(header, including[header], items)
+        sources = sources_of(header, including[header], functions)
         homes = {node[f] for f in sources} - {node[header]}
         if node[header] == header and len(homes) == 1 and not (header.startswith("include/") and homes <= tree.files.keys()):
             node[header] = homes.pop()
