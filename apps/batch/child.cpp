@@ -1,5 +1,5 @@
-// The process is a fork of the driver without another program: starting the program anew costs twelve milliseconds of CPU time
-// for its libraries, a fork one. The driver has a single thread, so the copy may allocate.
+// The process is a fork of the driver. Starting the program anew would cost twelve milliseconds of CPU time for its libraries; a
+// fork costs one. The driver has a single thread, so the fork may allocate memory.
 #include "batch/child.h"
 
 #include <fcntl.h>
@@ -47,15 +47,15 @@ void limit(__rlimit_resource resource, rlim_t soft, rlim_t hard)
     if (::setrlimit(resource, &values) != 0) ::_exit(k_failed);
 }
 
-/// Where the machine runs out of memory, this process ends and not the driver.
+/// Makes the system end this process, and not the driver, where the machine runs out of memory.
 void go_first() { std::ofstream("/proc/self/oom_score_adj") << 1000; }
 
-/// In the new process: limits, signals, and no file of the driver but the two that it is given.
+/// Prepares the new process: sets limits and signals, and closes all files of the driver but two.
 void enter(pid_t driver, const Caps& caps, int channel, int output)
 {
     ::setpgid(0, 0);
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-    if (::getppid() != driver) ::_exit(k_failed);  // it has died before that
+    if (::getppid() != driver) ::_exit(k_failed);  // the driver died before PDEATHSIG was set
     for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGXCPU, SIGPIPE}) ::signal(signal, SIG_DFL);
     ::signal(SIGXFSZ, SIG_IGN);  // a full file is a failed write
     go_first();
@@ -99,7 +99,7 @@ Child::Child(const Work& work, const Caps& caps) : caps_(caps)
         }
         ::_exit(0);
     }
-    ::setpgid(process_.id, process_.id);  // both do it: neither knows who comes first
+    ::setpgid(process_.id, process_.id);  // driver and process both do it, since neither knows who comes first
     handle_ = Descriptor(static_cast<int>(::syscall(SYS_pidfd_open, process_.id, 0)));
     if (!handle_) fail("no handle of a process");
 }
@@ -150,7 +150,7 @@ Ended Child::wait()
     rusage used{};
     while (::wait4(process_.id, &status, 0, &used) < 0 && errno == EINTR) {
     }
-    ::kill(-process_.id, SIGKILL);  // what it may have started and left
+    ::kill(-process_.id, SIGKILL);  // ends what the process has started and left
     process_.id = -1;
     Ended out = judged(status);
     out.cpu_seconds = seconds_of(used.ru_utime) + seconds_of(used.ru_stime);

@@ -1,4 +1,4 @@
-// Work in a process of its own, within limits: whatever it does, it does to that process alone.
+// Runs work in a process of its own, within limits. A crash, an endless loop or a full memory ends that process alone.
 #pragma once
 
 #include "batch/descriptor.h"
@@ -13,10 +13,10 @@
 
 namespace sqmap::batch {
 
-/// What a process may use.
+/// Limits of a process.
 struct Caps {
     std::uint32_t seconds = 300;                    ///< of CPU time; three times that, and 10 s, by the clock
-    bool is_long = false;                           ///< CPU time has no limit: only the clock, which renew_deadline sets back
+    bool is_long = false;                           ///< true: only the clock limits it, which renew_deadline sets back
     std::uint64_t memory = std::uint64_t{4} << 30;  ///< bytes of address space beyond the driver's own
     std::uint64_t output = std::uint64_t{1} << 30;  ///< bytes of any file that it writes
 };
@@ -28,7 +28,7 @@ enum class Ending : std::uint8_t {
     Memory,
     Output,
     Crash,
-    Killed,  ///< by somebody else: it may be tried again
+    Killed,  ///< by somebody else: the driver may try again
 };
 
 struct Ended {
@@ -38,7 +38,7 @@ struct Ended {
     std::uint64_t peak_bytes = 0;
 };
 
-/// A process that was started and has not been waited for. Destroying it ends it.
+/// A process that the driver has started and not waited for yet. The destructor ends it.
 class Child {
 public:
     /// Runs in the process: channel is a socket to the driver, output a file in memory that the driver reads afterwards.

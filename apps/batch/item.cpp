@@ -2,7 +2,7 @@
 
 #include "batch/child.h"
 #include "batch/manifest.h"
-#include "batch/sha256.h"
+#include "batch/text.h"
 #include "common/render/pictures.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/io/model_json.h"
@@ -15,7 +15,6 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <cctype>
 #include <cerrno>
 #include <cstring>
 #include <stdexcept>
@@ -30,7 +29,7 @@ using nlohmann::ordered_json;
 
 std::string_view text_of(std::span<const std::byte> bytes) { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
 
-/// Of a regular file; a fault where it cannot be read. Never waits, as opening a pipe would.
+/// Reads a regular file; returns the fault where that is not possible. Never waits, as opening a pipe would.
 std::optional<Fault> read_file(const fs::path& path, std::uint64_t max_bytes, std::vector<std::byte>& out)
 {
     const auto fault = [](const char* code, const std::string& why, const char* cure) { return Fault{code, "file", why, cure}; };
@@ -52,33 +51,19 @@ std::optional<Fault> read_file(const fs::path& path, std::uint64_t max_bytes, st
     return std::nullopt;
 }
 
-std::string ending_of(const fs::path& name)
-{
-    std::string ending = name.extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return ending;
-}
-
-std::string lower(const char* text)
-{
-    std::string out = text;
-    std::transform(out.begin(), out.end(), out.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return out;
-}
-
 void say(int channel, const std::string& line)
 {
     if (!write_all(channel, line + "\n")) ::_exit(1);
 }
 
-/// output: holds the model. Empty where there is nothing to draw.
+/// Draws the model that output holds, as a PNG; empty where there is nothing to draw.
 std::string drawn(const app::LoadedMesh& loaded, int output)
 try {
     io::MappedModel model("/proc/self/fd/" + std::to_string(output));
     const bool has_triangles = model::has_exact(model.view());
     const app::Subject subject = app::subject_of_model(std::move(model), has_triangles ? nullptr : &loaded.mesh);
-    // One thread: the driver has a process a core. Few rays for the sky: 96 a vertex take a large mesh a quarter of its bake.
+    // One thread, because the driver starts a process for each core. Few sky rays, because 96 rays a vertex take a quarter of the
+    // time in which a large mesh is baked.
     app::View view{.width = 160, .height = 120, .samples = 2, .sky_rays = 16, .threads = 1};
     view.azimuth = app::broad_azimuth(subject.mesh, view.up);
     return app::png_bytes(app::parts_picture(subject, view));
@@ -86,7 +71,7 @@ try {
     return {};
 }
 
-/// What follows the model in the output.
+/// The outcome of a bake, and the picture that follows the model in the output.
 struct Baked {
     ordered_json outcome;
     std::size_t model_size = 0;
@@ -148,17 +133,16 @@ Baked baked_or_refused(const Source& source, const Settings& settings, int outpu
 
 std::string key_of(std::span<const std::byte> bytes, const Source& source, const Settings& settings)
 {
-    const std::string ending = ending_of(source.file);
-    Sha256 hash;
-    hash.add("sqmap batch 1\n" + settings.made_by + "\n" + settings.options + "\n" + ending + "\n");
-    hash.add(sha256(text_of(bytes)));
+    const std::string ending = lower(source.file.extension().string());
+    std::string all = "sqmap batch 1\n" + settings.made_by + "\n" + settings.options + "\n" + ending + "\n";
+    all += sha256(text_of(bytes));
     if (ending == ".gltf" && !source.bytes) {
         for (const fs::path& beside : io::buffers_beside(bytes, source.file.parent_path())) {
             std::vector<std::byte> buffer;
-            if (!read_file(beside, settings.load.limits.max_bytes, buffer)) hash.add(sha256(text_of(buffer)));
+            if (!read_file(beside, settings.load.limits.max_bytes, buffer)) all += sha256(text_of(buffer));
         }
     }
-    return hash.digest();
+    return sha256(all);
 }
 
 void bake_item(const Source& source, const Settings& settings, int channel, int output)
@@ -176,7 +160,7 @@ void bake_item(const Source& source, const Settings& settings, int channel, int 
     if (::read(channel, &answer, 1) != 1 || answer != k_go) return;
 
     const Baked made = baked_or_refused(source, settings, output);
-    const std::string outcome = made.outcome.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+    const std::string outcome = dumped(made.outcome);
     if (!write_all(output, made.picture) || !write_all(output, outcome)) end_for_output();
     say(channel, k_done + std::to_string(made.model_size) + " " + std::to_string(made.picture.size()) + " " +
                      std::to_string(outcome.size()) + " " + made.sha256);

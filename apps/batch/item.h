@@ -13,22 +13,22 @@
 
 namespace sqmap::batch {
 
-/// What a mesh is baked with; the same for every item of a library.
+/// The settings of a bake, which are the same for every item of a library.
 struct Settings {
     app::LoadOptions load;
     bake::BakeOptions bake;
-    std::string made_by;  ///< of the models: program and version
+    std::string made_by;  ///< program and version, as models name them
     std::string options;  ///< every option that may change a model or its picture, as text
     bool pictures = true;
 };
 
-/// Where the bytes of a mesh are.
+/// A mesh as a file, or as bytes in memory.
 struct Source {
-    std::filesystem::path file;                         ///< to read; of a member, its name
-    std::optional<std::span<const std::byte>> bytes{};  ///< of a member of an archive
+    std::filesystem::path file;                         ///< the file to read, or a member's name
+    std::optional<std::span<const std::byte>> bytes{};  ///< the content of an archive's member
 };
 
-/// Key of a mesh: of its bytes, those of the files that it names, the ending of its name, the options and the version.
+/// The key of a mesh: a digest of its bytes, of the files that it names, of the ending of its name, of options and version.
 [[nodiscard]] std::string key_of(std::span<const std::byte> bytes, const Source& source, const Settings& settings);
 
 // Messages to the driver, a line each. "F" and a JSON text: the outcome of a mesh that cannot be read. "K" and its key: one byte
@@ -36,7 +36,7 @@ struct Source {
 // and the model's SHA-256.
 inline constexpr char k_unreadable = 'F', k_key = 'K', k_done = 'D', k_go = 'g', k_skip = 's';
 
-/// Reads, bakes and draws a mesh. Whatever cannot be baked is an outcome; anything thrown is a defect.
+/// Reads, bakes and draws a mesh. A mesh that cannot be baked gives an outcome; an exception means a defect.
 void bake_item(const Source& source, const Settings& settings, int channel, int output);
 
 }  // namespace sqmap::batch

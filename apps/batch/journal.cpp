@@ -1,12 +1,11 @@
-// A record is a line of lengths and a digest, then model, picture, outcome and what was measured:
+// A record is a line of lengths and a digest, followed by the model, the picture, the outcome and the measurements:
 //     sqmap-result KEY MODEL PICTURE OUTCOME MEASURED MODEL_SHA256 PAYLOAD_SHA256
-// It counts when all of it is there and the digest is right.
+// A record counts when the file holds all of it and the digest is right.
 #include "batch/results.h"
-#include "batch/sha256.h"
+#include "batch/text.h"
 #include "sqmap/io/model_file.h"
 
 #include <fcntl.h>
-#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -21,37 +20,15 @@ namespace {
 constexpr std::string_view k_word = "sqmap-result";
 constexpr std::size_t k_max_head = 512;
 
-/// Bytes of a file as text, while it lives.
-class Mapped {
-public:
-    Mapped(int fd, std::size_t size) : size_(size)
-    {
-        if (size == 0) return;
-        data_ = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE, fd, 0);
-        if (data_ == MAP_FAILED) throw io::ModelFileError(std::string("cannot map a file: ") + std::strerror(errno));
-    }
-    ~Mapped()
-    {
-        if (size_ > 0) ::munmap(data_, size_);
-    }
-    Mapped(const Mapped&) = delete;
-    Mapped& operator=(const Mapped&) = delete;
-    [[nodiscard]] std::string_view text() const { return {static_cast<const char*>(data_), size_}; }
-
-private:
-    void* data_ = nullptr;
-    std::size_t size_ = 0;
-};
-
 struct Head {
     std::string word, key, sha256, digest;
     std::uint64_t model = 0, picture = 0, outcome = 0, measured = 0;
     [[nodiscard]] std::uint64_t payload() const { return model + picture + outcome + measured; }
 };
 
-bool read_head(std::string_view line, Head& head)
+bool read_head(const std::string& line, Head& head)
 {
-    std::istringstream in{std::string(line)};
+    std::istringstream in(line);
     in >> head.word >> head.key >> head.model >> head.picture >> head.outcome >> head.measured >> head.sha256 >> head.digest;
     const std::uint64_t max = std::uint64_t{1} << 40;
     return !in.fail() && head.word == k_word && std::max({head.model, head.picture, head.outcome, head.measured}) < max;
@@ -65,7 +42,7 @@ std::uint64_t size_of(int fd)
 
 bool lock(int fd)
 {
-    // Of the process, not of the open file: children do not have it, and it ends with the process.
+    // fcntl locks for the process, not for the open file: children do not inherit the lock, and it ends with the process.
     struct flock whole {};
     whole.l_type = F_WRLCK;
     whole.l_whence = SEEK_SET;
@@ -91,24 +68,24 @@ void Journal::fail(const char* what) const
 void Journal::recover()
 {
     const std::uint64_t size = size_of(file_.get());
-    const Mapped all(file_.get(), size);
-    for (std::string_view rest = all.text(); !rest.empty();) {
-        const std::size_t line = rest.substr(0, k_max_head).find('\n');
+    while (end_ < size) {
+        const std::string start = read_at(file_.get(), end_, std::min<std::uint64_t>(size - end_, k_max_head));
+        const std::size_t line = start.find('\n');
         Head head;
-        if (line == std::string_view::npos || !read_head(rest.substr(0, line), head)) break;
-        const std::string_view payload = rest.substr(line + 1, head.payload());
-        if (payload.size() < head.payload() || sha256(payload) != head.digest) break;
+        if (line == std::string::npos || !read_head(start.substr(0, line), head)) break;
         const std::uint64_t at = end_ + line + 1, texts = head.model + head.picture;
-        found_.insert_or_assign(head.key, Finished{.outcome = {std::string(payload.substr(texts, head.outcome))},
-                                                   .measured = std::string(payload.substr(texts + head.outcome)),
+        if (size - at < head.payload()) break;
+        const std::string payload = read_at(file_.get(), at, head.payload());
+        if (sha256(payload) != head.digest) break;
+        found_.insert_or_assign(head.key, Finished{.outcome = {payload.substr(texts, head.outcome)},
+                                                   .measured = payload.substr(texts + head.outcome),
                                                    .sha256 = head.sha256,
                                                    .file = file_.get(),
                                                    .model_offset = at,
                                                    .model_size = head.model,
                                                    .picture_offset = at + head.model,
                                                    .picture_size = head.picture});
-        end_ += line + 1 + head.payload();
-        rest.remove_prefix(line + 1 + head.payload());
+        end_ = at + head.payload();
     }
     if (end_ < size && ::ftruncate(file_.get(), static_cast<off_t>(end_)) != 0) fail("cannot be cut to its last whole record");
 }
@@ -120,12 +97,8 @@ void Journal::read_into(Results& results) const
 
 Finished Journal::append(const std::string& key, Finished result)
 {
-    const std::uint64_t bytes = result.model_size + result.picture_size;
-    const Mapped made(result.file, bytes == 0 ? 0 : size_of(result.file));
-    const std::string_view model = made.text().substr(0, bytes == 0 ? 0 : result.model_offset + result.model_size);
-    std::string record;
-    record.append(model.substr(bytes == 0 ? 0 : result.model_offset));
-    if (bytes > 0) record.append(made.text().substr(result.picture_offset, result.picture_size));
+    std::string record = read_at(result.file, result.model_offset, result.model_size) +
+                         read_at(result.file, result.picture_offset, result.picture_size);
     record.append(result.outcome.text).append(result.measured);
     std::ostringstream head;
     head << k_word << ' ' << key << ' ' << result.model_size << ' ' << result.picture_size << ' ' << result.outcome.text.size()

@@ -90,7 +90,7 @@ Unfinished Library::unfinished() const
         const bool exists = fs::exists(archive, ignored) && fs::exists(manifest_of(archive), ignored);
         if (exists && is_of(archive, recipe.fingerprint)) continue;
         if (is_same && merged.has(shard)) continue;
-        // Of another number of shards, which are not all there, any may hold items of this one.
+        // An incomplete merge of another number of shards may hold items of this shard.
         const bool was_merged = merged.has(shard) || (merged.count > 0 && merged.count != shard.count);
         (exists || (was_merged && !is_same) ? out.stale : out.absent).push_back(shard);
     }
@@ -153,7 +153,7 @@ void Library::begin(const Recipe& recipe) const
 
 namespace {
 
-/// "2 of 10 shards are", and which, behind what they are.
+/// "2 of 10 shards are WHAT: 3, 7"
 std::string words_of(const std::vector<Shard>& shards, const std::string& what)
 {
     constexpr std::size_t k_named = 20;

@@ -6,8 +6,8 @@
 //     library/00000.tar               all shards merged; .measured.jsonl beside each
 //     library/shards.json             which shards those are
 //
-// Items are those of the manifest as the last run read it. Of shards that were made from another state of it results count, rows
-// do not.
+// The items are the manifest's as the last run read it. A shard that was made from another state of the manifest contributes its
+// results, but not its rows.
 //     report/index.html
 #pragma once
 
@@ -26,29 +26,29 @@ struct Shard {
     std::uint32_t index = 0, count = 1;
 };
 
-/// What batch.json holds.
+/// The content of batch.json.
 struct Recipe {
     std::string made_by, options;
     std::vector<std::string> arguments;  ///< the options as they were given, for retry
     std::uint32_t shards = 1;
     std::string manifest, root;  ///< absolute
-    std::string fingerprint;     ///< of the manifest's entries, as the last run read them
+    std::string fingerprint;     ///< fingerprint_of the entries that the last run read
 };
 
-/// What library/shards.json holds.
+/// The content of library/shards.json.
 struct Merged {
     std::uint32_t count = 0;
     std::set<std::uint32_t> shards;
     std::string fingerprint;
 
-    /// All shards of a number are those of any other.
+    /// Tells whether the merged library has that shard: all shards of one division hold the items of any other.
     [[nodiscard]] bool has(Shard shard) const
     {
         return count == shard.count ? shards.contains(shard.index) : count > 0 && shards.size() == count;
     }
 };
 
-/// Shards that wait for a run.
+/// The shards that wait for a run.
 struct Unfinished {
     std::vector<Shard> absent;  ///< not begun, running, or killed
     std::vector<Shard> stale;   ///< made from another state of the manifest
@@ -61,11 +61,11 @@ public:
     [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
     [[nodiscard]] std::filesystem::path journal(Shard shard) const;
     [[nodiscard]] std::filesystem::path archive(Shard shard) const;
-    /// What was measured of an archive's items.
+    /// The file of what was measured while an archive's items were baked.
     [[nodiscard]] static std::filesystem::path measured_of(const std::filesystem::path& archive);
-    /// The fingerprint of the manifest that a shard's archive was made from, as a line.
+    /// The file with the fingerprint of the manifest that a shard's archive was made from, as a line.
     [[nodiscard]] static std::filesystem::path manifest_of(const std::filesystem::path& archive);
-    /// The rows of a shard that is not finished.
+    /// The file with the rows of a shard that is not finished.
     [[nodiscard]] static std::filesystem::path rows_of(const std::filesystem::path& journal);
     [[nodiscard]] std::filesystem::path merged_folder() const { return folder_ / "library"; }
     [[nodiscard]] std::filesystem::path report_folder() const { return folder_ / "report"; }
@@ -76,15 +76,16 @@ public:
     [[nodiscard]] std::vector<std::filesystem::path> archives() const;
     [[nodiscard]] std::vector<std::filesystem::path> journals() const;
 
-    /// Those of the recipe that have neither an archive nor a part in the merged library that are of the recipe's manifest.
+    /// The shards for which neither an archive nor the merged library was made from the recipe's manifest.
     [[nodiscard]] Unfinished unfinished() const;
     [[nodiscard]] Merged merged_shards() const;
-    /// What shards.json is to hold when all that is finished is merged.
+    /// The content that shards.json gets when all finished shards are merged.
     [[nodiscard]] std::string shards_to_merge() const;
-    /// A shard's archive is of that state of the manifest.
+    /// Tells whether a shard's archive was made from that state of the manifest.
     [[nodiscard]] static bool is_of(const std::filesystem::path& archive, const std::string& fingerprint);
 
-    /// Makes the folders. @throw io::ModelFileError where the folder holds what was baked otherwise, or cannot be written
+    /// Makes the folders and batch.json. @throw io::ModelFileError where the folder holds models of another recipe, or cannot be
+    /// written
     void begin(const Recipe& recipe) const;
     /// @throw io::ModelFileError where the folder is no library
     [[nodiscard]] Recipe recipe() const;
@@ -93,17 +94,18 @@ private:
     std::filesystem::path folder_;
 };
 
-/// "2 of 10 shards are not finished: 3, 7", and which are of another state of the manifest, with the cure; or nothing.
+/// "2 of 10 shards are not finished: 3, 7", then the shards that are of another state of the manifest, with the cure. Empty where
+/// all are finished.
 [[nodiscard]] std::string words_of(const Unfinished& unfinished);
 
-/// All that a library holds, shards before what was merged earlier: results by key, and rows sorted, one an item.
+/// All that a library holds: results by key, and sorted rows, one for each item. A shard's results count before merged ones.
 class Contents {
 public:
     /// @throw io::ModelFileError for archives that are damaged
     explicit Contents(const Library& library);
 
     [[nodiscard]] const Results& results() const { return results_; }
-    /// One an item, sorted. A row's own outcome is empty where its key has one.
+    /// One row for each item, sorted. A row's own outcome is empty where its key has one.
     [[nodiscard]] const std::vector<Row>& rows() const { return rows_; }
     [[nodiscard]] const Outcome& outcome(const Row& row) const;
     /// The row as a line, with the outcome of its key.
@@ -118,7 +120,7 @@ private:
     std::vector<Row> rows_;
 };
 
-/// A line of what was measured, by key.
+/// The key of a line of a .measured.jsonl file.
 [[nodiscard]] std::string_view key_of_measured(std::string_view line);
 
 }  // namespace sqmap::batch

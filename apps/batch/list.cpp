@@ -34,7 +34,7 @@ void print(const TimedRow& timed, bool as_json, bool is_running)
     }
 }
 
-/// How well a text names an item.
+/// How well a text names an item: by a part of its name or key, or in full.
 enum class Match : std::uint8_t { None, Loose, Exact };
 
 Match match_of(const Row& row, const std::string& text)
@@ -49,7 +49,7 @@ Match match_of(const Row& row, const std::string& text)
     return is_key || is_name ? Match::Loose : Match::None;
 }
 
-/// Rows that a text names: those that it names in full, else those that it names in part; one of each key.
+/// The rows that a text names in full, else the rows that it names in part; one row of each key.
 std::vector<Row> rows_named(const Contents& contents, const std::string& text)
 {
     std::map<Match, std::map<std::string, Row>> found;
@@ -62,7 +62,7 @@ std::vector<Row> rows_named(const Contents& contents, const std::string& text)
     return out;
 }
 
-/// Writes the model of that key, if there is one.
+/// Writes the model of that key; false where there is none.
 bool extract_key(const Library& library, const std::string& key, const std::filesystem::path& output)
 {
     for (const std::filesystem::path& path : library.archives()) {

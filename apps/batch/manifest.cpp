@@ -1,13 +1,12 @@
 #include "batch/manifest.h"
 
-#include "batch/sha256.h"
+#include "batch/text.h"
 
 #include <unistd.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -21,13 +20,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Fields = std::vector<std::string>;
-
-std::string lower(std::string_view text)
-{
-    std::string out(text);
-    std::transform(out.begin(), out.end(), out.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return out;
-}
 
 template <std::size_t N>
 bool ends_with_one_of(std::string_view name, const std::array<std::string_view, N>& endings)
@@ -96,7 +88,7 @@ class Table {
 public:
     explicit Table(std::string_view text) : rest_(text) {}
 
-    /// False at the end. line(): where the record began. is_open(): a quote had no end.
+    /// Reads the next record; false at the end. line() is then the line where the record began; is_open(): a quote had no end.
     bool next(Fields& fields)
     {
         fields.assign(1, "");
@@ -159,7 +151,7 @@ std::vector<Entry> read_table(const fs::path& manifest)
             continue;
         }
         if (fields == Fields{""}) continue;
-        // All that follows would be one path.
+        // The table would take all that follows as one path.
         if (table.is_open())
             throw ManifestError(manifest.string() + ", line " + std::to_string(table.line()) +
                                 ": a quote has no end\n  cure: close it, or double it where it is meant");
@@ -171,7 +163,7 @@ std::vector<Entry> read_table(const fs::path& manifest)
 
 bool can_enter(const fs::path& folder) { return ::access(folder.c_str(), R_OK | X_OK) == 0; }
 
-/// Why the meshes in a folder are not items, if that is so.
+/// The reason why the meshes in a folder are not items; none where they are.
 std::optional<Outcome> fault_of_folder(const fs::directory_entry& folder)
 {
     std::error_code ignored;
@@ -272,10 +264,9 @@ void mark_duplicates(std::vector<Entry>& entries)
 
 std::string fingerprint_of(const std::vector<Entry>& entries)
 {
-    Sha256 hash;
-    for (const Entry& entry : entries)
-        hash.add(row_of(entry.item, "", {}).item + (entry.outcome ? entry.outcome->text : "") + "\n");
-    return std::to_string(entries.size()) + (entries.size() == 1 ? " item" : " items") + ", SHA-256 " + hash.digest();
+    std::string all;
+    for (const Entry& entry : entries) all += row_of(entry.item, "", {}).item + (entry.outcome ? entry.outcome->text : "") + "\n";
+    return std::to_string(entries.size()) + (entries.size() == 1 ? " item" : " items") + ", SHA-256 " + sha256(all);
 }
 
 fs::path root_of(const fs::path& manifest, const fs::path& root)

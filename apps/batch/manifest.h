@@ -17,7 +17,7 @@ public:
     using std::runtime_error::runtime_error;
 };
 
-/// A line of a manifest: an item, or why it names none.
+/// A line of a manifest: an item, or the outcome that says why the line names none.
 struct Entry {
     Item item;
     std::optional<Outcome> outcome;
@@ -38,15 +38,15 @@ struct ManifestOptions {
 /// Gives the second and later entries of one path the outcome "duplicate".
 void mark_duplicates(std::vector<Entry>& entries);
 
-/// Of all entries in their order: "13 items, SHA-256 ...". Shards that were made from the same entries belong together.
+/// A digest of all entries in their order: "13 items, SHA-256 ...". Shards that were made from the same entries belong together.
 [[nodiscard]] std::string fingerprint_of(const std::vector<Entry>& entries);
 
-/// By its name: a mesh that bake can read.
+/// Tells by the ending of a name whether bake can read the mesh.
 [[nodiscard]] bool has_mesh_name(std::string_view name);
-/// By its name: tar, also compressed, or zip.
+/// Tells by the ending of a name whether it is an archive: tar, also compressed, or zip.
 [[nodiscard]] bool has_archive_name(std::string_view name);
 
-/// Where an item's file is. root: as in ManifestOptions, made absolute.
+/// The file of an item. root: as in ManifestOptions, made absolute.
 [[nodiscard]] std::filesystem::path file_of(const Item& item, const std::filesystem::path& root);
 /// The folder that relative paths of a manifest count from.
 [[nodiscard]] std::filesystem::path root_of(const std::filesystem::path& manifest, const std::filesystem::path& root);

@@ -1,4 +1,4 @@
-// The members of one archive that a shard wants, as they come from the process that reads them.
+// Streams the members of one archive that a shard wants from the process that reads the archive.
 #pragma once
 
 #include "batch/members.h"
@@ -13,7 +13,7 @@
 
 namespace sqmap::batch {
 
-/// An item of a shard with the bytes that were read of it, or why there are none.
+/// An item of a shard with the bytes of its mesh, or with the outcome that says why there are none.
 struct Unpacked {
     std::size_t item = 0;
     std::string bytes;
@@ -26,17 +26,17 @@ public:
         Caps caps;
         std::uint64_t max_bytes = 0;
     };
-    /// wanted: items by member.
+    /// wanted: the index of the item of each member.
     MemberStream(std::filesystem::path archive, std::map<std::string, std::size_t> wanted, const Options& options);
 
-    /// Of the reading process; -1 when it has ended.
+    /// The channel of the reading process; -1 when the process has ended.
     [[nodiscard]] int channel() const { return child_ ? child_->channel() : -1; }
     [[nodiscard]] std::chrono::steady_clock::time_point deadline() const { return child_->deadline(); }
-    /// Takes what the process has sent, or what follows from its end.
+    /// Reads what the process has sent. At the end of the process every member that is missing becomes an outcome.
     void receive();
-    /// The deadline has passed while members were awaited.
+    /// Ends the process, because the deadline has passed while the driver waited for a member.
     void stop();
-    /// Time that nobody waited for a member does not count.
+    /// Starts the deadline anew: the time in which the driver did not wait for a member does not count.
     void renew_deadline();
 
     [[nodiscard]] bool is_over() const { return !child_ && ready_.empty(); }

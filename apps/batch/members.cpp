@@ -27,11 +27,11 @@ void send(int channel, Frame::Kind kind, const std::string& name, std::string_vi
     if (!write_all(channel, head + name) || !write_all(channel, bytes)) ::_exit(1);
 }
 
-/// Goes through an archive's members. take(entry, name) may read the data.
+/// Calls take(archive, entry, name) with each member until take returns false. take may read the member's data.
 template <class Take>
 void each_member(const fs::path& path, int channel, Take&& take)
 {
-    std::setlocale(LC_CTYPE, "C.UTF-8");  // names in zip archives are UTF-8 or what the maker had
+    std::setlocale(LC_CTYPE, "C.UTF-8");  // libarchive decodes the names of zip archives by the locale
     archive* const in = archive_read_new();
     archive_read_support_format_tar(in);
     archive_read_support_format_gnutar(in);
@@ -81,7 +81,7 @@ void list_members(const fs::path& path, int channel)
     });
 }
 
-/// All that an archive's process sends before it ends or its time is up.
+/// Lists an archive in a process of its own. The last frame says why the list is not complete, if that is so.
 std::vector<Frame> listed(const fs::path& path, const Caps& caps)
 {
     Child child([&](int channel, int) { list_members(path, channel); }, caps);
@@ -89,19 +89,16 @@ std::vector<Frame> listed(const fs::path& path, const Caps& caps)
     std::vector<Frame> out;
     Frame frame;
     for (bool open = true; open;) {
-        pollfd wanted[2] = {{child.channel(), POLLIN, 0}, {child.handle(), POLLIN, 0}};
+        pollfd sent{child.channel(), POLLIN, 0};
         const auto left = child.deadline() - std::chrono::steady_clock::now();
         const int wait = static_cast<int>(std::chrono::ceil<std::chrono::milliseconds>(left).count());
-        if (wait <= 0) break;
-        if (::poll(wanted, 2, wait) < 0 && errno != EINTR) break;
-        if (wanted[0].revents != 0)
-            open = frames.read(child.channel());
-        else if (wanted[1].revents != 0)
-            open = false;
+        if (wait <= 0 || (::poll(&sent, 1, wait) < 0 && errno != EINTR)) {
+            child.stop();
+            break;
+        }
+        if (sent.revents != 0) open = frames.read(child.channel());  // a process that ends closes its end
         while (frames.next(frame)) out.push_back(std::exchange(frame, {}));
     }
-    pollfd over{child.handle(), POLLIN, 0};
-    if (::poll(&over, 1, 1000) == 0) child.stop();
     const Ended ended = child.wait();
     if (ended.ending != Ending::Done) out.push_back({Frame::Kind::Broken, "", "while it was listed: " + ended.reason});
     return out;
@@ -122,7 +119,8 @@ void expand_one(const Item& archive, const std::vector<Frame>& frames, std::vect
     if (out.size() == before) out.push_back({archive, unreadable("E_ARCHIVE", "archive", "it holds no mesh")});
 }
 
-/// A member's data; false where there is more than max_bytes of it, or it cannot be read: why says so.
+/// Reads a member's data into out.first. Returns false, with the reason in out.second, where the member has more than max_bytes
+/// or libarchive cannot unpack it.
 bool read_member(archive* in, archive_entry* entry, std::uint64_t max_bytes, std::pair<std::string, Outcome>& out)
 {
     const auto too_large = [&] {

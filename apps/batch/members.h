@@ -1,4 +1,4 @@
-// Meshes inside archives. libarchive runs in a process of its own: what a broken archive does to it, it does to that process
+// Meshes inside archives. libarchive runs in a process of its own: an archive that makes it crash or hang ends that process
 // alone.
 #pragma once
 
@@ -11,19 +11,19 @@
 
 namespace sqmap::batch {
 
-/// What a reading process sends: a member's bytes, why a member cannot be read, or why the archive ends early.
+/// A message of a reading process: a member's name or bytes, why it cannot read a member, or why the archive ends early.
 struct Frame {
     enum class Kind : char { Name = 'N', Bytes = 'M', Fault = 'F', Broken = 'E' };
     Kind kind = Kind::Name;
     std::string name, bytes;  ///< bytes of a Fault: an outcome; of Broken: a message
 };
 
-/// Takes frames apart as they arrive.
+/// Collects bytes of a channel and cuts them into frames.
 class Frames {
 public:
-    /// Reads what is there; false at the end.
+    /// Reads the bytes that have arrived, waiting for the first; false at the end.
     [[nodiscard]] bool read(int channel);
-    /// Takes the next whole frame; false where there is none yet.
+    /// Moves the next frame that has arrived whole into frame; false where none has.
     [[nodiscard]] bool next(Frame& frame);
 
 private:
@@ -31,11 +31,11 @@ private:
     std::size_t taken_ = 0;  // of bytes_
 };
 
-/// Each entry that names an archive becomes an entry for each mesh in it, in the archive's order; one that is broken or holds no
-/// mesh keeps its own, with the outcome. Nothing is unpacked.
+/// Replaces each entry that names an archive by an entry for each mesh in the archive, in the archive's order. An archive that is
+/// broken or holds no mesh keeps an entry with that outcome. The function unpacks nothing.
 [[nodiscard]] std::vector<Entry> expanded(std::vector<Entry> entries, const std::filesystem::path& root, const Caps& caps);
 
-/// In a process of its own: sends the wanted members' bytes, in the archive's order. Of several of one name the first counts.
+/// Sends the wanted members' bytes, in the archive's order; among members of one name the first. Runs in a process of its own.
 void send_members(const std::filesystem::path& archive, const std::vector<std::string>& wanted, std::uint64_t max_bytes,
                   int channel);
 

@@ -1,4 +1,4 @@
-// Merged archives are written into a folder of another name, which then replaces the library's.
+// merge writes the archives into a folder of another name, which then replaces the library's.
 #include "batch/operations.h"
 #include "sqmap/io/model_archive.h"
 #include "sqmap/io/replace_file.h"
@@ -18,7 +18,7 @@ using Pointers = std::vector<const Results::value_type*>;
 
 fs::path beside(const fs::path& folder, const char* ending) { return folder.string() + ending; }
 
-/// Where a crash between the two renames left the library.
+/// Restores the library that a crash between the two renames has left under another name.
 void put_back(const fs::path& folder)
 {
     std::error_code ignored;
@@ -40,7 +40,7 @@ void swap_in(const fs::path& folder)
 
 std::uint64_t stored(const Finished& f) { return f.model_size + f.picture_size + 2048; }
 
-/// Results that rows name, cut where an archive is full.
+/// The results that rows name, in groups of the size of an archive.
 std::vector<Pointers> volumes(const Contents& contents, std::uint64_t size)
 {
     std::set<std::string_view> named;
@@ -59,7 +59,7 @@ std::vector<Pointers> volumes(const Contents& contents, std::uint64_t size)
     return out;
 }
 
-/// Rows of each volume, in order of items: those of its keys; rows without a key are in the first.
+/// The rows of each volume's keys, in order of items; rows without a key are in the first volume.
 std::vector<std::string> rows_of(const Contents& contents, const std::vector<Pointers>& volumes)
 {
     std::vector<std::string> out(volumes.size());
@@ -73,7 +73,7 @@ std::vector<std::string> rows_of(const Contents& contents, const std::vector<Poi
     return out;
 }
 
-/// Models of items that only other states of the manifest name would be lost.
+/// Refuses to merge while shards wait for a run: the merge would lose models that only other states of the manifest name.
 void refuse_unfinished(const Library& library, Missing missing)
 {
     const Unfinished unfinished = library.unfinished();
@@ -82,7 +82,7 @@ void refuse_unfinished(const Library& library, Missing missing)
                              (unfinished.stale.empty() ? "\n  cure: run them, or merge what there is with --partial" : ""));
 }
 
-/// A shard's rows are in the merged library.
+/// Tells whether the merged library has all rows of a shard.
 bool is_merged(const fs::path& shard, const std::set<std::string>& merged_rows)
 {
     bool out = true;
@@ -104,7 +104,7 @@ void merge(const Library& library, std::uint64_t size, Missing missing)
     std::error_code error;
     fs::create_directories(made, error);
     if (error) throw io::ModelFileError("cannot make " + made.string() + ": " + error.message());
-    const std::string shards = library.shards_to_merge();  // those that end meanwhile stay beside it
+    const std::string shards = library.shards_to_merge();  // shards that end meanwhile stay beside the merged library
     const Contents contents(library);
     const std::vector<Pointers> parts = volumes(contents, size);
     const std::vector<std::string> rows = rows_of(contents, parts);
@@ -151,7 +151,7 @@ Freed collect_garbage(const Library& library)
             remove(Library::rows_of(path));
             remove(path);
         } catch (const io::ModelFileError&) {
-            // Somebody works on it.
+            // Another process works on that shard.
         }
     }
     return out;

@@ -1,4 +1,4 @@
-// What a run says while it goes on: a line that rewrites itself on a terminal, plain lines in a log, or JSON lines.
+// Progress of a run: one line that is rewritten on a terminal, plain lines in a log, or JSON lines.
 #pragma once
 
 #include "batch/row.h"
@@ -17,9 +17,10 @@ class Progress {
 public:
     Progress(ProgressMode mode, std::size_t items);
 
-    /// An item has its result. seconds: of CPU time, 0 for one that shares its result. is_new: no earlier run had the result.
+    /// Counts an item that has its result. seconds: CPU time, 0 for an item that shares its result. is_new: no earlier run had
+    /// the result.
     void add(const Row& row, double seconds, bool is_new);
-    /// Shows the state where it is time to: to be called every second.
+    /// Prints the state where the last one is old enough; the driver calls this every second.
     void refresh();
     void end();
 

@@ -1,9 +1,10 @@
-// The page holds what it sorts and filters by; reasons and pictures are in files beside it, fetched when they are seen.
+// The page holds the columns that it sorts and filters by. Files beside it hold reasons and pictures; the page fetches a file
+// when one of its items comes into sight.
 #include "batch/operations.h"
+#include "batch/text.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/io/replace_file.h"
 
-#include <unistd.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -16,7 +17,7 @@
 #include <system_error>
 #include <utility>
 
-// The page, as it is in the sources.
+// The assembler puts the page of the sources into the program.
 asm(".pushsection .rodata\n"
     "k_sqmap_report_page: .incbin \"" SQMAP_REPORT_PAGE
     "\"\n"
@@ -33,7 +34,7 @@ using nlohmann::ordered_json;
 
 constexpr std::size_t k_chunk = 64;  // items a file
 
-/// What the page itself holds of an item.
+/// The columns of an item that the page itself holds.
 struct Summary {
     const Row* row = nullptr;
     std::string path, member, verdict, code;
@@ -41,25 +42,11 @@ struct Summary {
     std::uint64_t bytes = 0;
 };
 
-std::string dumped(const ordered_json& json)
+std::string in_script(const ordered_json& json)
 {
-    std::string out = json.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
-    // Within a script element nothing may look like its end.
+    std::string out = dumped(json);
+    // The browser would end the script element at the first "</script".
     for (std::size_t at = out.find("</"); at != std::string::npos; at = out.find("</", at + 3)) out.replace(at, 2, "<\\/");
-    return out;
-}
-
-std::string base64(std::string_view bytes)
-{
-    static constexpr std::string_view k_digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string out;
-    out.reserve((bytes.size() + 2) / 3 * 4);
-    for (std::size_t i = 0; i < bytes.size(); i += 3) {
-        std::uint32_t bits = 0;
-        for (std::size_t k = 0; k < 3; ++k)
-            bits = bits << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u);
-        for (std::size_t k = 0; k < 4; ++k) out += i + k <= bytes.size() ? k_digits[bits >> (18 - 6 * k) & 63] : '=';
-    }
     return out;
 }
 
@@ -81,7 +68,7 @@ std::string text_of(const ordered_json& value)
     return out;
 }
 
-/// A library as the report shows it.
+/// Writes the table and the page of a library.
 class Report {
 public:
     explicit Report(const Library& library) : library_(library), contents_(library) {}
@@ -137,15 +124,16 @@ private:
         if (!out) throw io::ModelFileError("cannot write " + path.string());
     }
 
-    /// Read, not mapped: a mapping of all pictures would stay in memory.
+    /// The function reads the picture and does not map it: a mapping of all pictures would stay in memory.
     [[nodiscard]] std::string picture(const std::string& key) const
     {
         const auto found = contents_.results().find(key);
         if (found == contents_.results().end()) return {};
-        std::string bytes(found->second.picture_size, '\0');
-        const ssize_t n =
-            ::pread(found->second.file, bytes.data(), bytes.size(), static_cast<off_t>(found->second.picture_offset));
-        return n == static_cast<ssize_t>(bytes.size()) ? base64(bytes) : std::string();
+        try {
+            return base64(read_at(found->second.file, found->second.picture_offset, found->second.picture_size));
+        } catch (const io::ModelFileError&) {
+            return {};
+        }
     }
 
     void write_items(const fs::path& folder) const
@@ -161,7 +149,7 @@ private:
                 for (const char* there : {"path", "member", "verdict", "code", "measured"}) all.erase(there);
                 all["host"] = measured(row).value("host", "");
                 if (items_[i].bytes > 0) all["picture"] = picture(row.key);
-                out << dumped(all) << ",\n";
+                out << in_script(all) << ",\n";
             }
             out << "]);\n";
             out.close();
@@ -169,7 +157,7 @@ private:
         }
     }
 
-    /// Names once, and a number an item.
+    /// Adds an array of the names that occur, and an array of each item's index among them.
     template <class Get>
     static void add_names(ordered_json& data, const char* names, const char* numbers, const std::vector<Summary>& items,
                           Get&& get)
@@ -219,7 +207,7 @@ private:
         }
         constexpr std::string_view k_mark = "/*DATA*/null";
         std::string out(k_sqmap_report_page, k_sqmap_report_page_end);
-        return out.replace(out.find(k_mark), k_mark.size(), dumped(data));
+        return out.replace(out.find(k_mark), k_mark.size(), in_script(data));
     }
 
     const Library& library_;

@@ -1,4 +1,4 @@
-// Results by key, and the two files that hold them: a journal while a shard is baked, an archive when it is done.
+// Results by key, and the two files that hold them: a journal while a shard is baked, an archive when the shard is finished.
 #pragma once
 
 #include "batch/child.h"
@@ -15,29 +15,30 @@
 
 namespace sqmap::batch {
 
-/// What is known of a key, and where its model and picture stand in an open file.
+/// The result of a key, with the places of its model and picture in an open file.
 struct Finished {
     Outcome outcome;
     std::string measured;  ///< a JSON object that differs from run to run: "key", "seconds", "peak_bytes", "host"; or empty
-    std::string sha256;    ///< of the model
+    std::string sha256;    ///< the digest of the model
     int file = -1;         ///< not owned
     std::uint64_t model_offset = 0, model_size = 0;  ///< size 0: none
     std::uint64_t picture_offset = 0, picture_size = 0;
 };
 using Results = std::map<std::string, Finished, std::less<>>;
 
-/// A file that results are added to, one record after another; a record is there whole or not at all. One process at a time has
-/// it.
+/// A file to which a run adds results, one record after another. The journal keeps a record whole or not at all. One process at a
+/// time can open a journal.
 class Journal {
 public:
-    /// Opens or makes it; what a process that was killed left of its last record is cut off.
+    /// Opens or makes the file, and cuts off the incomplete last record of a process that was killed.
     /// @throw io::ModelFileError where it cannot be opened, or another process has it
     explicit Journal(const std::filesystem::path& path);
 
-    /// What it held when it was opened: later records replace earlier ones.
+    /// Adds the results that the file held when it was opened; later records replace earlier ones.
     void read_into(Results& results) const;
 
-    /// Adds a result whose model, if any, and picture are in another file. Its offsets are those in the journal.
+    /// Copies a result, with the model and the picture of its file, to the end of the journal. Returns it with offsets in the
+    /// journal.
     /// @throw io::ModelFileError where the disk is full: the journal is as before
     Finished append(const std::string& key, Finished result);
 
@@ -51,8 +52,8 @@ private:
     Results found_;
 };
 
-/// Adds the results of an archive of io::ModelArchive that is open as file. Those that are there stay, unless they alone lack a
-/// model.
+/// Adds the results of an archive of io::ModelArchive that is open as file. A result that is known already stays, unless only the
+/// archive has a model.
 void read_archive(const std::filesystem::path& path, int file, Results& results);
 
 /// Writes an archive of those results that have models, with rows as its lines: under another name, synced, renamed. The same
@@ -61,7 +62,7 @@ void write_archive(const std::filesystem::path& path, std::span<const Results::v
 
 /// @throw io::ModelFileError
 [[nodiscard]] Descriptor open_file(const std::filesystem::path& path);
-/// Makes a rename in a folder last.
+/// Writes a rename in a folder to the disk.
 void sync_folder(const std::filesystem::path& folder);
 
 }  // namespace sqmap::batch

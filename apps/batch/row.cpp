@@ -1,5 +1,6 @@
 #include "batch/row.h"
 
+#include "batch/text.h"
 #include "sqmap/io/model_file.h"
 
 #include <nlohmann/json.hpp>
@@ -12,11 +13,9 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// Within a JSON string a quote is escaped, so that these stand only between members.
+/// JSON escapes quotes within strings, so that these texts occur only between members.
 constexpr std::string_view k_key = R"(,"key":")", k_verdict = R"(,"verdict":")", k_first_verdict = R"({"verdict":")";
 constexpr std::size_t k_key_length = 64;
-
-std::string dumped(const ordered_json& json) { return json.dump(-1, ' ', false, ordered_json::error_handler_t::replace); }
 
 bool is_utf8(const std::string& text)
 {
@@ -28,23 +27,13 @@ bool is_utf8(const std::string& text)
     }
 }
 
-std::string hexadecimal(const std::string& bytes)
-{
-    std::string out;
-    for (const char c : bytes) {
-        out += "0123456789abcdef"[static_cast<unsigned char>(c) >> 4];
-        out += "0123456789abcdef"[static_cast<unsigned char>(c) & 15];
-    }
-    return out;
-}
-
-/// UTF-8 without control characters: a name may not steer a terminal.
+/// Escapes control characters: a name must not control the terminal that prints it.
 std::string printable(const std::string& text)
 {
     std::string out;
     for (std::size_t i = 0; i < text.size(); ++i) {
         const auto c = static_cast<unsigned char>(text[i]);
-        // U+0080 to U+009F are two bytes.
+        // UTF-8 has two bytes for U+0080 to U+009F, which are control characters too.
         const bool is_long = c == 0xC2 && i + 1 < text.size() && static_cast<unsigned char>(text[i + 1]) < 0xA0;
         char escaped[8] = "";
         if (is_long)

@@ -1,4 +1,4 @@
-// What is known of an item of a library, as JSON text: rows are many and mostly passed on as they are.
+// Rows, one for each item of a library. A row stays JSON text, because a library has many and most commands only pass them on.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@ namespace sqmap::batch {
 /// A mesh of the manifest, by path or inside an archive.
 struct Item {
     std::string path;    ///< as the manifest has it: any bytes
-    std::string member;  ///< of the archive at path; empty for a file
+    std::string member;  ///< its name inside the archive at path; empty for a file
     std::uint64_t line = 0;
 };
 
@@ -19,7 +19,7 @@ struct Fault {
     std::string code, element, message, cure;
 };
 
-/// What became of a mesh: a JSON object whose first member is "verdict". The same on every machine.
+/// The result of a mesh as a JSON object whose first member is "verdict". It is the same on every machine.
 struct Outcome {
     std::string text;
 
@@ -32,23 +32,23 @@ struct Outcome {
 /// verdict: "refused", "unreadable", "duplicate", "timeout", "memory", "output", "crash" or "killed".
 [[nodiscard]] Outcome outcome_of(std::string_view verdict, const Fault& fault);
 
-/// A line of rows.jsonl: {"path", "member", "line", "key", and the outcome's members}, without those that are empty.
+/// A line of rows.jsonl: {"path", "member", "line", "key", and the outcome's members}, without the members that are empty.
 struct Row {
-    std::string item;  ///< the line's beginning, up to the key
+    std::string item;  ///< the beginning of the line, up to the key
     std::string key;   ///< empty where the mesh could not be read
     Outcome outcome;
 
     [[nodiscard]] std::string line() const;
 };
 
-/// A row for people: verdict, path, member, the manifest's line where something is wrong, and reason. Control characters are
-/// escaped as in C.
+/// A row for people: verdict, path, member, and for a fault the manifest's line and the reason. Control characters are escaped as
+/// in C.
 [[nodiscard]] std::string sentence(const Row& row);
 
 /// A row's line with "seconds" as its last member.
 [[nodiscard]] std::string timed_line(const Row& row, double seconds);
 
-/// A path that is not UTF-8 is given with replaced characters, and as hexadecimal digits in "path_hex" too.
+/// Makes a row. A path that is not UTF-8 stands in it with replaced characters, and as hexadecimal digits in "path_hex".
 [[nodiscard]] Row row_of(const Item& item, std::string key, Outcome outcome);
 
 /// @throw io::ModelFileError for a text that is no row

@@ -1,8 +1,10 @@
-// One thread and poll(): the driver waits for messages and ends of its processes. All that is untrusted happens in them.
+// The driver has one thread, which waits by poll() for messages and ends of its processes. Only these processes read meshes and
+// archives, which nobody trusts.
 #include "batch/run.h"
 
 #include "batch/member_stream.h"
 #include "batch/running.h"
+#include "batch/text.h"
 #include "sqmap/io/model_archive.h"
 #include "sqmap/io/replace_file.h"
 
@@ -26,29 +28,28 @@ namespace sqmap::batch {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-using nlohmann::ordered_json;
 
-constexpr unsigned k_max_tries = 3;  // of a process that somebody else has killed
+constexpr unsigned k_max_tries = 3;  // how often the driver starts an item whose process somebody kills
 
-/// What a shard is made from.
+/// The entries that a shard bakes.
 struct Items {
-    std::string fingerprint;  ///< of the whole manifest
-    std::vector<Entry> own;   ///< of the shard
+    std::string fingerprint;  ///< the fingerprint of the whole manifest
+    std::vector<Entry> own;   ///< the entries of this shard
 };
 
 /// A mesh to bake.
 struct Task {
     std::size_t item = 0;
-    std::optional<std::string> bytes{};  ///< of a member of an archive
+    std::optional<std::string> bytes{};  ///< the content, where the mesh is a member of an archive
     unsigned tries = 0;
 };
 
 struct Job {
     Task task;
     Child child;
-    std::string message;  ///< of the child, not yet a whole line
+    std::string message;  ///< bytes of the child that are not a whole line yet
     std::string key;
-    std::string answer;  ///< what it made
+    std::string answer;  ///< the sizes and the digest of the child's output
     bool is_going = false;
 };
 
@@ -61,12 +62,11 @@ std::string host_name()
 
 std::string measured_json(const std::string& key, const Ended& ended)
 {
-    return ordered_json{{"key", key},
-                        {"seconds", ended.cpu_seconds},
-                        {"wall_seconds", ended.wall_seconds},
-                        {"peak_bytes", ended.peak_bytes},
-                        {"host", host_name()}}
-        .dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+    return dumped({{"key", key},
+                   {"seconds", ended.cpu_seconds},
+                   {"wall_seconds", ended.wall_seconds},
+                   {"peak_bytes", ended.peak_bytes},
+                   {"host", host_name()}});
 }
 
 Outcome outcome_of_end(const Ended& ended)
@@ -90,7 +90,7 @@ Outcome outcome_of_end(const Ended& ended)
     return outcome_of("crash", {"E_CRASH", "process", ended.reason, "report it, with the file"});
 }
 
-/// Results of other runs: of this shard, and of the merged library.
+/// Results of earlier runs: those of this shard, and those of the merged library.
 class Before {
 public:
     explicit Before(const Plan& plan) : library_(plan.output)
@@ -102,7 +102,7 @@ public:
     }
 
     Results& own() { return own_; }
-    /// The merged library has all of these rows.
+    /// Tells whether the merged library has all of these rows.
     [[nodiscard]] bool has_merged(const std::vector<Row>& rows) const
     {
         std::set<std::string, std::less<>> left;
@@ -173,7 +173,7 @@ public:
     }
 
 private:
-    /// What is baked, and what has its row already.
+    /// Queues the items to bake and reports those that have an outcome already.
     void sort_out()
     {
         for (std::size_t i = 0; i < entries_.size(); ++i) {
@@ -204,7 +204,7 @@ private:
                       outcome_of_end(Ended{.ending = Ending::Killed, .reason = "the one that bakes its like was killed"}));
     }
 
-    /// False where there is nothing to start now.
+    /// Starts jobs while there is room; false where nothing is left to start.
     bool start_jobs()
     {
         bool any = false;
@@ -298,7 +298,7 @@ private:
         }
     }
 
-    /// Takes the whole lines that a child has sent.
+    /// Reads what a child has sent and takes each whole line.
     void listen(Job& job)
     {
         char buffer[4096];
@@ -320,7 +320,7 @@ private:
         if (line[0] == k_key) {
             job.key = text;
             job.is_going = !is_known(text) && in_work_.insert(text).second;
-            // A child that was killed meanwhile does not listen: that is no reason to die with it (SIGPIPE).
+            // Somebody may have killed the child meanwhile; SIGPIPE would then end the driver too.
             (void)::send(job.child.channel(), job.is_going ? &k_go : &k_skip, 1, MSG_NOSIGNAL);
         } else if (line[0] == k_unreadable) {
             entries_[job.task.item].outcome = Outcome{text};
@@ -329,7 +329,7 @@ private:
         }
     }
 
-    /// Finished before, here or in the merged library.
+    /// Tells whether an earlier run or this one has the key's result.
     bool is_known(const std::string& key)
     {
         if (results_.contains(key)) return true;
@@ -373,18 +373,14 @@ private:
         made_.insert(key);
     }
 
-    /// What a child has made that has done its work.
+    /// The result that a child has left in its output.
     static Finished finished_of(const Job& job, const Ended& ended)
     {
         unsigned long long model = 0, picture = 0, outcome = 0;
         char digest[65] = "";
         if (std::sscanf(job.answer.c_str(), "%llu %llu %llu %64s", &model, &picture, &outcome, digest) != 4)
             throw std::runtime_error("a process of this program answered in other words");
-        std::string text(outcome, '\0');
-        if (::pread(job.child.output(), text.data(), outcome, static_cast<off_t>(model + picture)) !=
-            static_cast<ssize_t>(outcome))
-            throw std::runtime_error("a process of this program left less than it said");
-        return {.outcome = {std::move(text)},
+        return {.outcome = {read_at(job.child.output(), model + picture, outcome)},
                 .measured = measured_json(job.key, ended),
                 .sha256 = digest,
                 .file = job.child.output(),
@@ -397,18 +393,18 @@ private:
     const Plan& plan_;
     std::filesystem::path root_;
     std::vector<Entry> entries_;
-    std::vector<std::string> keys_;  // of entries_
+    std::vector<std::string> keys_;  // of each entry
     Journal& journal_;
     Before& before_;
     Results results_, retried_;
     RunningRows running_;
     Progress progress_;
     std::deque<Task> tasks_;
-    std::map<std::string, std::map<std::string, std::size_t>> archives_;  // not yet opened: items by member
+    std::map<std::string, std::map<std::string, std::size_t>> archives_;  // archives to open: the item of each member
     std::optional<MemberStream> stream_;
     std::list<Job> jobs_;
-    std::set<std::string> in_work_, made_;             // keys; made_: by this run
-    std::multimap<std::string, std::size_t> waiting_;  // items by a key that is in work
+    std::set<std::string> in_work_, made_;             // keys; made_: of this run
+    std::multimap<std::string, std::size_t> waiting_;  // items whose key another job is baking
 };
 
 Items items_of(const Plan& plan)
@@ -421,7 +417,7 @@ Items items_of(const Plan& plan)
     return out;
 }
 
-/// Rows and results as the shard's archive, unless that holds them already.
+/// Writes rows and results as the shard's archive, unless the archive holds them already.
 void write_shard(const std::filesystem::path& archive, const std::filesystem::path& journal, const Baking& baking)
 {
     std::vector<std::string> lines;
@@ -436,7 +432,7 @@ void write_shard(const std::filesystem::path& archive, const std::filesystem::pa
     for (const auto& result : baking.results()) {
         results.push_back(&result);
         if (!result.second.measured.empty()) measured += result.second.measured + "\n";
-        // Of an earlier manifest: kept until gc.
+        // A result that only an earlier manifest names stays until gc removes it.
         if (!named.contains(result.first)) lines.push_back(Row{R"({"path":null)", result.first, result.second.outcome}.line());
     }
     std::sort(lines.begin(), lines.end());
@@ -475,7 +471,7 @@ void run(const Plan& plan)
     const bool is_merged = !std::filesystem::exists(archive, ignored) && merged.fingerprint == fingerprint &&
                            merged.has(plan.shard) && before.has_merged(baking.rows());
     if (!is_merged) {
-        // Between the two the shard counts as not finished.
+        // While the archive is written the shard must count as not finished.
         if (!Library::is_of(archive, fingerprint)) std::filesystem::remove(Library::manifest_of(archive), ignored);
         write_shard(archive, journal_path, baking);
         const std::string line = fingerprint + "\n";

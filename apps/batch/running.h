@@ -1,4 +1,4 @@
-// The rows that a shard has so far: a file beside its journal, for `list` alone.
+// The rows that a shard has so far, in a file beside its journal that only `list` reads.
 #pragma once
 
 #include "batch/library.h"
@@ -11,7 +11,7 @@
 
 namespace sqmap::batch {
 
-/// An item's row and its CPU time, 0 for one whose result was there.
+/// An item's row and its CPU time, which is 0 where an earlier run had the result.
 struct TimedRow {
     Row row;
     double seconds = 0;
@@ -19,7 +19,7 @@ struct TimedRow {
 
 class RunningRows {
 public:
-    /// Begins the file anew. fingerprint: of the manifest.
+    /// Begins the file anew. fingerprint: fingerprint_of the manifest's entries.
     RunningRows(const std::filesystem::path& path, const std::string& fingerprint);
     void add(const TimedRow& row);
 

@@ -1,5 +1,5 @@
 #include "batch/operations.h"
-#include "batch/sha256.h"
+#include "batch/text.h"
 #include "sqmap/io/model_archive.h"
 
 #include <cstdio>
@@ -30,7 +30,7 @@ public:
     }
 
 private:
-    /// Whether each key's row speaks of a model.
+    /// Notes for each key whether its row speaks of a model.
     void read_rows()
     {
         each_line(archive_.rows(), [&](std::string_view line) {

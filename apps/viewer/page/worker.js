@@ -8,7 +8,7 @@ self.onmessage = ({ data }) => { if (data.parts) told(data.parts); else if (prog
 
 const FRAME = 1000 / 60;  // ms
 
-/// What fails here fails for good: the page says so.
+/// Runs an action; an exception ends the program, and the page says so.
 function guarded(action) {
   try { return action(); } catch (e) { self.postMessage({ broken: String(e?.message ?? e) }); throw e; }
 }
