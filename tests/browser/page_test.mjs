@@ -71,14 +71,14 @@ test('a fold is darker, and shade costs no frame', async () => {
 
 test('spheres, samples, offset and hidden surface are drawn and taken away', async () => {
   for (const id of ['spheres', 'samples', 'offset', 'hidden']) await page.check(`#${id}`);
-  await until(page, () => { const o = window.sqmap.world.objects.overlay(1); return o.spheres && o.samples > 100; });
+  await until(page, () => { const o = window.sqmap.world.objects.overlay(1); return o.spheres && o.offset && o.samples > 100; });
   await page.waitForSelector('#q2');
   assert.match(await page.textContent('#q2'), /torus \d+\.\d %/);
   await page.screenshot({ path: path.join(folder, 'overlays.png') });
   for (const id of ['spheres', 'samples', 'offset', 'hidden']) await page.uncheck(`#${id}`);
   await until(page, () => document.querySelector('.legend').hidden);
   const off = await page.evaluate(() => window.sqmap.world.objects.overlay(1));
-  assert.ok(!off.spheres && off.samples === 0 && off.moved === 0 && off.hidden === 0);
+  assert.ok(!off.spheres && off.samples === 0 && !off.offset && off.hidden === 0);
 });
 
 test('fields are coloured with a legend', async () => {

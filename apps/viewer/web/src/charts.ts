@@ -1,4 +1,4 @@
-// What was felt in the last seconds, a value a tick, as strip charts.
+// Strip charts of force, depth, torque and CPU time in the last seconds, with a value for each tick of the servo.
 import { h } from './dom';
 import { meter } from './meter';
 import type { Frame } from './messages';
@@ -9,7 +9,7 @@ const EVERY = 48;                                     // ms between pictures
 const LEFT = 34, RIGHT = 14, TOP = 9, BOTTOM = 20;    // px about the curves
 const FINEST = 2, GRID = 4;                           // pixels of the screen to one of the page, at most; lines across
 
-/// The last N values of something; the newest is at(N - 1).
+/// The last N values of a quantity; the newest is at(N - 1).
 class Trail {
   private values: Float32Array;
   private next = 0;
@@ -21,13 +21,13 @@ class Trail {
 
 interface Series {
   title: string; unit: string; pick: number; scale: number; least: number;
-  of: number;  ///< number of what is computed again; -1: it is not
+  of: number;  ///< index among the values that are computed again; -1: this one is not
   values: Trail; again: Trail; top: number;
   box: HTMLElement; canvas: HTMLCanvasElement; cursor: HTMLElement; now: HTMLElement;
 }
 interface Style { ink: string; grid: string; line: string; second: string; }
 
-/// 1, 2 or 5 times a power of ten: as many as there is room for.
+/// The step between two lines: 1, 2 or 5 times a power of ten, such that GRID lines fit.
 function stepOf(top: number): number {
   const raw = top / GRID, power = 10 ** Math.floor(Math.log10(raw));
   return power * ([1, 2, 5, 10].find((k) => k * power >= raw) ?? 10);
@@ -58,9 +58,9 @@ export class Charts {
     this.element.addEventListener('pointerleave', () => { for (const s of this.series) s.cursor.hidden = true; });
   }
 
-  onPick: (secondsAgo: number) => void = () => {};  ///< a moment of the charts is chosen
+  onPick: (secondsAgo: number) => void = () => {};  ///< the user chooses a moment of the charts
 
-  /// One cursor through all of them.
+  /// Moves one cursor through all charts.
   private point(e: PointerEvent, picks: boolean): void {
     const over = this.series.find((s) => s.box.contains(e.target as Node))?.box.getBoundingClientRect();
     for (const s of this.series) s.cursor.hidden = !over;
@@ -139,7 +139,7 @@ export class Charts {
     c.setLineDash([]);
   }
 
-  /// The least and the largest value of each column: no peak is lost, and no more is drawn than is seen.
+  /// The least and the largest value of each column of pixels, so that no peak is lost and no more is drawn than is seen.
   private curve(of: Trail, columns: number): { low: Float32Array; high: Float32Array; most: number } {
     const low = new Float32Array(columns).fill(NaN), high = new Float32Array(columns).fill(NaN);
     let most = 0;
@@ -166,9 +166,9 @@ export class Charts {
   }
 
   clear(): void { for (const s of this.series) { s.values.clear(); s.again.clear(); } this.dirty = true; }
-  /// In the chart's unit.
+  /// For tests: the newest value, in the chart's unit.
   latest(series: number): number { return this.series[series].scale * this.series[series].values.at(N - 1); }
-  /// Where the axis ends.
+  /// For tests: the value at which the axis ends.
   top(series: number): number { return this.series[series].top; }
   latestAgain(series: number): number { return this.series[series].scale * this.series[series].again.at(N - 1); }
 }

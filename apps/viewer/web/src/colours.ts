@@ -20,7 +20,7 @@ export function distinctColours(neighbours: number[][]): Rgb[] {
   const out: Rgb[] = [];
   neighbours.forEach((beside, part) => {
     const taken = beside.filter((n) => n < part).map((n) => out[n]);
-    // Of those far enough from every neighbour the one that is due keeps the colours varied.
+    // Among the hues that are far enough from every neighbour's the next in turn keeps the colours varied.
     const least = (k: number) => Math.min(9, ...taken.map((c) => far(c, partColour(k))));
     const order = HUES.map((_, k) => (part + k) % HUES.length);
     const best = order.find((k) => least(k) > 0.25) ?? order.reduce((a, b) => (least(b) > least(a) ? b : a));
@@ -36,36 +36,36 @@ function ramp(stops: number[], t: number): Rgb {
   return a.map((v, k) => v + (x - i) * (b[k] - v)) as Rgb;
 }
 
-/// Cream over orange to dark red: where nothing is wrong the surface stays plain.
-export const errorColour = (t: number): Rgb => ramp([0xf3ead7, 0xf6c27a, 0xe9722f, 0xb01f24, 0x5e0a1e], t);
+/// Cream over orange to dark red: a surface without error stays plain.
+const errorColour = (t: number): Rgb => ramp([0xf3ead7, 0xf6c27a, 0xe9722f, 0xb01f24, 0x5e0a1e], t);
 /// Viridis.
 export const sequentialColour = (t: number): Rgb => ramp([0x440154, 0x3b528b, 0x21918c, 0x5ec962, 0xfde725], t);
-/// Black to white in even steps to the eye.
+/// Black to white, in steps that look even.
 export const greyColour = (t: number): Rgb => ramp([0x000000, 0xffffff], t);
 export const divergingColour = (t: number): Rgb => ramp([0x2166ac, 0x92c5de, 0xf7f7f7, 0xf4a582, 0xb2182b], (t + 1) / 2);
 export const MISS = -1;  // the error of a triangle that a layer misses
-export const MISSED: Rgb = [0.14, 0.34, 0.84];
-export const UNKNOWN: Rgb = [0.54, 0.56, 0.6];
+const MISSED: Rgb = [0.14, 0.34, 0.84];
+const UNKNOWN: Rgb = [0.54, 0.56, 0.6];
 
 export interface Scale { title: string; ticks: [number, string][]; colour: (t: number) => Rgb;
   of: (value: number) => Rgb;
   known: (value: number) => boolean;  ///< false: the value says why there is none
-  range: [number, number];            ///< where the colours end
-  key: string;  ///< the same for the same colours of the same values
+  range: [number, number];            ///< the values at which the colours end
+  key: string;  ///< equal keys give equal colours of equal values
 }
-/// Where the colours of a field end, if the user says so.
+/// The values at which a field's colours end, if the user has chosen them.
 export type Range = [number, number] | null;
 
 const shown = (x: number): string => (x !== 0 && (Math.abs(x) >= 1000 || Math.abs(x) < 0.01) ? x.toExponential(1) : Number(x.toPrecision(2)).toString());
 
 const MADE_UP: Rgb = [0.9, 0.42, 0.05], OF_THE_FILE: Rgb = [0.84, 0.86, 0.84];
-const ERRORS: [number, number] = [0.01, 1];  // % of R_max
+const ERRORS: [number, number] = [0.01, 1];  // percent of R_max
 const TITLES: Record<string, string> = {
   error: 'Depth error of layer 3, % of its size', 'error-2': 'Depth error of layer 2, % of its size', difference: 'Depths of the two projections differ by, % of its size',
   protrusion: 'Protrusion, over its mean', curvature: 'Gaussian curvature × size²',
 };
 
-/// How a field with these values is coloured, as the legend says.
+/// The scale of a field with these values, which the legend shows.
 export function colourField(kind: string, values: Float32Array, chosen: Range): Scale {
   const all = () => true;
   if (kind === 'made-up') {
@@ -96,5 +96,5 @@ export function colourField(kind: string, values: Float32Array, chosen: Range): 
     of: (v) => divergingColour(Math.sign(v) * Math.sqrt(Math.min(Math.abs(v) / end, 1))), known: all,
   };
 }
-/// Those with logarithmic colours, of which a value below 0 says why there is none.
-export const isError = (kind: string): boolean => kind.startsWith('error') || kind === 'difference';
+/// Tells whether a field has logarithmic colours; a value below 0 of such a field says why there is none.
+const isError = (kind: string): boolean => kind.startsWith('error') || kind === 'difference';

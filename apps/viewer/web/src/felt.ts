@@ -1,8 +1,9 @@
-// A frame of what is felt: now, or of a recording. It is heard at once and drawn with the next picture.
+// Shows a frame of touch, from the servo or from a recording: it sounds at once and is drawn with the next picture.
 import * as THREE from 'three';
 import { Charts } from './charts';
 import { setDent } from './skin';
-import { announce } from './dom';
+import { announce, h } from './dom';
+import { vector } from './geometry';
 import { meter } from './meter';
 import type { Frame } from './messages';
 import { rumble, sound, voice } from './panels/senses';
@@ -21,18 +22,18 @@ const REASONS: [number, string][] = [
 ];
 
 let toDraw: Frame | null = null;
-/// Those that take part in what is felt.
+/// Listeners that want every frame.
 const witnesses: ((frame: Frame) => void)[] = [];
 export function onFelt(witness: (frame: Frame) => void): void { witnesses.push(witness); }
 
-/// replayed: of a recording, with what its ticks felt as computed again where they were.
+/// Shows a frame. replayed: it is from a recording; again: force, torque and depth of its ticks as computed again, if they were.
 export function show(frame: Frame, replayed = false, again: Float32Array | null = null): void {
   charts.add(frame, again);
   if (state.mode === 'look' || state.mode === 'dress') return;
   toDraw = frame;
   const force = Math.hypot(...frame.force);
   if (frame.object >= 0 && state.facts[frame.object]) sound.size = 2 * Math.max(...state.facts[frame.object].half);
-  sound.play(frame, world.project(toolPoint.set(...(frame.tool as [number, number, number]))).x);
+  sound.play(frame, world.project(toolPoint.fromArray(frame.tool)).x);
   rumble.play(force, state.settings.forceLimit);
   for (const witness of witnesses) witness(frame);
   const name = frame.contacts > 0 ? touchedName(frame) : '';
@@ -40,17 +41,17 @@ export function show(frame: Frame, replayed = false, again: Float32Array | null 
   if (frame.faults & 16 && !replayed) heardStop();
 }
 const toolPoint = new THREE.Vector3();
-/// While somebody guesses, names would tell.
+/// The name of the touched part. During a round of recognition only its number, since the name would tell the object.
 const touchedName = (frame: Frame): string => state.playing ? (frame.part >= 0 ? `part ${frame.part + 1}` : 'surface') : (frame.object >= 0 ? state.facts[frame.object]?.parts[frame.part]?.name : undefined) ?? 'surface';
 
 export function hideTool(): void { toDraw = null; setDent(null); world.tool.show(null); forceRead.textContent = ''; forceTag.hidden = true; }
 
-/// Beside the arrow's head.
+/// Shows the force beside the head of its arrow.
 export function showTag(force: number, from = toolPoint): void {
   const tip = world.tool.tipOfArrow();
   if (forceTag.hidden !== !tip) forceTag.hidden = !tip;
   if (!tip) return;
-  // Beyond the tip, as the arrow points on the screen.
+  // The tag stands beyond the tip, in the direction of the arrow on the screen.
   const p = world.pixel(tip), { x: wide, y: high } = world.size, away = p.clone().sub(world.pixel(from)).setLength(30);
   const x = Math.min(Math.max(p.x + away.x, 36), wide - 36), y = Math.min(Math.max(p.y + 0.7 * away.y, 14), high - 14);
   forceTag.style.transform = `translate(${x.toFixed(0)}px, ${y.toFixed(0)}px) translate(-50%, -50%)`;
@@ -60,7 +61,7 @@ export function showTag(force: number, from = toolPoint): void {
 
 export function draw(frame: Frame): void {
   const touches = frame.contacts > 0 && !world.objects.hidden, force = Math.hypot(...frame.force);
-  if (touches) setDent(new THREE.Vector3(...(frame.point as [number, number, number])), new THREE.Vector3(...(frame.normal as [number, number, number])).negate(), frame.depth);
+  if (touches) setDent(vector(frame.point), vector(frame.normal).negate(), frame.depth);
   else setDent(null);
   world.tool.show(frame, (from, to) => world.inSight(from, to));
   showTag(force);
@@ -72,9 +73,7 @@ export function draw(frame: Frame): void {
   if (forceRead.textContent !== text) forceRead.textContent = text;
 }
 
-export const pageCost = document.createElement('p');
-pageCost.className = 'note';
-pageCost.id = 'page-cost';
+export const pageCost = h('p', { class: 'note', id: 'page-cost' });
 let costDue = 0;
 world.onFrame = (now) => {
   if (toDraw) meter.spend('message', () => draw(toDraw as Frame));
@@ -95,7 +94,7 @@ hand.onSeek = (object, distance, direction) => {
   sought = text;
 };
 
-/// Asked for, also where nothing has changed.
+// Answers the question what is touched, also where nothing has changed.
 hand.onAsk = () => {
   const f = state.frame, name = f && f.contacts > 0 ? touchedName(f) : '';
   voice.answer(!f || f.contacts === 0 ? 'Touching nothing' : `${name}, ${Math.hypot(...f.force).toFixed(1)} newtons`);

@@ -3,7 +3,7 @@ import { canvas, hand, invite, stage, world } from './stage';
 import { saved } from './net';
 import { on, state } from './state';
 
-/// The others are pale; -1: all alike.
+/// Draws all objects but one pale; -1: none.
 export function lookAt(object: number): void {
   if (world.objects.focus === object) return;
   world.objects.focus = object;
@@ -13,14 +13,14 @@ export function lookAt(object: number): void {
 
 let invites = !saved;
 
-/// Of several objects the one with most parts: it has most to touch.
+/// Shows the object with most parts large, since it has most to touch.
 export function firstMinute(): void {
   const rich = state.facts.reduce((best, f, i) => (f.parts.length > (state.facts[best]?.parts.length ?? 0) ? i : best), 0);
   if (state.facts.length > 1) { world.frameClosely(rich); lookAt(rich); } else world.frame();
   follow();
 }
 
-/// Over the point of the object that is highest on the screen.
+/// Moves the invitation over the point of the object that is highest on the screen.
 function follow(): void {
   const object = Math.max(world.objects.focus, 0);
   invite.hidden = !invites || state.mode !== 'touch' || state.playing || !state.facts[object];
@@ -31,7 +31,7 @@ function follow(): void {
   invite.style.transform = `translate(${x.toFixed(0)}px, ${Math.max(0.5 * (1 - top.y) * world.size.y - 16, 58).toFixed(0)}px) translate(-50%, -100%)`;
 }
 
-/// Nobody needs it who has touched, or has opened what was felt.
+/// Ends the invitation once the user has touched the object or opened a recording.
 export const endInvitation = (): void => { invites = false; invite.hidden = true; };
 document.addEventListener('pointerdown', () => setTimeout(() => { if (hand.holding) endInvitation(); }), true);
 canvas.addEventListener('keydown', () => { if (hand.holding) endInvitation(); });

@@ -1,4 +1,4 @@
-// Pointer and keys to where the hand wants the tool. The page only says where; the program moves the tool there and feels.
+// Turns pointer and keys into the position where the hand wants the tool. The program moves the tool there and computes the force.
 import * as THREE from 'three';
 import type { Hit } from './objects';
 import type { World } from './world';
@@ -17,7 +17,7 @@ export class Hand {
   private target = new THREE.Vector3();
   onAim: (target: THREE.Vector3, held: boolean, hit: Hit | null) => void = () => {};
   onKeyTouch: (text: string) => void = () => {};
-  onAsk: () => void = () => {};  ///< what is touched?
+  onAsk: () => void = () => {};  ///< the user wants to hear the touched part and the force
 
   constructor(private world: World, private canvas: HTMLCanvasElement) {
     canvas.addEventListener('pointerdown', (e) => this.down(e), { capture: true });
@@ -32,7 +32,7 @@ export class Hand {
       this.deeper(e.deltaY < 0 ? 0.0005 : -0.0005);
     }, { capture: true, passive: false });
     canvas.addEventListener('keydown', (e) => this.key(e));
-    // To the sliders it stays where it is, so that they can be felt; Space lets go from there, too.
+    // The tool stays while the user works at the sliders, so that their effect can be touched; Space lets go from there, too.
     canvas.addEventListener('blur', (e) => {
       if (!this.held || this.drags) return;
       if (e.relatedTarget instanceof Element && e.relatedTarget.closest('#panel')) this.onKeyTouch('Still touching. Space stops.');
@@ -41,13 +41,13 @@ export class Hand {
   }
 
   private drags = false;
-  private inSpace = false;  ///< held by a hand in space, which lifts itself
+  private inSpace = false;  ///< a hand in space holds the tool, and lifts it without help
   get holding(): boolean { return this.held; }
 
   private down(e: PointerEvent): void {
     if (!this.enabled || e.button !== 0 || e.ctrlKey || e.shiftKey) return;
     this.at.copy(this.world.onCanvas(e));
-    // Beside the objects the same drag turns the view, as it does when looking.
+    // Beside the objects a drag turns the view, as it does in Look.
     if (!this.world.cast(this.at.x, this.at.y, this.only) && !this.world.objects.hidden) return;
     e.stopImmediatePropagation();
     this.canvas.focus();
@@ -56,14 +56,14 @@ export class Hand {
     this.begin();
   }
 
-  /// Off the surface first, so that the force can come in gently; then down onto it.
+  /// Takes the tool up off the surface, so that the force can come in gently; aim() then brings it down.
   private begin(): void {
     this.held = true;
     const hit = this.world.cast(this.at.x, this.at.y, this.only);
     if (hit) {
       this.lastPoint.copy(hit.point);
       this.lastNormal.copy(hit.normal);
-      // A mesh is taken up towards the eye, where nothing is in the way.
+      // A mesh is lifted towards the eye, where nothing can be in between.
       const span = this.world.tool.span(), way = span > 0 ? this.world.camera.position.clone().sub(hit.point).normalize() : hit.normal;
       this.over(hit.point, hit.normal, 0).addScaledVector(way, LIFT + span);
     } else this.target.copy(this.world.beside(this.at.x, this.at.y, this.lastPoint));
@@ -72,7 +72,7 @@ export class Hand {
     setTimeout(() => { if (this.held && this.downAt > 0) { this.downAt = 0; this.aim(); } }, 1000);
   }
 
-  /// The tool's first point to touch stands that high above a point.
+  /// Sets the target so that the first point of the tool to touch stands that high above a point.
   private over(point: THREE.Vector3, normal: THREE.Vector3, height: number): THREE.Vector3 {
     return this.target.copy(point).sub(this.world.tool.tip(normal)).addScaledVector(normal, height);
   }
@@ -92,8 +92,8 @@ export class Hand {
 
   private downAt = 0;
   private numbSince = 0;
-  /// Down to the surface as soon as the program has taken hold of the tool. numb: it touches, but came there before that, and the
-  /// force begins off the surface only: up and down again, which a slow machine would else leave to the user.
+  /// Goes down to the surface as soon as the program has engaged the tool. numb: the tool touches without a force, since it came to
+  /// the surface before it was engaged; then it goes up and down again, which a slow machine would else leave to the user.
   heard(engaged: boolean, numb: boolean): void {
     if (this.inSpace) return;
     const now = performance.now();
@@ -110,7 +110,7 @@ export class Hand {
     this.begin();
   }
 
-  /// Over nothing: says where the nearest object is on the screen, so that the arrow keys find it.
+  /// Says where the nearest object is on the screen when the hand is over none, so that the arrow keys find it.
   private seek(): void {
     if (this.world.cast(this.at.x, this.at.y, this.only)) { this.onSeek(null, 0, ''); return; }
     const near = this.world.nearestOnScreen(this.at, this.only);
@@ -128,9 +128,9 @@ export class Hand {
     if (this.held) this.aim();
   }
 
-  /// The program needs to hear of it again after a lost connection.
+  /// Takes the tool up again after a lost connection.
   again(): void { if (this.held) this.begin(); }
-  /// Held, and the program has not taken it up yet.
+  /// Tells whether the tool is held and the program has not engaged it yet.
   get waits(): boolean { return this.held && this.downAt > 0; }
 
   letGo(): void {
@@ -141,7 +141,7 @@ export class Hand {
     this.onAim(this.target, false, null);
   }
 
-  /// From the keyboard, in the middle of the view or where the tool was.
+  /// Takes the tool by the keyboard, in the middle of the view or where the tool was.
   hold(): void {
     this.drags = false;
     this.held = true;
@@ -153,7 +153,7 @@ export class Hand {
     this.begin();
   }
 
-  /// Touches, or lifts.
+  /// Touches the surface, or lifts the tool.
   toggle(): void {
     if (this.held) { this.letGo(); this.onKeyTouch('Lifted'); return; }
     this.hold();
@@ -161,7 +161,7 @@ export class Hand {
     this.seek();
   }
 
-  /// Over the stage, shares of half its height; the first time it touches.
+  /// Moves the hand over the stage, by shares of half its height; takes the tool up where it is not held.
   moveBy(right: number, up: number): void {
     if (!this.held) { this.hold(); return; }
     this.at.set(Math.min(Math.max(this.at.x + right / this.world.camera.aspect, -1), 1), Math.min(Math.max(this.at.y + up, -1), 1));
@@ -169,7 +169,7 @@ export class Hand {
     this.seek();
   }
 
-  /// At a point of the world: a hand in space, which no surface stops.
+  /// Moves the tool to a point of the world, for a hand in space, which no surface stops.
   moveTo(target: THREE.Vector3): void {
     this.drags = false;
     this.held = this.inSpace = true;
@@ -182,7 +182,7 @@ export class Hand {
     if (!this.enabled) return;
     const step = e.shiftKey ? 0.006 : 0.024;
     const moves: Record<string, [number, number]> = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, step], ArrowDown: [0, -step] };
-    const move = moves[e.key], letter = e.key.length === 1 ? e.key.toLowerCase() : e.key;  // whatever Shift and Caps Lock make of it
+    const move = moves[e.key], letter = e.key.length === 1 ? e.key.toLowerCase() : e.key;  // Shift and Caps Lock make no difference
     if (move) {
       e.preventDefault();
       e.stopPropagation();
@@ -197,13 +197,7 @@ export class Hand {
     } else if (letter === 'n') {
       this.onAsk();
     } else if (letter === 'q' || letter === 'e') {
-      // Walk round the object.
-      const offset = this.world.camera.position.clone().sub(this.world.controls.target);
-      offset.applyAxisAngle(new THREE.Vector3(0, 1, 0), (letter === 'q' ? 1 : -1) * (Math.PI / 12));
-      this.world.camera.position.copy(this.world.controls.target).add(offset);
-      this.world.camera.lookAt(this.world.controls.target);
-      this.world.camera.updateMatrixWorld();
-      this.world.redraw();
+      this.world.walk(letter);
       this.onKeyTouch(letter === 'q' ? 'Turned 15 degrees left' : 'Turned 15 degrees right');
       if (this.held) this.aim();
     }

@@ -1,4 +1,4 @@
-// All keys, on F1 or a question mark.
+// The dialog of all keys, which F1 or a question mark opens.
 import { h } from './dom';
 
 const KEYS: [string, [string, string][]][] = [

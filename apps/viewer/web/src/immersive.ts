@@ -14,11 +14,11 @@ const PULSE = 60;                                    // ms
 export const immersiveButton = h('button', { id: 'immersive', hidden: true, onclick: () => void enter() }, 'Headset');
 
 let session: XRSession | null = null;
-let tool: XRInputSource | null = null;  ///< who has it
+let tool: XRInputSource | null = null;  ///< the controller or hand that has the tool
 let pose: number[] = [];
 const target = new THREE.Vector3();
 
-/// Where the tool is wanted, m of the world; null: the hand is not seen.
+/// The position where the user wants the tool, in the world, m; null: the headset does not see the hand.
 function pointOf(source: XRInputSource, frame: XRFrame, space: XRReferenceSpace): THREE.Vector3 | null {
   const tip = source.hand?.get('index-finger-tip');
   const at = tip ? frame.getJointPose?.(tip, space) : frame.getPose(source.targetRaySpace, space);
@@ -74,5 +74,5 @@ function leave(): void {
 
 void navigator.xr?.isSessionSupported('immersive-vr').then((yes) => { immersiveButton.hidden = !yes || !world.renderer; }, () => {});
 
-/// For tests: who has the tool.
+/// For tests: the hand that has the tool.
 export const immersive = () => (session ? (tool?.handedness ?? '') : null);

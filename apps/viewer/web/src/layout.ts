@@ -3,7 +3,7 @@
 import { h } from './dom';
 
 const LEAST = 280, LARGEST = 640, STEP = 20;  // px
-export const narrow = matchMedia('(max-width: 900px)');
+const narrow = matchMedia('(max-width: 900px)');
 
 export const main = h('main', {});
 export const panel = h('div', { class: 'panel', id: 'panel', role: 'tabpanel', tabIndex: -1 });
@@ -25,7 +25,7 @@ export const edge = h('div', { class: 'edge', role: 'separator', tabIndex: 0, 'a
   } });
 
 export const sheet = h('button', { class: 'sheet', id: 'sheet', 'aria-controls': 'panel', onclick: () => openSheet(main.dataset.sheet !== 'open') });
-/// On a narrow screen; a wide one shows the panel always.
+/// Opens or closes the sheet of a narrow screen; a wide screen shows the panel always.
 export function openSheet(open: boolean): void {
   main.dataset.sheet = open ? 'open' : 'closed';
   sheet.setAttribute('aria-expanded', String(open));

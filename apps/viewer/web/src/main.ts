@@ -1,4 +1,4 @@
-// The page: its parts are put together here, and what the program says is handed to them.
+// Puts the page together, and hands the program's messages to its parts.
 import './style.css';
 import { announce, h } from './dom';
 import { charts, hideTool, pageCost } from './felt';
@@ -35,7 +35,7 @@ panel.append(notice, progressBox, dialog, modePanel, pickBox, answersBox, mapCar
 main.append(stage, edge, sheet, panel, charts.element);
 document.getElementById('app')!.replaceChildren(h('header', {}, h('h1', {}, 'sqmap'), tabList, h('div', { class: 'joined' }, openButton, readingButton), exportMenu, connection, soundButton, immersiveButton, themeButton, help.button, stopButton), main, zone, help.dialog);
 
-// What was picked comes first; else what can be drawn.
+// The numbers of a picked point stand above the choices of what is drawn.
 on(['pick'], () => { if (state.pick) modePanel.before(pickBox); else modePanel.after(pickBox); });
 
 leaveOut();
@@ -64,7 +64,7 @@ function scene(objects: ObjectFacts[]): void {
   }).catch((e) => trouble(e));
 }
 
-/// Of the connection: there, and lost.
+/// Words for a connection that stands, and for one that is lost.
 const WORDS = { server: ['connected', 'connection lost: no force; trying again …'], worker: ['in this page', 'ended: no force'], kept: ['a saved page', ''] };
 function connected(yes: boolean): void {
   connection.textContent = WORDS[program.kind][yes ? 0 : 1];

@@ -1,15 +1,17 @@
 // A part's map unrolled: how far the surface lies below the superquadric, linked with the 3D view. Feet of contacts and steps of
 // a search are drawn over it.
-import * as THREE from 'three';
+import type * as THREE from 'three';
 import { greyColour, sequentialColour, type Rgb } from './colours';
 import { announce, digits, h } from './dom';
+import { vector } from './geometry';
 import { fetchBytes } from './net';
+import { cleared, disc, dot } from './paint2d';
 
 /// A position on the picture: shares of its width and height, from the upper left.
-export interface MapPlace { x: number; y: number; }
-export interface MapFoot extends MapPlace { depth: number; }
-/// stride: samples between neighbours of its level; best: where the level ended.
-export interface MapStep extends MapPlace { stride: number; best: boolean; }
+interface MapPlace { x: number; y: number; }
+interface MapFoot extends MapPlace { depth: number; }
+/// stride: samples between neighbours of its level; best: the level ended here.
+interface MapStep extends MapPlace { stride: number; best: boolean; }
 
 const MARK = '#d4145a', FOOT = '#ff3d2e', NO_SURFACE = -1, CAP = -2, PAPER = -3;
 const CAP_COLOUR: Rgb = [0.71, 0.4, 0.17];
@@ -60,7 +62,7 @@ export class MapView {
     this.words.textContent = words;
   }
 
-  /// revision: maps of one are the same for good. end: the last words below the map.
+  /// Loads and shows a part's map. revision: the maps of one revision never change. end: the last words below the map.
   async load(object: number, part: number, revision: string, [name, end]: [string, string]): Promise<void> {
     const request = ++this.request, key = `${revision}/${part}`;
     if (key === this.shown) return;
@@ -89,7 +91,7 @@ export class MapView {
     this.words.textContent = `${this.name}. ${this.grey ? 'Black' : 'Dark'}: at the superquadric; ${this.grey ? 'white' : 'bright'}: ${digits(1000 * map.most)} mm below it${none ? `; ${this.grey ? 'blue' : 'grey'}: no surface on this ray` : ''}${cap ? '; brown: the ray starts inside the solid' : ''}. ${this.end}`;
   }
 
-  /// White for far, as Fig. 4c has it, or in colours.
+  /// Draws the map in grey, white for far, as Fig. 4c has it; or in colours.
   setGrey(grey: boolean): void {
     this.grey = grey;
     this.paint();
@@ -122,25 +124,19 @@ export class MapView {
     this.marked = at >= 0;
     const map = this.map, wide = this.canvas.clientWidth;
     if (!map || wide === 0) return;
-    const scale = Math.min(devicePixelRatio, 2), width = Math.round(scale * wide), height = Math.round((width * map.height) / map.width);
-    if (this.canvas.width !== width || this.canvas.height !== height) { this.canvas.width = width; this.canvas.height = height; }
-    const c = this.canvas.getContext('2d')!;
+    const high = (wide * map.height) / map.width, c = cleared(this.canvas, wide, high);
     c.imageSmoothingEnabled = false;
-    c.clearRect(0, 0, width, height);
-    c.drawImage(this.picture, 0, 0, width, height);
-    c.setTransform(scale, 0, 0, scale, 0, 0);
-    const high = height / scale;
+    c.drawImage(this.picture, 0, 0, wide, high);
     this.drawSteps(c, wide, high);
-    // A white rim about all of them together: hundreds lie close.
+    // All feet have one white rim together, because hundreds lie close.
     for (const [rim, colour] of [[1.5, '#fff'], [0, FOOT]] as const) for (const f of this.feet) disc(c, f.x * wide, f.y * high, rim + 1 + Math.min(700 * f.depth, 2), colour);
     if (at >= 0) ring(c, ((at % map.width) + 0.5) * (wide / map.width), (Math.floor(at / map.width) + 0.5) * (high / map.height), 7);
-    c.setTransform(1, 0, 0, 1, 0, 0);
   }
 
-  /// What was looked at as dots, smaller the finer; where levels ended joined by a line, which leaves the picture where it goes
-  /// round.
+  /// Draws the samples of a search as dots, smaller where the level is finer. A line joins the samples where levels ended; it breaks
+  /// where it would cross the map's left and right edge.
   private drawSteps(c: CanvasRenderingContext2D, wide: number, high: number): void {
-    for (const s of this.steps) if (!s.best) dot(c, s.x * wide, s.y * high, 1.2 + 0.5 * Math.log2(1 + s.stride), '#ffffff');
+    for (const s of this.steps) if (!s.best) dot(c, s.x * wide, s.y * high, 1.2 + 0.5 * Math.log2(1 + s.stride), '#ffffff', '#000', 0.8);
     const path = this.steps.filter((s) => s.best);
     for (const [width, colour] of [[4, '#000'], [2, '#ffe600']] as const) {
       c.lineWidth = width;
@@ -149,7 +145,7 @@ export class MapView {
       path.forEach((s, i) => { if (i === 0 || Math.abs(s.x - path[i - 1].x) > 0.5) c.moveTo(s.x * wide, s.y * high); else c.lineTo(s.x * wide, s.y * high); });
       c.stroke();
     }
-    for (const s of path) dot(c, s.x * wide, s.y * high, 2.6, '#ffe600');
+    for (const s of path) dot(c, s.x * wide, s.y * high, 2.6, '#ffe600', '#000', 0.8);
     const last = path.at(-1);
     if (last) ring(c, last.x * wide, last.y * high, 6);
   }
@@ -167,12 +163,12 @@ export class MapView {
   private point(map: MapData, i: number): THREE.Vector3 {
     this.draw(i);
     this.words.textContent = `${digits(1000 * map.cells[4 * i])} mm below the superquadric`;
-    const p = new THREE.Vector3(map.cells[4 * i + 1], map.cells[4 * i + 2], map.cells[4 * i + 3]);
+    const p = vector(map.cells, 4 * i + 1);
     this.onPoint(p);
     return p;
   }
 
-  /// Cells without a surface are passed over.
+  /// Moves the mark by the arrow keys, over the cells that have a surface; Enter picks the point.
   private key(e: KeyboardEvent): void {
     const map = this.map;
     if (!map) return;
@@ -202,7 +198,7 @@ export class MapView {
     let best = -1, least = Infinity;
     for (let i = 0; i < map.width * map.height; ++i) {
       if (!(map.cells[4 * i] >= 0)) continue;
-      const dx = map.cells[4 * i + 1] - p.x, dy = map.cells[4 * i + 2] - p.y, dz = map.cells[4 * i + 3] - p.z, d = dx * dx + dy * dy + dz * dz;
+      const d = vector(map.cells, 4 * i + 1).distanceToSquared(p);
       if (d < least) { least = d; best = i; }
     }
     if (best < 0) return false;
@@ -210,20 +206,6 @@ export class MapView {
     this.words.textContent = `${digits(1000 * map.cells[4 * best])} mm below the superquadric`;
     return true;
   }
-}
-
-function disc(c: CanvasRenderingContext2D, x: number, y: number, radius: number, colour: string): void {
-  c.beginPath();
-  c.arc(x, y, radius, 0, 2 * Math.PI);
-  c.fillStyle = colour;
-  c.fill();
-}
-
-function dot(c: CanvasRenderingContext2D, x: number, y: number, radius: number, colour: string): void {
-  disc(c, x, y, radius, colour);
-  c.lineWidth = 0.8;
-  c.strokeStyle = '#000';
-  c.stroke();
 }
 
 function ring(c: CanvasRenderingContext2D, x: number, y: number, radius: number): void {

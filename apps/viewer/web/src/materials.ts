@@ -1,9 +1,9 @@
-// What surfaces are like to the touch and to the ear. Modes: ratios to the lowest frequency of a free bar or a plate.
+// Touch and sound of surface materials. Modes: ratios to the lowest frequency of a free bar or a plate.
 export interface Material {
   name: string;
-  stiffness: number; damping: number; friction: number; texture: number;  ///< N/m, N s/m, of Coulomb, m
-  /// Of the sound: speed of a wave in it over its size gives the lowest mode (m/s), which dies away in so many of its periods; the
-  /// higher ones sooner. loud: 0 to 1; rustle: of sliding, 0 to 1, and its pitch, Hz.
+  stiffness: number; damping: number; friction: number; texture: number;  ///< N/m, N s/m, Coulomb's coefficient, m
+  /// Sound. speed: of a wave, m/s; divided by the object's size it is the frequency of the lowest mode, which dies away in `periods`
+  /// periods; higher modes die sooner. loud: 0 to 1; rustle: loudness of sliding, 0 to 1; pitch: of the rustle, Hz.
   speed: number; periods: number; loud: number; rustle: number; pitch: number;
 }
 export const MODES = [1, 2.76, 5.4, 8.93];

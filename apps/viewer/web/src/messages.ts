@@ -7,8 +7,8 @@ export interface ObjectFacts {
   name: string; hash: string; sphere: number[]; namesKept: boolean; edited: boolean; solid: boolean; triangles: number; vertices: number; hasTriangles: boolean;
   bytes: Record<string, number>; rMax: number; metresPerUnit: number; central: boolean; exact: boolean;
   position: number[]; half: number[]; measured: Record<string, number>; parts: Part[]; verdict: string; notes: string[]; cure: Cure | null;
-  twin: number | null;  ///< the object of the same mesh and the other projection
-  upload: number;  ///< this page's number of the file that it came from; 0: none
+  twin: number | null;  ///< index of the object of the same mesh and the other projection
+  upload: number;  ///< the number that the page gave to the object's file; 0: none
   id: number; revision: number; canUndo: boolean; canRedo: boolean;
 }
 export interface Settings {
@@ -20,33 +20,33 @@ export interface Settings {
 export interface Worn { garment: string; fabric: string; walks: boolean; pinned: number; number: number; seams: { name: string; sewn: boolean }[]; }
 export interface DeviceRow { name: string; here: boolean; state: string; rate: number; limit: number; }
 export interface Status {
-  program: string;  ///< another one after every start
+  program: string;  ///< a new one after every start
   touching: boolean; stopped: boolean; device: number; devices: DeviceRow[]; settings: Settings;
   cloth: { here: boolean; worn: Worn | null }; toolRevision: number;
-  recorded?: number;  ///< ticks of a recording that the program keeps
+  recorded?: number;  ///< ticks of the recording that the program keeps
   counters?: Record<string, number>; limit?: number; safeStiffness?: number; deviceName?: string;
 }
 export interface Frame {
   tool: number[]; hand: number[]; turn: number[]; force: number[]; torque: number[]; point: number[]; normal: number[];
   depth: number; contacts: number; object: number; part: number; acted: number; faults: number;
   late: number; degraded: boolean; engaged: boolean; connected: boolean;
-  time: number;         ///< s of its first tick, by the servo's clock
+  time: number;         ///< of its first tick, by the servo's clock, s
   ticks: Float32Array;  ///< TICK numbers each: force, torque, depth, CPU time, s since the first
-  recorded: number;  ///< ticks that the program has recorded, these included; 0: it does not
+  recorded: number;  ///< ticks that the program has recorded, these included; 0: it does not record
 }
 export interface ClothFrame {
   status: number; speed: number; stepMs: number; tension: number[]; body: number[]; fastest: number; contacts: number; gap: number; pinned: number;
   held: boolean; number: number;
-  poses: Float32Array;      ///< 12 a bone: rows of the turn, shift
+  poses: Float32Array;      ///< 12 a bone: rows of the rotation, then the shift
   positions: Float32Array;  ///< 3 a vertex
 }
-/// Contacts of the tool with an object, on the maps of its parts.
+/// Contacts of the tool with an object, at positions on the maps of its parts.
 export interface Feet { object: number; feet: { part: number; x: number; y: number; depth: number }[]; }
 export interface Cure { rung: string; input_to_result: Record<string, number>; result_to_input: Record<string, number>; made_up_share: number; }
-/// upload: as of ObjectFacts.
+/// upload: as in ObjectFacts.
 export interface Progress { name: string; stage: string; done: number; upload: number; }
 export interface Verdict {
   accepted: boolean; verdict: string; code?: string; element?: string; message?: string; cure?: string; notes?: string[]; triangles?: number;
 }
-/// How a file is read; empty: as it needs. upload: its number, by which it can be taken back.
+/// Options for reading a file; an empty one leaves the choice to the program. upload: the number by which the page can cancel it.
 export interface Reading { repair: string; thickness: string; unit: string; projection: string; upload: string; }

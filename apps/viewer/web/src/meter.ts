@@ -1,21 +1,16 @@
-// What a frame of the page costs: time between frames, time of its own scripts, what was drawn, what came over the wire.
+// The cost of a frame of the page: time between frames, time of its own scripts, draw calls, bytes of messages.
 
 const KEPT = 240;  // frames
 
-export interface Cost {
-  frameMs: number; frameWorstMs: number; scriptMs: number; scriptWorstMs: number;
-  frames: number; draws: number; calls: number; triangles: number; messages: number; bytes: number; lastBytes: number; coloured: number; chartDraws: number;
-}
-
 type Kind = 'message' | 'draw' | 'charts' | 'colours';
 
-export class Meter {
+class Meter {
   private between: number[] = [];
   private work: number[] = [];
   private spent = 0;
   private last = 0;
   readonly kinds: Record<Kind, { ms: number; times: number }> = { message: { ms: 0, times: 0 }, draw: { ms: 0, times: 0 }, charts: { ms: 0, times: 0 }, colours: { ms: 0, times: 0 } };
-  // Since the page was opened, but for calls, triangles and lastBytes: of the newest draw, and of the newest message.
+  // Counts since the page was opened; but calls and triangles are the newest picture's, and lastBytes is the newest message's.
   frames = 0;
   draws = 0;
   calls = 0;
@@ -23,10 +18,10 @@ export class Meter {
   messages = 0;
   bytes = 0;
   lastBytes = 0;
-  coloured = 0;  ///< triangles that were given a colour
+  coloured = 0;  ///< triangles that got a colour
   chartDraws = 0;
 
-  /// Of the page's own work, wherever it is called from: what it takes counts for the frame that is being made.
+  /// Runs work of the page; its time counts for the frame that is being made.
   spend<T>(kind: Kind, work: () => T): T {
     const began = performance.now();
     try { return work(); } finally {
@@ -50,10 +45,10 @@ export class Meter {
   }
 
   drawn(calls: number, triangles: number): void { ++this.draws; this.calls = calls; this.triangles = triangles; }
-  /// every: one comes with every frame of the stream; others are counted, but no measure of a frame.
+  /// Counts a message. every: one of them comes with every frame of the stream; others are counted, but say nothing about a frame.
   heard(bytes: number, every: boolean): void { ++this.messages; this.bytes += bytes; if (every) this.lastBytes = bytes; }
 
-  cost(): Cost {
+  cost() {
     const mean = (x: number[]) => (x.length ? x.reduce((a, b) => a + b, 0) / x.length : 0);
     return {
       frameMs: mean(this.between), frameWorstMs: Math.max(0, ...this.between), scriptMs: mean(this.work), scriptWorstMs: Math.max(0, ...this.work),

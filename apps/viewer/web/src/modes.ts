@@ -1,4 +1,4 @@
-// Looking, touching, recognising, dressing: the tabs and what goes with each.
+// The tabs Touch, Look, Recognise and Dress, and the changes that go with each.
 import { h } from './dom';
 import { hideTool } from './felt';
 import { main, panel } from './layout';

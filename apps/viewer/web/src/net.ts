@@ -1,11 +1,11 @@
-// What the page and the program say to one another: JSON both ways, and a binary stream of what is felt.
+// Reads the program's messages, JSON and a binary stream of frames, and hands each to its listener.
 import type { ClothFrame, Feet, Frame, ObjectFacts, Progress, Reading, Status, Verdict } from './messages';
 import { meter } from './meter';
 import { packed, program, saved } from './program/program';
 
 export { packed, program, saved };
 
-export interface Handlers {
+interface Handlers {
   scene(objects: ObjectFacts[]): void;
   status(status: Status): void;
   frame(frame: Frame): void;
@@ -23,7 +23,7 @@ export interface Handlers {
 const HEAD = 43, CLOTH_HEAD = 19;
 export const TICK = 5;
 
-export function readFrame(data: Float32Array): Frame {
+function readFrame(data: Float32Array): Frame {
   const v = (i: number) => [data[i], data[i + 1], data[i + 2]];
   return {
     tool: v(2), hand: v(38), time: data[41] + data[42], turn: Array.from(data.subarray(29, 38)), force: v(5), torque: v(8), point: v(11), normal: v(14),
@@ -32,7 +32,7 @@ export function readFrame(data: Float32Array): Frame {
   };
 }
 
-/// What /api/recording/frames sends.
+/// Reads the bytes of /api/recording/frames.
 export function readFrames(data: ArrayBuffer): Frame[] {
   const count = new Uint32Array(data, 0, 2)[1], out: Frame[] = [];
   for (let at = 8; out.length < count;) {
@@ -43,7 +43,7 @@ export function readFrames(data: ArrayBuffer): Frame[] {
   return out;
 }
 
-export function readCloth(data: Float32Array): ClothFrame {
+function readCloth(data: Float32Array): ClothFrame {
   const vertices = data[2], bones = data[3], poses = CLOTH_HEAD + 12 * bones;
   return {
     status: data[4], speed: data[5], stepMs: data[6], tension: Array.from(data.subarray(7, 10)), fastest: data[10], contacts: data[11],
@@ -52,7 +52,7 @@ export function readCloth(data: Float32Array): ClothFrame {
   };
 }
 
-export function readFeet(data: Float32Array): Feet {
+function readFeet(data: Float32Array): Feet {
   const feet = Array.from({ length: data[2] }, (_, i) => ({ part: data[3 + 4 * i], x: data[4 + 4 * i], y: data[5 + 4 * i], depth: data[6 + 4 * i] }));
   return { object: data[1], feet };
 }
@@ -81,7 +81,7 @@ export class Link {
 
   say(message: object): boolean { return program.say(JSON.stringify(message)); }
 
-  /// For tests: as though the cable were pulled.
+  /// For tests: loses the connection.
   drop(): void { program.drop(); }
 }
 
@@ -101,7 +101,7 @@ export async function fetchJson<T>(path: string): Promise<T> {
   return (await answerTo(path)).json() as Promise<T>;
 }
 
-/// Sends a file; sent: share of it that is on its way, 0 to 1. reading: null for a recording.
+/// Sends a file. sent: gets the share that is on its way, 0 to 1. reading: null for a recording.
 export async function upload(file: File, reading: Reading | null, sent: (share: number) => void, signal: AbortSignal): Promise<Verdict> {
   const words = Object.entries({ name: file.name, ...reading }).filter(([, v]) => v !== '').map(([k, v]) => `${k}=${encodeURIComponent(v)}`);
   const { status, text } = await program.post(`/api/${reading ? 'upload' : 'recording'}?${words.join('&')}`, file, sent, signal);

@@ -1,4 +1,4 @@
-// What the page says for a moment, and the progress of a bake.
+// Messages that the page shows for a moment, and the progress of a bake.
 import { announce, h } from './dom';
 import type { Progress } from './messages';
 
@@ -8,7 +8,7 @@ const progressText = h('span', {});
 export const progressBox = h('div', { class: 'progress', id: 'progress', hidden: true }, progressText, progressBar);
 
 let noticeDue = 0;
-/// For five seconds, or until the scene changes.
+/// Shows a text for five seconds, or until the scene changes.
 export function wait(text: string): void {
   notice.hidden = false;
   notice.className = 'notice';
@@ -21,7 +21,7 @@ export function trouble(what: unknown): void {
   wait(text); notice.className = 'notice bad';
   announce(text, true);
 }
-/// Stays until it is answered.
+/// Shows a question, which stays until the user answers it.
 export function question(text: string, answer: string, act: () => void): void {
   wait(text);
   clearTimeout(noticeDue);

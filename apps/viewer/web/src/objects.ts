@@ -1,8 +1,10 @@
 // The objects as three.js draws them: surfaces, superquadrics, spheres and overlays, coloured by part or by field.
 import * as THREE from 'three';
+import { mergeGeometries } from 'three/examples/jsm/utils/BufferGeometryUtils.js';
 import { acceleratedRaycast, computeBoundsTree, disposeBoundsTree } from 'three-mesh-bvh';
 import { colourField, distinctColours, MISS, partColour, type Range, type Rgb, type Scale } from './colours';
 import { meter } from './meter';
+import { geometryOf, trianglesAt, vector } from './geometry';
 import type { ObjectFacts } from './messages';
 import { fetchBytes } from './net';
 import { linear, Surface } from './surface';
@@ -19,10 +21,22 @@ interface Shown {
   colours: Rgb[]; samples: THREE.Points | null; shell: THREE.Mesh | null; hidden: Float32Array | null; painted: string;
 }
 
-/// One thing a part, all drawn in one call: colours are of vertices, piece p has those from first[p] to first[p + 1].
+/// A thing for each part, which one call draws together. The vertices of piece p are those from first[p] to first[p + 1].
 interface Pieces<T extends THREE.Mesh | THREE.LineSegments> { all: T; first: number[]; }
 
-/// How much of each piece is seen, 0 to 1.
+function joined<T extends THREE.Mesh | THREE.LineSegments>(pieces: THREE.BufferGeometry[], colours: THREE.Color[], make: (geometry: THREE.BufferGeometry) => T): Pieces<T> {
+  const first = [0];
+  pieces.forEach((piece, p) => {
+    const { count } = piece.getAttribute('position'), rgba = [...colours[p].toArray(), 1];
+    piece.setAttribute('color', new THREE.BufferAttribute(Float32Array.from({ length: 4 * count }, (_, k) => rgba[k % 4]), 4));
+    first.push(first[p] + count);
+  });
+  const all = make(mergeGeometries(pieces));
+  all.raycast = () => {};
+  return { all, first };
+}
+
+/// Sets the opacity of each piece, 0 to 1.
 function setOpacity(pieces: Pieces<THREE.Mesh | THREE.LineSegments>, of: (piece: number) => number): void {
   const colour = pieces.all.geometry.getAttribute('color') as THREE.BufferAttribute, array = colour.array as Float32Array;
   let changed = false;
@@ -41,14 +55,14 @@ export const fullRatio = (): number => Math.min(devicePixelRatio, 2);
 
 export class Objects {
   colourBy = 'parts';
-  beside: 'none' | 'layer-2' | 'twin' = 'none';  ///< what a second view shows beside the first
-  range: Range = null;  ///< where the field's colours end; null: where its values do
+  beside: 'none' | 'layer-2' | 'twin' = 'none';  ///< the content of a second view beside the first
+  range: Range = null;  ///< the values at which the field's colours end; null: as its values are
   surfaceAs: 'solid' | 'clear' | 'wire' | 'off' = 'solid';
   withSuperquadrics = false;
   withSpheres = false;
   withSamples = false;
   withOffset = false;  ///< the surface as eq. 12 moves it out
-  withHidden = false;  ///< Q2: what its part's projection does not see first
+  withHidden = false;  ///< Q2: the surface that lies behind other surface of its part's projection
   inHand = -1;         ///< the object that is held as the tool
   hiddenShare: string[] = [];
   focus = -1;          ///< the object that is looked at: the others are pale; -1: all alike
@@ -63,19 +77,18 @@ export class Objects {
 
   constructor(private scene: THREE.Scene, private redraw: () => void) {}
 
-  /// Of all objects, or of one: the world's box, m.
+  /// The box of all objects, or of one, in the world, m.
   box(object = -1): THREE.Box3 {
     const box = new THREE.Box3();
     this.facts.forEach((f, i) => {
       if (object >= 0 && i !== object) return;
-      const c = new THREE.Vector3(...(f.position as [number, number, number])), half = new THREE.Vector3(...(f.half as [number, number, number]));
-      box.expandByPoint(c.clone().sub(half)).expandByPoint(c.clone().add(half));
+      box.union(new THREE.Box3().setFromCenterAndSize(vector(f.position), vector(f.half).multiplyScalar(2)));
     });
     return box;
   }
 
   get count(): number { return this.facts.length; }
-  /// m, the lowest point of any, at most 0.
+  /// The height of the lowest point of any object, at most 0, m.
   get low(): number { return Math.min(0, ...this.facts.map((f) => f.position[1] - f.half[1])); }
 
   /// Fetches what is new, removes what is gone.
@@ -103,10 +116,7 @@ export class Objects {
   }
 
   private build(f: ObjectFacts, meshData: ArrayBuffer, sqData: ArrayBuffer): Shown {
-    const head = new Uint32Array(meshData, 0, 4);
-    const [, nv, nt] = head;
-    const positions = new Float32Array(meshData, 16, 3 * nv);
-    const corners = new Uint32Array(meshData, 16 + 12 * nv, 3 * nt);
+    const [, nv, nt] = new Uint32Array(meshData, 0, 4), [positions, corners] = trianglesAt(meshData, 16, nv, nt);
     const partOf = new Uint32Array(meshData, 16 + 12 * nv + 12 * nt, nt);
     const surface = nt > 0 ? new Surface(positions, corners, partOf, f.solid) : null;
     if (surface) { this.scene.add(surface.mesh); void surface.shade(this.redraw); }
@@ -116,54 +126,23 @@ export class Objects {
   }
 
   private buildSuperquadrics(data: ArrayBuffer, own: Rgb[]): Pieces<THREE.Mesh> {
-    const count = new Uint32Array(data, 4, 1)[0], sizes: [number, number, number][] = [], first = [0];
-    let at = 8, corners = 0;
-    for (let p = 0; p < count; ++p) {
-      const [v, t] = new Uint32Array(data, at, 2);
-      sizes.push([at, v, t]);
-      first.push(first[p] + v);
-      corners += 3 * t;
+    let at = 8;
+    const pieces = Array.from({ length: new Uint32Array(data, 4, 1)[0] }, () => {
+      const [v, t] = new Uint32Array(data, at, 2), piece = geometryOf(...trianglesAt(data, at + 8, v, t));
       at += 8 + 12 * v + 12 * t;
-    }
-    const positions = new Float32Array(3 * first[count]), colours = new Float32Array(4 * first[count]), index = new Uint32Array(corners);
-    let next = 0;
-    sizes.forEach(([from, v, t], p) => {
-      positions.set(new Float32Array(data, from + 8, 3 * v), 3 * first[p]);
-      for (const corner of new Uint32Array(data, from + 8 + 12 * v, 3 * t)) index[next++] = corner + first[p];
-      const c = linear(own[p]);
-      for (let k = first[p]; k < first[p + 1]; ++k) colours.set([c.r, c.g, c.b, 1], 4 * k);
+      return piece;
     });
-    const g = new THREE.BufferGeometry();
-    g.setAttribute('position', new THREE.BufferAttribute(positions, 3));
-    g.setAttribute('color', new THREE.BufferAttribute(colours, 4));
-    g.setIndex(new THREE.BufferAttribute(index, 1));
-    g.computeVertexNormals();
-    const all = new THREE.Mesh(g, new THREE.MeshStandardMaterial({ vertexColors: true, transparent: true, roughness: 0.5, depthWrite: false }));
-    all.raycast = () => {};
-    return { all, first };
+    return joined(pieces, own.map((c) => linear(c)), (g) => new THREE.Mesh(g, new THREE.MeshStandardMaterial({ vertexColors: true, transparent: true, roughness: 0.5, depthWrite: false })));
   }
 
-  /// Two levels, as section 4.1 has them: piece 0 about the object, the others about each superquadric.
+  /// Makes the spheres of section 4.1: piece 0 lies about the object, each other piece about a superquadric.
   private buildSpheres(f: ObjectFacts, own: Rgb[]): Pieces<THREE.LineSegments> {
-    const ring = new THREE.EdgesGeometry(new THREE.SphereGeometry(1, 20, 14), 1).getAttribute('position'), n = ring.count;
-    const all = [f.sphere, ...f.parts.map((p) => p.sphere)], first = all.map((_, i) => i * n).concat(all.length * n);
-    const positions = new Float32Array(3 * n * all.length), colours = new Float32Array(4 * n * all.length);
-    all.forEach(([x, y, z, r], i) => {
-      const c = i === 0 ? new THREE.Color(0x888888) : linear(own[i - 1]);
-      for (let k = 0; k < n; ++k) {
-        positions.set([x + r * ring.getX(k), y + r * ring.getY(k), z + r * ring.getZ(k)], 3 * (i * n + k));
-        colours.set([c.r, c.g, c.b, 1], 4 * (i * n + k));
-      }
-    });
-    const g = new THREE.BufferGeometry();
-    g.setAttribute('position', new THREE.BufferAttribute(positions, 3));
-    g.setAttribute('color', new THREE.BufferAttribute(colours, 4));
-    const lines = new THREE.LineSegments(g, new THREE.LineBasicMaterial({ vertexColors: true, transparent: true, depthWrite: false }));
-    lines.raycast = () => {};
-    return { all: lines, first };
+    const ring = new THREE.EdgesGeometry(new THREE.SphereGeometry(1, 20, 14), 1);
+    const pieces = [f.sphere, ...f.parts.map((p) => p.sphere)].map(([x, y, z, r]) => ring.clone().scale(r, r, r).translate(x, y, z));
+    return joined(pieces, [new THREE.Color(0x888888), ...own.map((c) => linear(c))], (g) => new THREE.LineSegments(g, new THREE.LineBasicMaterial({ vertexColors: true, transparent: true, depthWrite: false })));
   }
 
-  /// Colours and visibility as asked.
+  /// Sets colours and visibility of all objects as the choices say.
   async paint(): Promise<void> {
     const shares: string[] = [], kind = this.colourBy, other = kind === 'error' && this.beside === 'layer-2';
     if (kind !== 'parts') await this.fields(kind);
@@ -196,7 +175,7 @@ export class Objects {
       material.wireframe = this.surfaceAs === 'wire';
       material.opacity = clear ? 0.35 : 1;
       const field = scale && values[i] ? { values: values[i], scale } : null;
-      // What decides the colours; the same is not painted twice.
+      // The key names all that decides the colours; a surface that has them already is not painted again.
       const pale = this.focus >= 0 && this.focus !== i && !(this.beside === 'twin' && this.pair()?.includes(i));
       const key = `${kind}${field ? '' : '!'}|${scale?.key ?? ''}|${chosen}|${hidden ? 1 : 0}|${pale ? 1 : 0}`;
       if (s.painted === `${key}|${other}`) return;
@@ -211,7 +190,7 @@ export class Objects {
     this.redraw();
   }
 
-  /// The program needs seconds for some: each arrives as it is ready, and onWait tells how many have.
+  /// Fetches a field of all objects. The program needs seconds for some fields; onWait says how many objects have theirs.
   private async fields(kind: string): Promise<void> {
     const missing = this.shown.flatMap((s, i) => (s?.surface && !s.fields.has(kind) && (kind !== 'difference' || this.facts[i].twin !== null) ? [[s, i] as const] : []));
     let done = 0;
@@ -222,7 +201,7 @@ export class Objects {
     }));
   }
 
-  /// What the toggles ask for, fetched once.
+  /// Fetches the overlays that are switched on, each once.
   private async overlays(s: Shown, i: number): Promise<void> {
     try {
       if (this.withSamples && !s.samples) {
@@ -242,12 +221,8 @@ export class Objects {
         const out = new Float32Array(await fetchBytes(`/api/object/${i}/offset`), 8);
         const { whole } = s.surface, from = whole.getAttribute('position').array, normal = whole.getAttribute('normal').array, to = new Float32Array(from.length);
         for (let k = 0; k < to.length; ++k) to[k] = from[k] + normal[k] * (out[Math.floor(k / 3)] + 1e-5);
-        const g = new THREE.BufferGeometry();
-        g.setAttribute('position', new THREE.BufferAttribute(to, 3));
-        g.setIndex(whole.getIndex());
-        g.computeVertexNormals();
         if (!s.shell) {
-          s.shell = new THREE.Mesh(g, new THREE.MeshStandardMaterial({ color: 0x0b9dc4, transparent: true, opacity: 0.55, roughness: 0.5 }));
+          s.shell = new THREE.Mesh(geometryOf(to, whole.getIndex()!.array as Uint32Array), new THREE.MeshStandardMaterial({ color: 0x0b9dc4, transparent: true, opacity: 0.55, roughness: 0.5 }));
           s.shell.raycast = () => {};
           this.scene.add(s.shell);
         }
@@ -256,18 +231,12 @@ export class Objects {
     } catch (e) { this.onTrouble(e); }
   }
 
-  /// For tests and legends: samples shown, share of vertices that the offset moves, triangles hidden.
-  overlay(object: number): { samples: number; moved: number; hidden: number; spheres: boolean } {
+  /// For tests: the number of samples and of hidden triangles that are drawn, and whether the offset surface and the spheres are.
+  overlay(object: number): { samples: number; offset: boolean; hidden: number; spheres: boolean } {
     const s = this.shown[object];
-    let moved = 0;
-    if (s?.shell && s.surface) {
-      const a = s.surface.whole.getAttribute('position').array, b = s.shell.geometry.getAttribute('position').array;
-      for (let k = 0; k < a.length; k += 3) if (Math.hypot(a[k] - b[k], a[k + 1] - b[k + 1], a[k + 2] - b[k + 2]) > 1e-4) ++moved;
-    }
     return {
-      samples: s?.samples?.visible ? s.samples.geometry.getAttribute('position').count : 0,
-      moved: s?.shell?.visible ? moved : 0, hidden: s?.hidden && this.withHidden ? s.hidden.filter((x) => x === 1).length : 0,
-      spheres: s?.spheres.all.visible ?? false,
+      samples: s?.samples?.visible ? s.samples.geometry.getAttribute('position').count : 0, offset: s?.shell?.visible ?? false,
+      hidden: s?.hidden && this.withHidden ? s.hidden.filter((x) => x === 1).length : 0, spheres: s?.spheres.all.visible ?? false,
     };
   }
 
@@ -276,14 +245,17 @@ export class Objects {
     const s = this.shown[object];
     const found = s?.surface?.mesh.geometry.boundsTree?.closestPointToPoint(p);
     if (!s?.surface || !found) return null;
-    const t = found.faceIndex, [a, b, c] = s.surface.triangle(t);
-    return { object, part: s.surface.partOf[t], triangle: t, point: found.point.clone(), normal: b.sub(a).cross(c.sub(a)).normalize() };
+    return this.hitOf(object, s.surface, found.faceIndex, found.point.clone());
+  }
+
+  private hitOf(object: number, surface: Surface, triangle: number, point: THREE.Vector3): Hit {
+    return { object, part: surface.partOf[triangle], triangle, point, normal: surface.triangle(triangle).getNormal(new THREE.Vector3()) };
   }
 
   private left: Set<string> = new Set();  ///< parts that are left out, as "id/part"
-  private leaves = true;                  ///< they are
-  onLeft: (count: number) => void = () => {};  ///< so many are left out now
-  /// Shows a part or leaves it out; what is left out is not clicked either.
+  private leaves = true;                  ///< false: they are drawn all the same
+  onLeft: (count: number) => void = () => {};  ///< called with the number of parts that are left out
+  /// Shows a part or leaves it out; a click passes through a part that is left out.
   showPart(object: number, part: number, yes: boolean): void {
     const s = this.shown[object];
     if (!s?.surface) return;
@@ -294,7 +266,7 @@ export class Objects {
     this.redraw();
   }
   showAll(): void { this.shown.forEach((_, i) => this.isolate(i, -1)); }
-  /// Whether parts are left out at all: what is touched is seen whole.
+  /// Switches the leaving out of parts on or off: an object that is touched is seen whole.
   leaveOut(yes: boolean): void {
     if (yes === this.leaves) return;
     this.leaves = yes;
@@ -304,7 +276,7 @@ export class Objects {
   /// One part alone; -1: all parts again.
   isolate(object: number, part: number): void { this.facts[object]?.parts.forEach((_, p) => this.showPart(object, p, part < 0 || p === part)); }
   isLeft(object: number, part: number): boolean { return this.leaves && this.left.has(`${this.shown[object]?.id}/${part}`); }
-  /// What of the object lies before the plane is not drawn; null: all is.
+  /// Draws only the side of the object behind the plane; null: draws all of it.
   cut(plane: THREE.Plane | null, object = -1): void {
     this.shown.forEach((s, i) => {
       if (!s?.surface) return;
@@ -315,12 +287,13 @@ export class Objects {
     this.redraw();
   }
 
-  /// The pair of one mesh and both projections that is compared: of the selected object, else the first; null: there is none.
+  /// The pair of objects of one mesh and both projections that a second view compares: the selected object's, else the first; null
+  /// where there is none.
   pair(): [number, number] | null {
     const has = (i: number) => this.facts[i]?.twin !== null && this.facts[i] !== undefined, of = [this.selected?.object ?? -1, this.focus, ...this.facts.keys()].find(has);
     return of === undefined ? null : [of, this.facts[of].twin!];
   }
-  /// What one of two views shows, or again what a single one does. The way from the first view's objects to those of this one, m.
+  /// Shows the content of one of two views, or of a single one. Returns the shift from the first view's objects to this view's, m.
   show(view: 'left' | 'right' | 'both'): THREE.Vector3 {
     const pair = this.beside === 'twin' ? this.pair() : null, shift = new THREE.Vector3();
     this.shown.forEach((s, i) => {
@@ -328,7 +301,7 @@ export class Objects {
       s.surface.wear(view === 'right' && this.beside === 'layer-2');
       if (pair) s.surface.mesh.visible = view === 'both' ? this.isSeen(i) : this.isSeen(i) && i === pair[view === 'left' ? 0 : 1];
     });
-    if (pair && view === 'right') shift.fromArray(this.facts[pair[1]].position).sub(new THREE.Vector3().fromArray(this.facts[pair[0]].position));
+    if (pair && view === 'right') shift.fromArray(this.facts[pair[1]].position).sub(vector(this.facts[pair[0]].position));
     return shift;
   }
   private isSeen(object: number): boolean { return this.surfaceAs !== 'off' && !this.hidden && object !== this.inHand; }
@@ -346,15 +319,14 @@ export class Objects {
     }));
     const found = best as { object: number; triangle: number; value: number } | null, surface = found && this.shown[found.object]?.surface;
     if (!found || !surface) return null;
-    const [a, b, c] = surface.triangle(found.triangle), point = a.clone().add(b).add(c).divideScalar(3);
-    return { value: found.value, hit: { object: found.object, part: surface.partOf[found.triangle], triangle: found.triangle, point, normal: b.sub(a).cross(c.sub(a)).normalize() } };
+    return { value: found.value, hit: this.hitOf(found.object, surface, found.triangle, surface.triangle(found.triangle).getMidpoint(new THREE.Vector3())) };
   }
 
   fieldAt(object: number, kind: string, triangle: number): number | undefined { return this.shown[object]?.fields.get(kind)?.[triangle]; }
   colourOf(object: number, part: number): Rgb { return this.shown[object]?.colours[part] ?? partColour(part); }
-  /// What is drawn of the objects that can be touched.
+  /// The surfaces of the objects that can be touched.
   surfaces(): THREE.Mesh[] { return this.shown.flatMap((s, i) => (s?.surface && i !== this.inHand ? [s.surface.mesh] : [])); }
-  /// Every so many vertices of the objects that can be touched, or of one.
+  /// Calls see with every n-th vertex of the objects that can be touched, or of one of them.
   eachVertex(only: number, every: number, see: (object: number, v: THREE.Vector3) => void): void {
     const v = new THREE.Vector3();
     this.shown.forEach((s, i) => {
@@ -363,7 +335,7 @@ export class Objects {
       for (let k = 0; k < p.count; k += every) see(i, v.fromBufferAttribute(p, k));
     });
   }
-  /// Whether all have their ambient occlusion.
+  /// Tells whether all objects have their ambient occlusion.
   shaded(): boolean { return this.ready() && this.shown.every((s) => !s?.surface || s.surface.shaded); }
   ready(): boolean { return this.shown.length > 0 && this.shown.every((s) => s !== null); }
 

@@ -1,12 +1,12 @@
-// How finely the stage is drawn while it moves: as finely as frames come in time, and in full once it is still.
+// Chooses the resolution of the stage: while it moves, as fine as frames come in time; in full once it is still.
 
 const SLOW = 20;      // ms a frame, median: more is too slow for 60 a second
 const COUNT = 24;     // frames that the median is taken of,
 const LONG = 600;     // or as many as come in so many ms,
-const FEWEST = 5;     // but so many at least
+const FEWEST = 5;     // but at least so many
 const COARSEST = 0.5; // of the screen's own pixels
 const STILL = 200;    // ms without a change
-const PAUSE = 1000;   // ms: a frame that took longer was waited for
+const PAUSE = 1000;   // ms: after a longer wait nothing was moving
 
 export class Pace {
   on = true;
@@ -14,10 +14,10 @@ export class Pace {
   private times: number[] = [];
   private sum = 0;
   private before = 0;     ///< median before the last step down
-  private helps = true;   ///< whether fewer pixels made frames faster: not where a screen or a busy machine sets the pace
+  private helps = true;   ///< fewer pixels make frames faster; false where the screen or a busy machine sets the pace
   private last = 0;
 
-  /// Of a frame about to be drawn: the share of pixels that it gets.
+  /// The share of pixels along each side that the next frame gets.
   next(now: number): number {
     const took = now - this.last, goesOn = this.last > 0 && took < PAUSE;
     this.last = now;
@@ -26,13 +26,13 @@ export class Pace {
     this.times.push(took);
     this.sum += took;
     if (this.times.length < COUNT && (this.times.length < FEWEST || this.sum < LONG)) return this.moving;
-    const median = this.times.sort((a, b) => a - b)[this.times.length >> 1];  // one long wait is no pace
+    const median = this.times.sort((a, b) => a - b)[this.times.length >> 1];  // a single long wait does not count
     this.forget();
-    if (this.before > 0 && median > 0.93 * this.before) {  // the step down was in vain
+    if (this.before > 0 && median > 0.93 * this.before) {  // fewer pixels have not helped
       this.moving = Math.min(1, this.moving / 0.75);
       this.helps = false;
     } else if (median > SLOW && this.helps && this.moving > COARSEST) {
-      // A machine without a graphics card is far too slow: by as much as it is, since pixels are most of what it draws.
+      // Without a graphics card nearly all time goes into pixels, so that the step is as large as the frame is too slow.
       this.moving = Math.max(COARSEST, this.moving * Math.max(0.6, Math.min(0.75, Math.sqrt(SLOW / median))));
       this.before = median;
       return this.moving;
@@ -43,10 +43,10 @@ export class Pace {
 
   private forget(): void { this.times = []; this.sum = 0; }
 
-  /// Whether what was drawn coarsely is to be drawn in full now.
+  /// Tells whether the stage has been still long enough to be drawn in full.
   still(now: number, wait = STILL): boolean { return this.on && this.last > 0 && now - this.last > wait; }
 
-  /// After a rest one try at more pixels: a machine that was busy for a while is not so for ever.
+  /// Tries more pixels after a rest: a machine that was busy may be free again.
   rested(): void {
     this.moving = Math.min(1, 1.1 * this.moving);
     this.helps = true;

@@ -1,4 +1,4 @@
-// What was felt, kept frame by frame: shown again later, saved as a table of ticks, read back from one.
+// A recording: frames of touch that can be replayed, saved as a table of ticks, and read back from such a table.
 import type { Frame } from './messages';
 import { TICK } from './net';
 
@@ -9,12 +9,12 @@ const FLAGS = ['degraded', 'engaged', 'connected'] as const;
 const COLUMNS = ['tick', 'time_s', ...PER_TICK, ...VECTORS.flatMap((v) => ['x', 'y', 'z'].map((c) => `frame_${v}_${c}`)),
   ...Array.from({ length: 9 }, (_, i) => `frame_turn_${Math.floor(i / 3)}${i % 3}`), ...NUMBERS.map((n) => `frame_${n}`), ...FLAGS.map((n) => `frame_${n}`)];
 const MOST_SECONDS = 600;
-const SHOWN = 6;  // s, of the charts
+const SHOWN = 6;  // s, the length of the charts
 const LIMIT = 8 | 256;  // bits of haptic::SafetyStep
 
 export interface Again { different: number; lost: number; largestForce: number; rmsForce: number; largestDepth: number; ticks: Float32Array; }
 
-/// What /api/again sends.
+/// Reads the bytes of /api/again.
 export function readAgain(data: ArrayBuffer): Again {
   const [, , different, lost] = new Uint32Array(data, 0, 4), [largestForce, rmsForce, largestDepth] = new Float32Array(data, 16, 3);
   return { different, lost, largestForce, rmsForce, largestDepth, ticks: new Float32Array(data, 28) };
@@ -26,9 +26,9 @@ export class Recorder {
   private kept: Kept[] = [];
   private began = 0;
   private timer = 0;
-  private shift = 0;  ///< s, of the servo's clock
+  private shift = 0;  ///< s, added to the servo's clock
   recording = false;
-  /// The same poses computed again by the program, if they were: what each tick felt then.
+  /// The forces that the program has computed again from the same poses, if it has.
   again: Again | null = null;
   replaying = false;
   onFrame: (frame: Frame, at: number, of: number) => void = () => {};
@@ -36,7 +36,7 @@ export class Recorder {
   position = 0;      ///< s, of a replay
   onSeek: (frames: Frame[], at: number) => void = () => {};
   onEnd: () => void = () => {};
-  onFull: () => void = () => {};  ///< as long as a recording may be
+  onFull: () => void = () => {};  ///< the recording has its largest length
 
   get seconds(): number { return this.kept.length ? this.kept[this.kept.length - 1].at : 0; }
   get count(): number { return this.kept.length; }
@@ -56,7 +56,7 @@ export class Recorder {
     this.kept.push({ at, frame: { ...frame, time: frame.time + this.shift, ticks: frame.ticks.slice() } });
   }
 
-  /// As it was, in its own time, from where it stands; from the beginning where it had ended.
+  /// Replays the recording in its own time, from its present position, or from the beginning where it had ended.
   replay(): void {
     if (!this.kept.length) return;
     this.recording = false;
@@ -74,7 +74,7 @@ export class Recorder {
     };
     step();
   }
-  /// Stands still there: the frames of the seconds before it, the last one is of that moment.
+  /// Goes to a moment and stands still; onSeek gets the frames of the seconds before, the last of which is that moment's.
   seek(to: number): void {
     if (!this.kept.length) return;
     this.pause();
@@ -93,7 +93,7 @@ export class Recorder {
     this.onEnd();
   }
 
-  /// Moments that somebody may look for: where contact begins, where the limit or a fault acts.
+  /// Moments that a reader may look for: contact begins, the force limit acts, the filter finds a fault.
   marks(): { at: number; kind: 'contact' | 'limit' | 'fault' }[] {
     const out: { at: number; kind: 'contact' | 'limit' | 'fault' }[] = [];
     let before: Frame | null = null;
@@ -106,7 +106,7 @@ export class Recorder {
     return out;
   }
 
-  /// A row a tick; what is known of a frame only stands in the row of its last tick.
+  /// The table: a row for each tick. The columns of a frame are filled in the row of its last tick.
   csv(): string {
     const rows = [COLUMNS.join(',')], blank = ','.repeat(COLUMNS.length - 2 - PER_TICK.length);
     const short = (x: number) => String(Number(x.toPrecision(9)));
@@ -122,7 +122,7 @@ export class Recorder {
     return rows.join('\n') + '\n';
   }
 
-  /// Takes such a table. Throws, with what is wrong, where it is none.
+  /// Reads such a table. Throws an error that says what is wrong.
   open(text: string): void {
     const lines = text.trim().split('\n');
     if (lines[0]?.trim() !== COLUMNS.join(',')) throw new Error('it is no recording of this page: its columns are others');
@@ -154,7 +154,7 @@ export class Recorder {
     this.replace(kept);
   }
 
-  /// Takes what the program keeps.
+  /// Takes the frames that the program has recorded.
   take(frames: Frame[]): void {
     const last = (f: Frame) => f.time + (f.ticks.at(-1) ?? 0);
     let shift = 0, before = 0;
@@ -174,17 +174,17 @@ export class Recorder {
     this.again = null;
   }
 
-  /// The program has been started anew: what it kept is gone with it.
+  /// Forgets what only the program knew, since it has been started anew.
   forget(): void {
     for (const k of this.kept) k.frame.recorded = 0;
     this.again = null;
   }
 
-  /// Of a frame's own ticks, force, torque and depth as computed again; null where they were not.
+  /// Force, torque and depth of a frame's ticks as computed again; null where they were not.
   againOf(frame: Frame): Float32Array | null {
     const n = frame.ticks.length / TICK, end = frame.recorded;
     return this.again && end >= n && end <= this.again.ticks.length / 3 ? this.again.ticks.subarray(3 * (end - n), 3 * end) : null;
   }
-  /// Seconds of it that the program keeps with the poses of every tick.
+  /// The seconds whose ticks the program has recorded with their poses.
   get known(): number { return this.kept.reduce((at, k) => (k.frame.recorded > 0 ? k.at : at), 0); }
 }

@@ -2,7 +2,7 @@
 import { MODES, PLAIN } from './materials';
 import type { Frame } from './messages';
 
-/// Pitch tells how hard, loudness too; a rustle tells how fast the tool slides; a tap marks every new contact.
+/// Turns force into sound: pitch and loudness follow its size, a rustle follows the speed of sliding, a tap marks every new contact.
 export class Sound {
   private context: AudioContext | null = null;
   private tone!: OscillatorNode;
@@ -13,8 +13,8 @@ export class Sound {
   private before: number[] | null = null;
   private depthBefore = 0;
   private band!: BiquadFilterNode;
-  material = PLAIN;   ///< of what is touched
-  size = 0.1;         ///< m, of the touched object
+  material = PLAIN;   ///< the touched surface's
+  size = 0.1;         ///< the touched object's, m
   on = false;
   onSwitch: () => void = () => {};
 
@@ -58,7 +58,7 @@ export class Sound {
     this.before = null;
   }
 
-  /// side: -1 left to 1 right, where the tool is on the screen.
+  /// Plays a frame. side: the tool's position on the screen, -1 left to 1 right.
   play(frame: Frame, side: number): void {
     if (!this.on || !this.context) return;
     const t = this.context.currentTime, force = Math.hypot(...frame.force);
@@ -76,38 +76,36 @@ export class Sound {
     this.depthBefore = touching ? frame.depth : 0;
   }
 
-  /// The modes of a bar of the touched object's size and material, struck at this speed, m/s: the lowest sounds longest.
+  /// Plays the modes of a bar of the touched object's size and material that is struck at this speed, m/s. The lowest lasts longest.
   strike(speed: number): void {
     if (!this.on || !this.context) return;
     const c = this.context, m = this.material, lowest = Math.min(Math.max(m.speed / this.size, 60), 2400), loud = 0.3 * m.loud * Math.min(0.25 + 2 * speed, 1);
     MODES.forEach((ratio, k) => {
       if (lowest * ratio > 9000) return;
-      const o = c.createOscillator(), g = c.createGain(), lasts = Math.max(m.periods / lowest / (1 + 0.6 * k), 0.012);
-      o.frequency.value = lowest * ratio;
-      g.gain.setValueAtTime(loud / (1 + 1.2 * k), c.currentTime);
-      g.gain.exponentialRampToValueAtTime(0.0005, c.currentTime + 3 * lasts);
-      o.connect(g).connect(this.pan);
-      o.start();
-      o.stop(c.currentTime + 3 * lasts);
+      this.ring(c, lowest * ratio, loud / (1 + 1.2 * k), 3 * Math.max(m.periods / lowest / (1 + 0.6 * k), 0.012));
     });
   }
 
-  /// The nearer, the higher: for a hand that looks for something.
+  /// Guides a hand that looks for an object: a shorter distance gives a higher tone.
   guide(distance: number): void { this.tap(900 / (1 + 3 * distance)); }
 
   tap(pitch: number): void {
-    if (!this.on || !this.context) return;
-    const c = this.context, o = c.createOscillator(), g = c.createGain();
+    if (this.on && this.context) this.ring(this.context, pitch, 0.18, 0.09);
+  }
+
+  /// A tone of that pitch, Hz, that dies away in so many seconds.
+  private ring(c: AudioContext, pitch: number, loud: number, lasts: number): void {
+    const o = c.createOscillator(), g = c.createGain();
     o.frequency.value = pitch;
-    g.gain.setValueAtTime(0.18, c.currentTime);
-    g.gain.exponentialRampToValueAtTime(0.001, c.currentTime + 0.08);
+    g.gain.setValueAtTime(loud, c.currentTime);
+    g.gain.exponentialRampToValueAtTime(0.0005, c.currentTime + lasts);
     o.connect(g).connect(this.pan);
     o.start();
-    o.stop(c.currentTime + 0.09);
+    o.stop(c.currentTime + lasts);
   }
 }
 
-/// The force's size on every game pad that can rumble. Returns whether there is one.
+/// Plays the force's size on every game pad that can rumble.
 export class Rumble {
   private last = 0;
   on = true;
@@ -123,7 +121,7 @@ export class Rumble {
   }
 }
 
-/// Says a name once it has been touched for a moment; the newest wins.
+/// Says the name of a part that has been touched for a moment; a newer name replaces one that waits.
 export class Voice {
   private pending = 0;
   private said = '';
@@ -139,7 +137,7 @@ export class Voice {
     this.pending = window.setTimeout(() => this.say(name), Math.max(250, this.heardBy - performance.now()));
   }
 
-  /// An answer to a question: nothing that is touched meanwhile cuts it short.
+  /// Answers a question; a part that is touched meanwhile does not cut the answer short.
   answer(text: string): void {
     clearTimeout(this.pending);
     this.heardBy = performance.now() + 2000;

@@ -1,32 +1,66 @@
-// What a reload keeps and Back goes back to: tab, view, selection.
+// Restores a view, from a link or after a reload, and the tab on Back.
+import { announce } from './dom';
+import type { Settings } from './messages';
 import { setMode, tabs } from './modes';
-import { restoreLink } from './panels/files';
+import { program } from './net';
+import { wait } from './notices';
+import { costume } from './panels/dress';
 import { lookPanel } from './panels/look';
 import { select } from './panels/parts';
+import { tellSettings } from './panels/touch';
 import { world } from './stage';
 import { MODES, on, state, type Mode } from './state';
+import { setTheme, THEMES } from './theme';
 
-const KEY = 'sqmap view';
+const KEY = 'sqmap view', OVERLAYS = ['spheres', 'samples', 'offset', 'hidden'];
+const control = (id: string) => lookPanel.querySelector<HTMLSelectElement & HTMLInputElement>(`#${id}`);  // a saved page has not all
+const ids = (): string => String(state.facts.map((f) => f.id));
 
-interface Kept { colour: string; mode: Mode; pose: number[]; selected: { object: number; part: number } | null; objects: number[]; }
+/// Tab, camera, colours, surface, superquadrics, overlays, theme, selected part, settings of touch, costume.
+const viewNow = () => ({ m: state.mode, c: world.pose(), k: world.objects.colourBy, s: world.objects.surfaceAs, q: world.objects.withSuperquadrics, o: OVERLAYS.filter((id) => control(id)?.checked), t: document.documentElement.dataset.theme, p: state.selected,
+  f: state.mode === 'touch' ? state.settings : undefined, w: state.mode === 'dress' ? costume.chosen() : undefined });
+
+/// Shows a view, of which any member may be missing or wrong.
+function show(v: Partial<Omit<ReturnType<typeof viewNow>, 'f'>> & { f?: Record<string, unknown> }): void {
+  const set = (id: string, value: string | boolean | undefined) => {
+    const e = control(id);
+    if (!e || (typeof value !== 'boolean' && ![...e.options].some((o) => o.value === value && !o.disabled))) return;
+    if (typeof value === 'boolean') e.checked = value; else e.value = value!;
+    e.dispatchEvent(new Event('change'));
+  };
+  set('colour', v.k); set('surface', v.s);
+  if (v.q !== undefined) set('superquadrics', Boolean(v.q));
+  if (Array.isArray(v.o)) for (const id of OVERLAYS) set(id, v.o.includes(id));
+  if (v.t && THEMES.includes(v.t)) setTheme(v.t);
+  if (v.f) {
+    for (const k of Object.keys(state.settings) as (keyof Settings)[]) if (typeof v.f[k] === typeof state.settings[k] || k === 'tool') state.settings = { ...state.settings, [k]: v.f[k] };
+    tellSettings();
+  }
+  if (Array.isArray(v.w)) costume.choose(v.w);
+  if (v.m && MODES.includes(v.m) && !tabs[v.m].hidden) setMode(v.m);
+  if (v.c) world.setPose(v.c);
+  if (v.p && state.facts[v.p.object]) select(v.p.object, v.p.part);
+}
+
+export function copyLink(): void {
+  location.hash = `view=${encodeURIComponent(JSON.stringify(viewNow()))}`;
+  const holds = program.kind === 'worker' ? 'with the models that this page begins with' : 'as long as the program runs';
+  const done = () => announce(`The link is in the address bar and the clipboard. It restores this view ${holds}.`);
+  navigator.clipboard?.writeText(location.href).then(done, done);
+  wait(`Link copied: it restores this view ${holds}.`);
+}
 
 addEventListener('pagehide', () => {
-  const kept: Kept = { colour: world.objects.colourBy, mode: state.mode, pose: world.pose(), selected: state.selected, objects: state.facts.map((f) => f.id) };
-  try { sessionStorage.setItem(KEY, JSON.stringify(kept)); } catch { /* a browser that keeps nothing */ }
+  const { m, c, k, p } = viewNow();
+  try { sessionStorage.setItem(KEY, JSON.stringify({ objects: ids(), view: { m, c: m === 'dress' ? undefined : c, k, p } })); } catch { /* a browser that keeps nothing */ }
 });
 
-/// Of a link, else of before the reload.
+/// Restores the view of a link, else the view before a reload, if the objects are the same.
 export function restoreView(): void {
-  if (restoreLink()) return;
   try {
-    const kept = JSON.parse(sessionStorage.getItem(KEY) ?? 'null') as Kept | null;
-    if (!kept || !MODES.includes(kept.mode) || String(kept.objects) !== String(state.facts.map((f) => f.id))) return;
-    if (!tabs[kept.mode].hidden) setMode(kept.mode);
-    if (kept.mode !== 'dress') world.setPose(kept.pose);
-    const colour = lookPanel.querySelector<HTMLSelectElement>('#colour')!;
-    if (kept.colour !== colour.value && [...colour.options].some((o) => o.value === kept.colour && !o.disabled)) { colour.value = kept.colour; colour.dispatchEvent(new Event('change')); }
-    if (kept.selected && state.facts[kept.selected.object]) select(kept.selected.object, kept.selected.part);
-  } catch { /* what somebody else wrote there */ }
+    const link = new URLSearchParams(location.hash.slice(1)).get('view'), kept = JSON.parse(sessionStorage.getItem(KEY) ?? 'null');
+    if (link) show(JSON.parse(link)); else if (kept?.objects === ids()) show(kept.view);
+  } catch { /* somebody has changed the link or the stored view: the view stays as it is */ }
 }
 
 // Every tab is a step of the browser's history.

@@ -1,7 +1,7 @@
-// A soft shadow of the objects on the ground, drawn once for a scene: what stands near the ground is darker there.
+// A soft shadow of the objects on the ground, drawn once for a scene; it is darker under surface that is near the ground.
 import * as THREE from 'three';
 
-const SIZE = 512, BLUR = 0.008, DARK = 0.5;  // pixels along each side, of the picture's side, 0 to 1
+const SIZE = 512, BLUR = 0.008, DARK = 0.5;  // pixels along each side; share of the side; opacity, 0 to 1
 
 const FULL = 'varying vec2 at; void main() { at = uv; gl_Position = vec4(2.0 * uv - 1.0, 0.0, 1.0); }';
 const SMOOTH = `varying vec2 at; uniform sampler2D picture; uniform vec2 step;
@@ -14,7 +14,7 @@ void main() {
 
 export class GroundShadow {
   private plane: THREE.Mesh;
-  private drawn = false;  ///< there is something that throws one
+  private drawn = false;  ///< an object throws a shadow
   private targets = [0, 1].map(() => new THREE.WebGLRenderTarget(SIZE, SIZE));
   private camera = new THREE.OrthographicCamera();
   private near = new THREE.ShaderMaterial({
@@ -36,7 +36,7 @@ export class GroundShadow {
 
   set seen(yes: boolean) { this.plane.visible = yes && this.drawn; }
 
-  /// Seen from below, so that the nearest surface to the ground counts; then smoothed.
+  /// Draws the surfaces from below, so that the one nearest to the ground counts, then smooths the picture.
   draw(surfaces: THREE.Mesh[], box: THREE.Box3, ground: number): void {
     this.drawn = surfaces.length > 0;
     if (!this.drawn) return;
@@ -51,7 +51,7 @@ export class GroundShadow {
     for (const s of surfaces) { const copy = new THREE.Mesh(s.geometry, this.near); copy.raycast = () => {}; group.add(copy); }
     const before = this.renderer.getClearAlpha(), colour = this.renderer.getClearColor(new THREE.Color());
     const { xr } = this.renderer, worn = xr.enabled;
-    xr.enabled = false;  // a headset's own eyes do not look from below
+    xr.enabled = false;  // else the renderer would take the headset's eyes as its camera
     this.renderer.setClearColor(0x000000, 0);
     const render = (what: THREE.Object3D, target: THREE.WebGLRenderTarget) => { this.renderer.setRenderTarget(target); this.renderer.clear(); this.renderer.render(what, this.camera); };
     render(group, this.targets[0]);

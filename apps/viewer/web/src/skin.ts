@@ -1,14 +1,13 @@
-// How surfaces are drawn: where the tool presses they give way, a dimple darker than what is round it; parts can be left out; what
-// lies hidden from the sky is darker.
+// The material of surfaces: they give way under the tool in a dark dimple, parts can be left out, and vertices that see little of the
+// sky are darker.
 import * as THREE from 'three';
 
-const REACH = 0.011;  // m, of the dimple
+const REACH = 0.011;  // m, the dimple's radius
 const DEEPEST = 0.0012;
 
 const uniforms = { dentAt: { value: new THREE.Vector3() }, dentBy: { value: new THREE.Vector3() }, dentReach: { value: REACH } };
 
-/// The tool touches at a point and presses along `inwards` by depth, m; null: nothing touches. What a ball lies in the surface by is
-/// what the surface gives way by.
+/// Dents the surface at a point along `inwards` by the depth of the contact, m; null: nothing touches.
 export function setDent(at: THREE.Vector3 | null, inwards = new THREE.Vector3(), depth = 0): void {
   if (!at) { uniforms.dentBy.value.set(0, 0, 0); return; }
   uniforms.dentAt.value.copy(at);
@@ -20,7 +19,7 @@ export function setDent(at: THREE.Vector3 | null, inwards = new THREE.Vector3(),
 export function look(material: THREE.MeshLambertMaterial): THREE.MeshLambertMaterial {
   material.onBeforeCompile = (shader) => {
     Object.assign(shader.uniforms, uniforms);
-    // What is left out shrinks to a point: a fragment that is discarded would cost all others their early test of depth.
+    // A part that is left out shrinks to a point. Discarding its fragments would disable the early depth test for all others.
     shader.vertexShader = shader.vertexShader
       .replace('#include <common>', '#include <common>\nuniform vec3 dentAt, dentBy;\nuniform float dentReach;\nattribute vec2 look;\nvarying float dent, open;')
       .replace('#include <begin_vertex>', `#include <begin_vertex>

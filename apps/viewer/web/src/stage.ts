@@ -11,10 +11,10 @@ export const hint = h('p', { class: 'hint', id: 'hint' });
 const scaleBox = h('div', {});
 export const legend = h('div', { class: 'legend', hidden: true }, scaleBox);
 export const forceRead = h('output', { class: 'force', id: 'force', 'aria-live': 'off' });
-export const factsLine = h('p', { class: 'facts-line', id: 'model-facts' });  // always in sight, however the panel is scrolled
-export const forceTag = h('div', { class: 'force-tag', hidden: true, 'aria-hidden': 'true' });  // the words in the corner say it, too
+export const factsLine = h('p', { class: 'facts-line', id: 'model-facts' });  // stays in sight while the panel scrolls
+export const forceTag = h('div', { class: 'force-tag', hidden: true, 'aria-hidden': 'true' });  // hidden from screen readers: the words in the corner say the same
 export const invite = h('div', { class: 'invite', id: 'invite', hidden: true, 'aria-hidden': 'true' }, 'Press and drag on me');
-/// What each of two views is of.
+/// The titles of two views side by side.
 export const sides = h('div', { class: 'sides', id: 'sides', hidden: true }, h('span', {}), h('span', {}));
 export const stage = h('div', { class: 'stage' }, canvas, sides, forceTag, invite, hint, legend, h('div', { class: 'corner' }, forceRead, factsLine));
 export const world = new World(canvas);

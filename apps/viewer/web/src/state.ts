@@ -1,5 +1,5 @@
-// What more than one panel reads: the newest word of the program, and what is chosen here. Whoever changes it says so with
-// changed(), and those that listen draw it.
+// The state that more than one panel reads: the program's newest messages, and the user's choices. Code that changes the state calls
+// changed(), and listeners draw the change.
 import type { Frame, ObjectFacts, Settings, Status } from './messages';
 import type { Hit } from './objects';
 
@@ -12,10 +12,10 @@ export interface State {
   status: Status | null;
   selected: { object: number; part: number } | null;
   pick: Hit | null;    ///< the point that was clicked
-  settings: Settings;  ///< nothing is meant until the program has said its own
+  settings: Settings;  ///< zeros until the program has sent its own
   frame: Frame | null;  ///< the newest
   frames: number;       ///< since the page was opened
-  playing: boolean;     ///< a round of recognition goes on: objects are hidden and not named
+  playing: boolean;     ///< a round of recognition is under way: objects are hidden and not named
 }
 
 export const state: State = {
@@ -31,7 +31,7 @@ export const state: State = {
 };
 
 /// mode: another panel is shown; scene: facts; status: the program's; selected; pick; playing.
-export type Change = 'mode' | 'scene' | 'status' | 'selected' | 'pick' | 'playing';
+type Change = 'mode' | 'scene' | 'status' | 'selected' | 'pick' | 'playing';
 const listeners: Record<Change, (() => void)[]> = { mode: [], scene: [], status: [], selected: [], pick: [], playing: [] };
 
 export function on(changes: Change[], listener: () => void): void { for (const change of changes) listeners[change].push(listener); }

@@ -2,32 +2,30 @@
 // part a field runs smoothly from vertex to vertex.
 import * as THREE from 'three';
 import { MISS, type Rgb, type Scale } from './colours';
+import { geometryOf } from './geometry';
 import { meter } from './meter';
 import { look } from './skin';
 
-const RAYS = 24, REACH = 0.7;   // of the shade: rays a vertex; how far they look, of the radius of what is drawn
+const RAYS = 24, REACH = 0.7;   // for the shade: rays a vertex, and their length as a share of the object's radius
 const SLICE = 6;                // ms of shading at a time
 
 export const linear = (c: Rgb, scale = 1): THREE.Color => new THREE.Color().setRGB(...(c.map((x) => scale * x) as Rgb), THREE.SRGBColorSpace);
 
-/// What colours it: a field with its scale, else a colour a part; over it the triangles whose mark is 1.
+/// The colours of a surface: a field with its scale, else a colour for each part; over them the triangles whose mark is 1.
 export interface Paint { parts: THREE.Color[]; field: { values: Float32Array; scale: Scale } | null; marks: Float32Array | null; mark: THREE.Color; }
 
 export class Surface {
   readonly mesh: THREE.Mesh<THREE.BufferGeometry, THREE.MeshLambertMaterial>;
   readonly whole: THREE.BufferGeometry;  ///< with the file's own vertices
   private corners: Uint32Array;
-  private from: number[] = [];           ///< vertex of the file of each that is drawn
+  private from: number[] = [];           ///< the file's vertex of each vertex that is drawn
   private own: THREE.BufferAttribute;                 ///< colours
   private other: THREE.BufferAttribute | null = null;
   private gone = false;
   shaded = false;
 
   constructor(positions: Float32Array, triangles: Uint32Array, readonly partOf: Uint32Array, solid: boolean) {
-    this.whole = new THREE.BufferGeometry();
-    this.whole.setAttribute('position', new THREE.BufferAttribute(positions, 3));
-    this.whole.setIndex(new THREE.BufferAttribute(triangles, 1));
-    this.whole.computeVertexNormals();
+    this.whole = geometryOf(positions, triangles);
     this.corners = this.split(triangles, positions.length / 3);
     const geometry = new THREE.BufferGeometry(), normals = this.whole.getAttribute('normal').array;
     const each = (values: ArrayLike<number>) => new THREE.BufferAttribute(Float32Array.from({ length: 3 * this.from.length }, (_, i) => values[3 * this.from[Math.floor(i / 3)] + (i % 3)]), 3);
@@ -53,25 +51,25 @@ export class Surface {
     });
   }
 
-  /// Of a triangle, counter-clockwise seen from outside.
-  triangle(t: number): [THREE.Vector3, THREE.Vector3, THREE.Vector3] {
-    const p = this.mesh.geometry.getAttribute('position');
-    return [0, 1, 2].map((k) => new THREE.Vector3().fromBufferAttribute(p, this.corners[3 * t + k])) as [THREE.Vector3, THREE.Vector3, THREE.Vector3];
+  /// A triangle, counter-clockwise seen from outside.
+  triangle(t: number): THREE.Triangle {
+    const [a, b, c] = this.corners.subarray(3 * t, 3 * t + 3);
+    return new THREE.Triangle().setFromAttributeAndIndices(this.mesh.geometry.getAttribute('position'), a, b, c);
   }
 
   /// The share of the area whose triangles have the value 1.
   shareOf(values: Float32Array): number {
     let all = 0, some = 0;
     for (let t = 0; t < values.length; ++t) {
-      const area = new THREE.Triangle(...this.triangle(t)).getArea();
+      const area = this.triangle(t).getArea();
       all += area;
       if (values[t] === 1) some += area;
     }
     return some / Math.max(all, 1e-12);
   }
 
-  /// Of each vertex that is drawn the mean over its triangles that have a value; where most of them have none, what one of those says.
-  /// A missed triangle is never smoothed away.
+  /// A value for each vertex that is drawn: the mean over its triangles with a known value. Where most of its triangles have none, and
+  /// where one is missed, the vertex takes the value of such a triangle.
   private atVertices(values: Float32Array, known: (value: number) => boolean): Float32Array {
     const n = this.from.length, sum = new Float32Array(n), some = new Uint16Array(n), all = new Uint16Array(n), none = new Float32Array(n);
     this.corners.forEach((v, i) => {
@@ -82,7 +80,7 @@ export class Surface {
     return sum.map((x, v) => (none[v] !== MISS && 2 * some[v] >= all[v] ? x / some[v] : none[v]));
   }
 
-  /// Its colours beside the first ones, for a second view; null: the same.
+  /// Sets the colours for a second view; null: those of the first.
   second(paint: Paint | null): void {
     this.other = paint && new THREE.BufferAttribute(new Float32Array(3 * this.from.length), 3);
     if (paint) this.fill(this.other!, paint);
@@ -124,7 +122,7 @@ export class Surface {
       across.crossVectors(up, side);
       ray.origin.fromBufferAttribute(p, v).addScaledVector(up, 2e-3 * reach);
       for (let k = 0; k < RAYS; ++k) {
-        // Evenly by cosine, another turn at every vertex.
+        // The rays are spread evenly by cosine, and turned anew at every vertex.
         const h = Math.sqrt((k + 0.5) / RAYS), a = 2.39996 * k + 1.7 * v, z = Math.sqrt(1 - h * h);
         ray.direction.copy(side).multiplyScalar(h * Math.cos(a)).addScaledVector(across, h * Math.sin(a)).addScaledVector(up, z);
         const hit = tree.raycastFirst(ray, THREE.DoubleSide);
@@ -138,7 +136,7 @@ export class Surface {
     done();
   }
 
-  /// Of each vertex that is drawn the mean with its neighbours: a few rays are grainy.
+  /// The mean of each drawn vertex with its neighbours: a few rays alone are grainy.
   private smoothed(open: Float32Array): Float32Array {
     const sum = open.slice(), count = new Float32Array(open.length).fill(1);
     for (let i = 0; i < this.corners.length; ++i) {

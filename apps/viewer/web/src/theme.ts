@@ -15,7 +15,7 @@ export function setTheme(name: string): void {
 }
 for (const m of [dark, contrast]) m.addEventListener('change', applyTheme);
 
-/// Those that draw in the theme's colours.
+/// Functions that draw in the theme's colours.
 const painters: (() => void)[] = [];
 export function onTheme(paint: () => void): void { painters.push(paint); }
 export function applyTheme(): void {

@@ -1,9 +1,10 @@
 // The tool that is held, the arrow of its force, and the mark of a point, as three.js draws them.
 import * as THREE from 'three';
+import { geometryOf, vector } from './geometry';
 import type { Frame } from './messages';
 
 const ARROW = 0.03;  // m of arrow a newton
-const HEAD = 0.0145; // m, of the arrow
+const HEAD = 0.0145; // m, the arrow's head
 const COILS = 7, STEPS = 16;
 const STILL = 2e-5;          // m (and radians): less is no motion
 const LEAST_SPRING = 0.0003;  // m: shorter ones are not drawn
@@ -19,6 +20,13 @@ function coil(): THREE.BufferGeometry {
   return new THREE.BufferGeometry().setFromPoints(points);
 }
 
+/// A mesh that is drawn over all that is drawn before it.
+function inFront(geometry: THREE.BufferGeometry, color: number, order: number): THREE.Mesh {
+  const mesh = new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({ color, depthTest: false }));
+  mesh.renderOrder = order;
+  return mesh;
+}
+
 export class Tool {
   private mesh: THREE.Mesh;
   private ball: THREE.SphereGeometry;
@@ -27,15 +35,15 @@ export class Tool {
   private arrow = new THREE.Group();
   private shaft: THREE.Mesh;
   private head: THREE.Mesh;
-  private shaftEdge: THREE.Mesh;  ///< white round both: seen on every colour
+  private shaftEdge: THREE.Mesh;  ///< white edges, so that the arrow is seen on every colour
   private headEdge: THREE.Mesh;
   private marker: THREE.Mesh;
-  private hand: THREE.Mesh;     ///< where the hand is, below what the tool lies on
-  private spring: THREE.Line;   ///< between the tool and the hand: what pushes
+  private hand: THREE.Mesh;     ///< stands where the hand is, below the surface that holds the tool
+  private spring: THREE.Line;   ///< joins the tool and the hand
 
   constructor(scene: THREE.Scene, private redraw: () => void) {
     const ball = this.ball = new THREE.SphereGeometry(1, 32, 24);
-    // Black with a white rim: seen on every part's colour and on both stages.
+    // Black with a white rim is seen on every part's colour, in light and dark.
     this.mesh = new THREE.Mesh(ball, new THREE.MeshStandardMaterial({ color: 0x14181d, roughness: 0.35 }));
     const rim = this.rim = new THREE.Mesh(ball, new THREE.MeshBasicMaterial({ color: 0xffffff, side: THREE.BackSide }));
     rim.scale.setScalar(1.18);
@@ -43,35 +51,28 @@ export class Tool {
     this.mesh.scale.setScalar(0.006);
     this.mesh.visible = false;
     scene.add(this.mesh);
-    const paint = new THREE.MeshBasicMaterial({ color: 0xd4145a, depthTest: false });
-    this.shaft = new THREE.Mesh(new THREE.CylinderGeometry(0.0016, 0.0016, 1, 12).translate(0, 0.5, 0), paint);
-    this.head = new THREE.Mesh(new THREE.ConeGeometry(0.0045, 0.011, 16).translate(0, 0.0055, 0), paint);
-    const edge = new THREE.MeshBasicMaterial({ color: 0xffffff, depthTest: false });
-    this.shaftEdge = new THREE.Mesh(new THREE.CylinderGeometry(0.0026, 0.0026, 1, 12).translate(0, 0.5, 0), edge);
-    this.headEdge = new THREE.Mesh(new THREE.ConeGeometry(0.0064, HEAD, 16).translate(0, 0.0056, 0), edge);
-    this.shaftEdge.renderOrder = this.headEdge.renderOrder = 9;
+    this.shaft = inFront(new THREE.CylinderGeometry(0.0016, 0.0016, 1, 12).translate(0, 0.5, 0), 0xd4145a, 10);
+    this.head = inFront(new THREE.ConeGeometry(0.0045, 0.011, 16).translate(0, 0.0055, 0), 0xd4145a, 10);
+    this.shaftEdge = inFront(new THREE.CylinderGeometry(0.0026, 0.0026, 1, 12).translate(0, 0.5, 0), 0xffffff, 9);
+    this.headEdge = inFront(new THREE.ConeGeometry(0.0064, HEAD, 16).translate(0, 0.0056, 0), 0xffffff, 9);
     this.arrow.add(this.shaftEdge, this.headEdge, this.shaft, this.head);
     this.arrow.visible = false;
     this.arrow.renderOrder = 10;
-    this.shaft.renderOrder = this.head.renderOrder = 10;
     scene.add(this.arrow);
-    this.hand = new THREE.Mesh(ball, new THREE.MeshBasicMaterial({ color: 0xffe600, depthTest: false }));
+    this.hand = inFront(ball, 0xffe600, 9);
     this.hand.scale.setScalar(0.0016);
-    const dark = new THREE.Mesh(ball, new THREE.MeshBasicMaterial({ color: 0x14181d, depthTest: false }));
+    const dark = inFront(ball, 0x14181d, 8);
     dark.scale.setScalar(1.35);
-    dark.renderOrder = 8;
-    this.hand.renderOrder = 9;
     this.hand.add(dark);
     this.spring = new THREE.Line(coil(), new THREE.LineBasicMaterial({ color: 0xffe600, depthTest: false }));
     this.spring.renderOrder = 9;
     this.spring.frustumCulled = false;
     this.hand.visible = this.spring.visible = false;
     scene.add(this.hand, this.spring);
-    this.marker = new THREE.Mesh(ball, new THREE.MeshBasicMaterial({ color: 0xd4145a, depthTest: false }));
-    this.marker.renderOrder = 11;
+    this.marker = inFront(ball, 0xd4145a, 11);
     this.marker.scale.setScalar(0.0022);
     this.marker.visible = false;
-    // Close by no larger on the screen than from where the whole object is seen.
+    // The mark does not grow on the screen when the eye comes near.
     this.marker.onBeforeRender = (_renderer, _scene, camera) => { this.marker.scale.setScalar(0.0022 * Math.min(1, this.marker.position.distanceTo(camera.getWorldPosition(new THREE.Vector3())) / 0.4)); this.marker.updateMatrixWorld(); this.marker.modelViewMatrix.multiplyMatrices(camera.matrixWorldInverse, this.marker.matrixWorld); };
     scene.add(this.marker);
   }
@@ -85,7 +86,7 @@ export class Tool {
     this.redraw();
   }
 
-  /// What is held: null a ball, else triangles about the tool's centre.
+  /// Sets the shape of the tool: triangles about its centre, or null for a ball.
   setShape(positions: Float32Array | null, corners: Uint32Array | null): void {
     if (this.mesh.geometry !== this.ball) this.mesh.geometry.dispose();
     this.vertices = positions;
@@ -96,11 +97,7 @@ export class Tool {
     material.color.set(positions ? 0x39424d : 0x14181d);
     material.needsUpdate = true;
     if (positions && corners) {
-      const g = new THREE.BufferGeometry();
-      g.setAttribute('position', new THREE.BufferAttribute(positions, 3));
-      g.setIndex(new THREE.BufferAttribute(corners, 1));
-      g.computeVertexNormals();
-      this.mesh.geometry = g;
+      this.mesh.geometry = geometryOf(positions, corners);
       this.mesh.scale.setScalar(1);
     } else {
       this.mesh.geometry = this.ball;
@@ -109,7 +106,7 @@ export class Tool {
     this.redraw();
   }
 
-  /// How far a mesh spreads about its centre, so that it is taken up clear of what lies beside; 0 for the ball.
+  /// The radius of a mesh about its centre, by which the hand lifts it clear of what lies beside; 0 for the ball.
   span(): number {
     const p = this.vertices;
     let most = 0;
@@ -117,7 +114,7 @@ export class Tool {
     return most;
   }
 
-  /// Of the tool about its centre: the point that touches a surface with this normal first.
+  /// The point of the tool, from its centre, that touches a surface with this normal first.
   tip(normal: THREE.Vector3): THREE.Vector3 {
     const p = this.vertices;
     if (!p) return normal.clone().multiplyScalar(-this.radius);
@@ -126,27 +123,27 @@ export class Tool {
       const d = p[k] * normal.x + p[k + 1] * normal.y + p[k + 2] * normal.z;
       if (d < least) { least = d; best = k; }
     }
-    return new THREE.Vector3(p[best], p[best + 1], p[best + 2]);
+    return vector(p, best);
   }
 
-  /// inSight: the share of a line that can be seen.
+  /// Draws the tool, the hand and the force of a frame; null: hides them. inSight: the share of a line that can be seen.
   show(frame: Frame | null, inSight: (from: THREE.Vector3, to: THREE.Vector3) => number = () => 1): void {
-    // What stands still is not drawn again: the stage comes to rest, and then it is drawn in full.
+    // A tool that stands still is not drawn again, so that the stage comes to rest and is drawn in full.
     const now = frame && [...frame.tool, ...frame.hand, ...frame.turn, ...frame.force.map((f) => ARROW * f)];
     if (!now || !this.drawn?.every((x, i) => Math.abs(x - now[i]) < STILL)) { this.drawn = now; this.redraw(); }
     this.mesh.visible = frame !== null;
     this.arrow.visible = this.hand.visible = this.spring.visible = false;
     if (!frame) return;
-    this.mesh.position.set(frame.tool[0], frame.tool[1], frame.tool[2]);
+    this.mesh.position.fromArray(frame.tool);
     const m = frame.turn;
     this.mesh.quaternion.setFromRotationMatrix(new THREE.Matrix4().set(m[0], m[1], m[2], 0, m[3], m[4], m[5], 0, m[6], m[7], m[8], 0, 0, 0, 0, 1));
-    this.showSpring(new THREE.Vector3(...(frame.hand as [number, number, number])));
-    const force = new THREE.Vector3(frame.force[0], frame.force[1], frame.force[2]), at = this.mesh.position, length = ARROW * force.length(), all = length + HEAD;
+    this.showSpring(vector(frame.hand));
+    const force = vector(frame.force), at = this.mesh.position, length = ARROW * force.length(), all = length + HEAD;
     const seen = length > 0 ? inSight(at, at.clone().addScaledVector(force, (ARROW * all) / length)) : 1;
     this.placeArrow(at, force, 1, seen < 1 ? Math.max(seen * all - HEAD, 0.1 * length) / length : 1);
   }
 
-  /// From the tool to where the hand is, where they are apart.
+  /// Draws the spring from the tool to the hand, where they are apart.
   private showSpring(hand: THREE.Vector3): void {
     const along = hand.clone().sub(this.mesh.position), length = along.length();
     this.hand.visible = this.spring.visible = length > LEAST_SPRING;
@@ -157,10 +154,10 @@ export class Tool {
     this.spring.scale.set(0.0018, length, 0.0018);
   }
 
-  /// For tests: how far the hand is drawn from the tool; 0 where it is not.
+  /// For tests: the length of the spring as it is drawn; 0 where it is not.
   springNow(): number { return this.spring.visible ? this.spring.scale.y : 0; }
 
-  /// An arrow of force from a point; thick: times the usual thickness, for larger scenes. Null: none.
+  /// Draws an arrow of force at a point; null: none. thick: times the usual thickness, for larger scenes.
   showArrow(at: THREE.Vector3 | null, force = new THREE.Vector3(), thick = 1): void { this.placeArrow(at, force, thick, 1); this.redraw(); }
   private placeArrow(at: THREE.Vector3 | null, force: THREE.Vector3, thick: number, share: number): void {
     const size = force.length(), length = share * ARROW * size;
@@ -172,16 +169,16 @@ export class Tool {
     for (const head of [this.head, this.headEdge]) { head.scale.setScalar(thick); head.position.y = length; }
   }
 
-  /// The arrow's end, where it is drawn.
+  /// The end of the arrow; null where no arrow is drawn.
   tipOfArrow(): THREE.Vector3 | null { return this.arrow.visible ? new THREE.Vector3(0, this.head.position.y + 0.012, 0).applyQuaternion(this.arrow.quaternion).add(this.arrow.position) : null; }
 
-  /// For tests: where the arrow is and points.
+  /// For tests: whether an arrow is drawn, its direction and length.
   arrowNow(): { visible: boolean; direction: number[]; length: number } {
     const d = new THREE.Vector3(0, 1, 0).applyQuaternion(this.arrow.quaternion);
     return { visible: this.arrow.visible, direction: d.toArray(), length: this.shaft.scale.y };
   }
 
-  /// For tests: where the mark is.
+  /// For tests: the position of the mark.
   marked(): THREE.Vector3 { return this.marker.position; }
   mark(p: THREE.Vector3 | null): void {
     this.marker.visible = p !== null;

@@ -1,4 +1,4 @@
-// What is drawn in the scene about one point: the steps of the search for its foot, and the plane of a section with F's level sets.
+// Drawings in the scene about one point: the steps of the search for its foot, and the plane of a section with F's level sets.
 import * as THREE from 'three';
 import type { Section } from './section';
 
@@ -21,19 +21,13 @@ export class Traces {
     this.redraw();
   }
 
-  /// looked: what the search looked at; path: where its levels ended, then the point is joined to the last of them.
+  /// Draws a search. looked: the samples that it looked at; path: the samples where its levels ended, whose last one is joined to the point.
   setSearch(looked: THREE.Vector3[], path: THREE.Vector3[], point: THREE.Vector3 | null): void {
     if (!path.length || !point) { this.replace('search', []); return; }
-    const points = (at: THREE.Vector3[], colour: number, size: number, order: number) => {
-      const p = new THREE.Points(new THREE.BufferGeometry().setFromPoints(at), new THREE.PointsMaterial({ color: colour, size, sizeAttenuation: false, depthTest: false, transparent: true }));
-      p.renderOrder = order;
-      return p;
-    };
-    const line = (at: THREE.Vector3[], colour: number, order: number) => {
-      const l = new THREE.Line(new THREE.BufferGeometry().setFromPoints(at), new THREE.LineBasicMaterial({ color: colour, depthTest: false, transparent: true }));
-      l.renderOrder = order;
-      return l;
-    };
+    const inFront = { depthTest: false, transparent: true }, geometry = (at: THREE.Vector3[]) => new THREE.BufferGeometry().setFromPoints(at);
+    const ordered = <T extends THREE.Object3D>(o: T, renderOrder: number): T => Object.assign(o, { renderOrder });
+    const points = (at: THREE.Vector3[], color: number, size: number, order: number) => ordered(new THREE.Points(geometry(at), new THREE.PointsMaterial({ color, size, sizeAttenuation: false, ...inFront })), order);
+    const line = (at: THREE.Vector3[], color: number, order: number) => ordered(new THREE.Line(geometry(at), new THREE.LineBasicMaterial({ color, ...inFront })), order);
     this.replace('search', [points(looked, 0xffffff, 4, 12), line(path, 0xffe600, 13), points(path, 0xffe600, 7, 14), line([point, path[path.length - 1]], 0xd4145a, 13), points([point], 0xd4145a, 8, 15)]);
   }
 

@@ -1,4 +1,4 @@
-// The scene: camera, light, the loop that draws, what lies under a point of the canvas. World: metres, y up.
+// The scene: camera, light, the loop that draws, the surface under a point of the canvas. World: metres, y up.
 import * as THREE from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { meter } from './meter';
@@ -10,11 +10,12 @@ import { Tool } from './tool';
 import { Traces } from './traces';
 
 const IN_SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
-const SAMPLES = 2;  // of a still picture drawn in software, along each side of a pixel
+const SAMPLES = 2;  // samples along each side of a pixel, of a still picture drawn in software
 const TILE = 2048;  // pixels of a picture that are drawn at once, along each side
 const LONG = 700;   // ms without a change before such a picture: it costs as much as ten others
 
-/// Without a graphics card smooth edges cost more than all else: then only a still picture has them.
+/// Tells whether the browser draws without a graphics card. Smooth edges then cost more than all else, and only a still picture has
+/// them.
 function isSoftware(): boolean {
   const gl = document.createElement('canvas').getContext('webgl2');
   if (!gl) return false;
@@ -27,17 +28,18 @@ function rendererOf(canvas: HTMLCanvasElement, antialias: boolean): THREE.WebGLR
   try {
     const renderer = new THREE.WebGLRenderer({ canvas, antialias });
     renderer.localClippingEnabled = true;
-    renderer.debug.checkShaderErrors = false;  // to ask would wait for the graphics card
+    renderer.debug.checkShaderErrors = false;  // a check would wait for the graphics card
     return renderer;
   } catch { return null; }
 }
 
 const FRONT = new THREE.Vector3(0.28, 0.3, 1).normalize();
+const cornersOf = ({ min, max }: THREE.Box3): THREE.Vector3[] => Array.from({ length: 8 }, (_, c) => new THREE.Vector3(c & 1 ? max.x : min.x, c & 2 ? max.y : min.y, c & 4 ? max.z : min.z));
 
 export class World {
   readonly renderer: THREE.WebGLRenderer | null;  ///< null: this browser has no WebGL; all but the picture goes on
   readonly camera = new THREE.PerspectiveCamera(35, 1, 0.005, 20);
-  readonly rig = new THREE.Group();  ///< where the floor of a headset's user is; else at the origin
+  readonly rig = new THREE.Group();  ///< stands where the floor of a headset's user is, else at the origin
   readonly controls: OrbitControls;
   private scene = new THREE.Scene();
   readonly objects: Objects;
@@ -51,9 +53,9 @@ export class World {
   onImmersive: (frame: XRFrame) => void = () => {};  ///< before that, while a headset shows the scene
   readonly pace = new Pace();
   private software = isSoftware();
-  private ratio = 0;  ///< pixels that were drawn last to one of the page, along each side
-  readonly size = new THREE.Vector2(1, 1);  ///< of the stage, pixels of the page
-  private framed: { again: () => void; at: THREE.Vector3 } | null = null;  ///< how something was brought into sight, and from where
+  private ratio = 0;  ///< pixels of the last picture to one of the page, along each side
+  readonly size = new THREE.Vector2(1, 1);  ///< the stage's, pixels of the page
+  private framed: { again: () => void; at: THREE.Vector3 } | null = null;  ///< frames the same again; the eye's position then
   private dirty = true;
 
   constructor(private canvas: HTMLCanvasElement) {
@@ -98,7 +100,7 @@ export class World {
         } else this.fineness(this.pace.next(now) * fullRatio());
         this.dirty = false;
         if (!this.renderer) return;
-        this.shadow!.seen = !this.objects.hidden;  // it would tell what is hidden
+        this.shadow!.seen = !this.objects.hidden;  // the shadow would show a hidden object
         this.draw(this.renderer);
       });
     };
@@ -138,7 +140,7 @@ export class World {
   }
 
   private split = false;
-  /// Two views side by side, of what Objects.beside says, with one eye.
+  /// Shows two views side by side, as Objects.beside says, from one eye.
   setSplit(yes: boolean): void {
     if (yes === this.split) return;
     this.split = yes;
@@ -168,7 +170,7 @@ export class World {
     this.renderer?.setSize(box.width, box.height, false);
     this.camera.aspect = this.across / box.height;
     this.camera.updateProjectionMatrix();
-    // Nobody has turned it since: in sight it stays.
+    // A view that nobody has turned since stays framed.
     if (this.framed && this.framed.at.distanceTo(this.camera.position) < 1e-6) this.framed.again();
     this.dirty = true;
   }
@@ -181,30 +183,29 @@ export class World {
     this.shade();
   }
 
-  /// The shadow on the ground, anew: of the objects that are drawn.
+  /// Draws the shadow of the objects on the ground anew.
   shade(): void {
     this.shadow?.draw(this.objects.surfaces(), this.objects.box(), this.objects.low - 0.001);
     this.dirty = true;
   }
 
-  /// All objects, or one, in sight; from: the direction of the eye, else from the front and a little above.
+  /// Brings all objects, or one, into sight. from: the direction of the eye; by default the front, and a little above.
   frame(object = -1, from = FRONT): void { this.frameBox(this.objects.box(object), from); }
-  /// From the middle of the view to the eye.
-  direction(): THREE.Vector3 { return this.camera.position.clone().sub(this.controls.target).normalize(); }
+  /// The direction from the middle of the view to the eye.
+  direction(): THREE.Vector3 { return this.offset.normalize(); }
 
-  /// Whether another object lies before or behind it, or nearly so, on the screen.
+  /// Tells whether the box of another object overlaps this object's on the screen.
   crowded(object: number): boolean {
     const own = this.onScreen(object);
     for (let i = 0; i < this.objects.count; ++i) if (i !== object && this.onScreen(i).intersectsBox(own)) return true;
     return false;
   }
   private onScreen(object: number): THREE.Box2 {
-    const { min, max } = this.objects.box(object), out = new THREE.Box2();
-    for (let c = 0; c < 8; ++c) out.expandByPoint(this.project(new THREE.Vector3(c & 1 ? max.x : min.x, c & 2 ? max.y : min.y, c & 4 ? max.z : min.z)));
-    return out;
+    return new THREE.Box2().setFromPoints(cornersOf(this.objects.box(object)).map((p) => this.project(p)));
   }
 
-  /// One object, as large as its surface lets it be below a line of words; the others are behind it, as far as they can be.
+  /// Frames one object from a side where the others stand behind it, and brings the eye near until its surface fills the view below
+  /// the hint.
   frameClosely(object: number): void {
     const own = this.objects.box(object).getCenter(new THREE.Vector3()), all = this.objects.box().getCenter(new THREE.Vector3());
     const away = own.clone().sub(all).setY(0), from = away.length() > 1e-6 ? away.normalize().setY(0.25).addScaledVector(FRONT, 1.1).normalize() : FRONT;
@@ -232,16 +233,16 @@ export class World {
 
   frameBox(box: THREE.Box3, from = FRONT): void {
     if (box.isEmpty()) box.set(new THREE.Vector3(-0.1, -0.1, -0.1), new THREE.Vector3(0.1, 0.1, 0.1));
-    const centre = box.getCenter(new THREE.Vector3()), size = box.getSize(new THREE.Vector3()), corner = new THREE.Vector3();
+    const centre = box.getCenter(new THREE.Vector3()), size = box.getSize(new THREE.Vector3()), corners = cornersOf(box), corner = new THREE.Vector3();
     this.controls.target.copy(centre);
-    // As near as all corners are in sight, with a margin.
+    // The eye goes back until all corners are in sight, with a margin.
     for (let distance = 0.5 * size.length() + 0.02, k = 0; k < 40; ++k, distance *= 1.06) {
       this.camera.position.copy(centre).addScaledVector(from, distance);
       this.camera.lookAt(centre);
       this.camera.updateMatrixWorld();
       let most = 0;
-      for (let c = 0; c < 8; ++c) {
-        corner.set(c & 1 ? box.max.x : box.min.x, c & 2 ? box.max.y : box.min.y, c & 4 ? box.max.z : box.min.z).project(this.camera);
+      for (const p of corners) {
+        corner.copy(p).project(this.camera);
         most = Math.max(most, Math.abs(corner.x), Math.abs(corner.y), Math.abs(corner.z) > 1 ? 2 : 0);
       }
       if (most < 0.93) break;
@@ -253,7 +254,7 @@ export class World {
   }
 
   readonly axes = new THREE.AxesHelper(0.1);
-  /// x red, y green, z blue, 10 cm each, at the lower corner of what is drawn.
+  /// Shows axes at the lower corner of the objects: x red, y green, z blue, 10 cm each.
   showAxes(yes: boolean): void {
     const box = this.objects.box();
     this.axes.position.set(box.min.x, this.objects.low, box.max.z);
@@ -261,12 +262,12 @@ export class World {
     this.dirty = true;
   }
 
-  /// Near a point of an object's surface, from a side from which it is seen.
+  /// Brings the eye near a point of an object's surface, to a side from which nothing hides the point.
   closeTo(object: number, p: THREE.Vector3, normal: THREE.Vector3): void {
     const size = 0.25 * this.objects.box(object).getSize(new THREE.Vector3()).length(), box = new THREE.Box3().setFromCenterAndSize(p, new THREE.Vector3(size, size, size));
     const sides = [normal.clone().normalize()];
     for (let k = 0; k < 60; ++k) {
-      // Evenly over the sphere; those nearer to the normal are tried first.
+      // Directions spread evenly over the sphere; those nearer to the normal come first.
       const z = 1 - (2 * k + 1) / 60, r = Math.sqrt(1 - z * z), a = 2.39996 * k, side = new THREE.Vector3(r * Math.cos(a), z, r * Math.sin(a));
       if (side.dot(normal) > 0.1) sides.push(side);
     }
@@ -278,33 +279,30 @@ export class World {
     }
   }
 
-  /// From a direction, as far away as it is.
-  look(from: THREE.Vector3): void {
-    const distance = this.camera.position.distanceTo(this.controls.target);
-    this.camera.position.copy(this.controls.target).addScaledVector(from.clone().normalize(), distance);
+  /// Moves the eye; offset: from the middle of the view.
+  private moveEye(offset: THREE.Vector3): void {
+    this.camera.position.copy(this.controls.target).add(offset);
     this.controls.update();
     this.camera.updateMatrixWorld();
     this.dirty = true;
   }
+  private get offset(): THREE.Vector3 { return this.camera.position.clone().sub(this.controls.target); }
 
-  /// About the middle of the view, radians to the right and down.
+  /// Looks from another direction and the same distance.
+  look(from: THREE.Vector3): void { this.moveEye(from.clone().setLength(this.offset.length())); }
+
+  /// Turns the eye about the middle of the view, radians to the right and down.
   turn(right: number, down: number): void {
-    const offset = this.camera.position.clone().sub(this.controls.target), s = new THREE.Spherical().setFromVector3(offset);
+    const s = new THREE.Spherical().setFromVector3(this.offset);
     s.theta += right;
-    s.phi = Math.min(Math.max(s.phi - down, 0.02), Math.PI - 0.02);
-    this.camera.position.copy(this.controls.target).add(offset.setFromSpherical(s));
-    this.controls.update();
-    this.camera.updateMatrixWorld();
-    this.dirty = true;
+    s.phi = THREE.MathUtils.clamp(s.phi - down, 0.02, Math.PI - 0.02);
+    this.moveEye(new THREE.Vector3().setFromSpherical(s));
   }
+  /// Walks round the middle of the view by 15 degrees, as Q and E say.
+  walk(key: string): void { this.turn((key === 'q' ? 1 : -1) * (Math.PI / 12), 0); }
 
   /// Brings the eye to that share of its distance.
-  zoom(share: number): void {
-    this.camera.position.sub(this.controls.target).multiplyScalar(share).add(this.controls.target);
-    this.controls.update();
-    this.camera.updateMatrixWorld();
-    this.dirty = true;
-  }
+  zoom(share: number): void { this.moveEye(this.offset.multiplyScalar(share)); }
 
   pose(): number[] { return [...this.camera.position.toArray(), ...this.controls.target.toArray()].map((x) => Number(x.toFixed(4))); }
   setPose(p: number[]): void {
@@ -315,12 +313,12 @@ export class World {
     this.dirty = true;
   }
 
-  /// Where a pointer is on the view that it is over, -1 to 1 each way, y up.
+  /// The position of a pointer on the view that it is over, -1 to 1 each way, y up.
   onCanvas(e: PointerEvent): THREE.Vector2 {
     const box = this.canvas.getBoundingClientRect();
     return new THREE.Vector2((2 * ((e.clientX - box.left) % this.across)) / this.across - 1, 1 - (2 * (e.clientY - box.top)) / box.height);
   }
-  /// What lies under a point of the canvas, -1 to 1 each way, y up. only: one object.
+  /// The surface under a point of the canvas, -1 to 1 each way, y up. only: the one object that counts; -1: all count.
   cast(x: number, y: number, only = -1): Hit | null {
     this.raycaster.setFromCamera(new THREE.Vector2(x, y), this.camera);
     return this.objects.cast(this.raycaster, only);
@@ -355,9 +353,9 @@ export class World {
     return 0.15;
   }
 
-  /// Where p appears, of two views in the left one: pixels of the page from the stage's upper left.
+  /// The position at which p appears, in the left one of two views: pixels of the page from the stage's upper left.
   pixel(p: THREE.Vector3): THREE.Vector2 { const q = this.project(p); return q.set(0.5 * (q.x + 1) * this.across, 0.5 * (1 - q.y) * this.size.y); }
-  /// Where p appears, -1 to 1 each way.
+  /// The position at which p appears, -1 to 1 each way.
   project(p: THREE.Vector3): THREE.Vector2 { const q = p.clone().project(this.camera); return new THREE.Vector2(q.x, q.y); }
 
   groundAt(y: number): void { this.ground.position.y = y; this.dirty = true; }
@@ -366,14 +364,14 @@ export class World {
     this.raycaster.setFromCamera(new THREE.Vector2(x, y), this.camera);
     return this.raycaster.intersectObject(mesh, false)[0] ?? null;
   }
-  /// width: pixels; 0: as many as the screen shows.
+  /// Makes a PNG of the view. width: pixels; 0: as many as the screen shows.
   async picture(width = 0): Promise<Blob | null> {
     if (!this.renderer) return null;
     const ratio = width > 0 ? width / this.size.x : this.finest(), picture = this.tiled(this.renderer, ratio);
     return new Promise<Blob | null>((resolve) => picture.toBlob(resolve, 'image/png'));
   }
 
-  /// What is seen, with so many pixels to one of the page, in tiles: no graphics card draws any size at once.
+  /// Draws the view with that many pixels to one of the page, in tiles: a graphics card limits the size of a picture.
   private tiled(renderer: THREE.WebGLRenderer, ratio: number): HTMLCanvasElement {
     const out = document.createElement('canvas'), context = out.getContext('2d')!;
     out.width = Math.round(ratio * this.size.x);

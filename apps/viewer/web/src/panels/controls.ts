@@ -2,7 +2,7 @@
 import { h } from '../dom';
 
 export function card(title: string, ...children: (Node | string | false)[]): HTMLElement { return h('section', { class: 'card' }, h('h2', {}, title), ...children); }
-/// What few need, behind a line to open it.
+/// A card for settings that few need, closed at first.
 export function folded(title: string, id: string, ...children: (Node | string | false)[]): HTMLDetailsElement { return h('details', { class: 'card folded', id }, h('summary', {}, title), ...children); }
 export function choice<T extends string>(label: string, values: [T, string][], value: T, change: (v: T) => void, id: string, title?: string): HTMLElement {
   const select = h('select', { id, onchange: (e: Event) => change((e.target as HTMLSelectElement).value as T) }, ...values.map(([v, text]) => h('option', { value: v }, text)));

@@ -1,22 +1,20 @@
 // Meshes and models that are opened, saved, and linked to.
 import { announce, fill, h, save } from '../dom';
-import { setMode, tabs } from '../modes';
+import { setMode } from '../modes';
 import { openSheet } from '../layout';
-import type { Progress, Settings } from '../messages';
-import { fetchBytes, link, program, saved, upload } from '../net';
-import { trouble, wait } from '../notices';
+import type { Progress } from '../messages';
+import { fetchBytes, link, saved, upload } from '../net';
+import { trouble } from '../notices';
 import { world } from '../stage';
-import { MODES, on, state, type Mode } from '../state';
-import { setTheme, THEMES } from '../theme';
+import { copyLink } from '../session';
+import { on, state } from '../state';
 import { choice, folded } from './controls';
 import { costume } from './dress';
-import { lookPanel } from './look';
 import { select } from './parts';
 import { openRecording } from './recording';
 import { pageButton } from './share';
-import { tellSettings } from './touch';
 
-/// What was found in a file.
+/// The verdict on a file.
 export const dialog = h('section', { class: 'card verdict', id: 'verdict', hidden: true, tabIndex: -1, 'aria-label': 'Verdict on the file' });
 const fileInput = h('input', { type: 'file', id: 'file', hidden: true, 'aria-label': 'Mesh, model, names or recording', accept: '.off,.obj,.stl,.ply,.gltf,.glb,.sqmap,.json,.csv', multiple: true, onchange: () => { drop([...(fileInput.files ?? [])]); fileInput.value = ''; } });
 
@@ -24,7 +22,7 @@ const exportsRow = h('div', { class: 'row wrap', id: 'exports' });
 export const openButton = h('button', { id: 'open', onclick: () => fileInput.click() }, 'Open …');
 const widthChoice = h('select', { id: 'picture-width', 'aria-label': 'Width of the picture' }, ...[['0', 'as on the screen'], ['1920', '1920 wide'], ['3840', '3840 wide'], ['7680', '7680 wide']].map(([v, t]) => h('option', { value: v }, t)));
 const figureButton = h('button', { id: 'save-figure', onclick: async () => { const glb = await costume.glb(); if (glb) save('figure.glb', glb, 'model/gltf-binary'); else trouble('The figure is not there yet.'); } }, 'Dressed figure as GLB');
-/// What leaves the page: always at hand, folded until it is wanted.
+/// The menu of exports.
 export const exportMenu = h('details', { class: 'menu', id: 'export' }, h('summary', { class: 'button' }, 'Export'), h('div', { class: 'menu-body card' },
   fileInput, exportsRow,
   h('div', { class: 'row wrap' },
@@ -33,7 +31,7 @@ export const exportMenu = h('details', { class: 'menu', id: 'export' }, h('summa
 document.addEventListener('pointerdown', (e) => { if (exportMenu.open && !exportMenu.contains(e.target as Node)) exportMenu.open = false; });
 exportMenu.addEventListener('keydown', (e) => { if (e.key === 'Escape') { exportMenu.open = false; exportMenu.querySelector('summary')!.focus(); } });
 
-/// What the program writes of an object: address, ending, words of the button.
+/// The files that the program writes for an object: address, ending, words of the button.
 const EXPORTS: [string, string, string][] = [['glb', 'glb', 'GLB'], ['json', 'json', 'JSON'], ['sqmap', 'sqmap', 'Model'], ['names', 'names.json', 'Names']];
 async function saveExport(object: number, what: string, ending: string): Promise<void> {
   const { name, edited } = state.facts[object];
@@ -55,7 +53,7 @@ on(['mode'], () => { if (state.mode !== checkedIn) dialog.hidden = true; checked
 
 // ---- Files that are opened, one after the other
 
-/// number: no other file of this program has it; replaces: the number of an earlier reading, 0: of none.
+/// A file in the queue. number: no other file of this program has it; replaces: the number of an earlier reading of the file, or 0.
 interface Waiting { file: File; number: number; replaces: number; row: HTMLLIElement; said: HTMLElement; abort: AbortController; repair: string; }
 const queue: Waiting[] = [];
 let busy = false;
@@ -85,9 +83,9 @@ export const readingButton = h('button', { id: 'reading', 'aria-label': 'How fil
 
 let newest: Waiting | null = null;  ///< the mesh whose verdict is shown
 function say(one: Waiting, text: string, over = false): void { one.said.textContent = text; if (over) one.row.querySelector('button')!.hidden = true; }
-const rows = new Map<number, Waiting>();  ///< of what is being baked, by its number
+const rows = new Map<number, Waiting>();  ///< the files that are being baked, by number
 
-/// Whether it is sent, waits in the program or is baked: it is taken back.
+/// Cancels a file that is being sent, waits in the program or is being baked.
 function cancel(one: Waiting): void {
   one.abort.abort();
   link.say({ say: 'cancel', upload: one.number });
@@ -95,7 +93,7 @@ function cancel(one: Waiting): void {
   say(one, 'cancelled', true);
   if (held) (queueList.querySelector<HTMLElement>('button:not([hidden])') ?? dialog).focus();
 }
-/// With the present choices. Once the file is accepted its earlier object is removed; a refused one keeps it.
+/// Reads a file again with the present choices. The earlier object goes once the file is accepted, and stays if it is refused.
 function readAgain(one: Waiting, repair: string): void {
   if (rows.has(one.number)) cancel(one);
   drop([one.file], repair, state.facts.some((f) => f.upload === one.number) ? one.number : one.replaces);
@@ -105,7 +103,7 @@ function removeUpload(number: number): void {
   if (at >= 0) { select(-1, -1); link.say({ say: 'remove', object: at }); }
 }
 
-/// repair: of these files alone, instead of the one chosen; replaces: as of Waiting.
+/// Queues files. repair: replaces the choice for these files; replaces: as in Waiting.
 function drop(files: Iterable<File>, repair = '', replaces = 0): void {
   for (const file of files) {
     const said = h('span', { class: 'note' }, 'waiting'), abort = new AbortController(), number = 1 + Math.floor(0xfffffffe * Math.random());
@@ -125,7 +123,7 @@ async function work(): Promise<void> {
   busy = false;
 }
 
-/// Cures name options of sqmap bake; here the same is said with the words of the choices.
+/// The program's cures name options of sqmap bake. These patterns say the same with the words of the choices.
 const CHOICES: [RegExp, string][] = [
   [/make it a plate with sqmap bake --thickness T, T at least (\S+?)(?=,|$)/, 'say how thick it is under “Sheets are”, $1 or more'],
   [/allow them with --repair safe/, 'choose “only what moves nothing” or more under “Repair”'],
@@ -149,7 +147,7 @@ async function check(one: Waiting): Promise<void> {
     if (v.accepted) removeUpload(one.replaces);
     const good = v.accepted, baked = !good || v.triangles === undefined;
     if (baked) { rows.delete(one.number); say(one, good ? '✓' : '✗', true); }
-    else if (rows.has(one.number) && !one.said.textContent!.startsWith('baking')) say(one, 'waiting to be baked');  // of a small mesh the bake is heard of before the verdict
+    else if (rows.has(one.number) && !one.said.textContent!.startsWith('baking')) say(one, 'waiting to be baked');  // a small mesh's progress can come before its verdict
     dialog.className = `card verdict ${good ? 'good' : 'bad'}`;
     const mesh = !records && !/\.(sqmap|names\.json)$/.test(file.name);
     newest = mesh ? one : null;
@@ -169,48 +167,17 @@ async function check(one: Waiting): Promise<void> {
   }
 }
 
-/// Of a bake.
+/// Shows the progress of a bake in the queue.
 export function heardProgress({ upload: number, stage }: Progress): void {
   const one = rows.get(number), ends: Record<string, string> = { done: '✓', failed: '✗', cancelled: 'cancelled' };
   if (!one || one.abort.signal.aborted) { if (stage in ends) rows.delete(number); return; }
   say(one, ends[stage] ?? 'baking …', stage in ends);
   if (stage in ends) rows.delete(number);
 }
-/// Over the page while a file is dragged across it.
+/// The words over the page while a file is dragged across it.
 export const zone = h('div', { class: 'dropzone', id: 'dropzone', hidden: true }, h('strong', {}, 'Drop meshes: they are checked, then baked. Or a model, names, a recording'));
 addEventListener('dragover', (e) => { e.preventDefault(); zone.hidden = false; });
 addEventListener('dragleave', (e) => { if (!e.relatedTarget) zone.hidden = true; });
 addEventListener('drop', (e) => { e.preventDefault(); zone.hidden = true; drop([...(e.dataTransfer?.files ?? [])]); });
 
-const OVERLAYS = ['spheres', 'samples', 'offset', 'hidden'];
-function copyLink(): void {
-  const view = { m: state.mode, c: world.pose(), k: world.objects.colourBy, s: world.objects.surfaceAs, q: world.objects.withSuperquadrics, o: OVERLAYS.filter((id) => lookPanel.querySelector<HTMLInputElement>(`#${id}`)!.checked), t: document.documentElement.dataset.theme, p: state.selected,
-    f: state.mode === 'touch' ? state.settings : undefined, w: state.mode === 'dress' ? costume.chosen() : undefined };
-  location.hash = `view=${encodeURIComponent(JSON.stringify(view))}`;
-  const holds = program.kind === 'worker' ? 'with the models that this page begins with' : 'as long as the program runs';
-  const done = () => announce(`The link is in the address bar and the clipboard. It restores this view ${holds}.`);
-  navigator.clipboard?.writeText(location.href).then(done, done);
-  wait(`Link copied: it restores this view ${holds}.`);
-}
-/// False where the address is no link to a view.
-export function restoreLink(): boolean {
-  const text = new URLSearchParams(location.hash.slice(1)).get('view');
-  if (!text) return false;
-  try {
-    const v = JSON.parse(text);
-    const set = (id: string, value: unknown) => { const e = lookPanel.querySelector<HTMLSelectElement & HTMLInputElement>(`#${id}`)!; if (typeof value === 'boolean') e.checked = value; else e.value = String(value); e.dispatchEvent(new Event('change')); };
-    set('colour', v.k); set('surface', v.s); set('superquadrics', Boolean(v.q));
-    for (const id of OVERLAYS) set(id, Array.isArray(v.o) && v.o.includes(id));
-    if (THEMES.includes(v.t)) setTheme(v.t);
-    if (v.f) {
-      for (const k of Object.keys(state.settings) as (keyof Settings)[]) if (typeof v.f[k] === typeof state.settings[k] || k === 'tool') state.settings = { ...state.settings, [k]: v.f[k] };
-      tellSettings();
-    }
-    if (Array.isArray(v.w)) costume.choose(v.w);
-    if (MODES.includes(v.m) && !tabs[v.m as Mode].hidden) setMode(v.m as Mode);
-    world.setPose(v.c);
-    if (v.p && state.facts[v.p.object]) select(v.p.object, v.p.part);
-  } catch { /* a link that somebody has changed: the view stays as it is */ }
-  return true;
-}
 showExports();

@@ -1,6 +1,7 @@
-// One point looked at closely: what each layer of each projection says of a point below it, how its foot is found, a section.
-import * as THREE from 'three';
+// A close look at one point: the answer of each layer of each projection below it, the search for its foot, a section.
+import type * as THREE from 'three';
 import { digits, fill, h } from '../dom';
+import { vector } from '../geometry';
 import { fetchBytes, fetchJson, link, saved } from '../net';
 import { trouble, wait } from '../notices';
 import { readSection, SectionView } from '../section';
@@ -12,7 +13,9 @@ import { map } from './parts';
 
 interface LayerAnswer { layer: string; contact: boolean; certain: boolean; depth: number; normal: number[]; part: number; status: string[]; }
 interface Answers { projection: string; layers: LayerAnswer[]; }
-type Step = [number, number, number, number, number, number, number, number, number];
+/// A sample that a search looked at: its position on the map (0, 1) and in the world (2 to 4), its distance in m (5), I_S (6), the
+/// samples between neighbours of its level (7; 0: a step of Newton's method), above 0 where it is the best so far (8).
+type Step = number[];
 interface Search { projector: string; contact: boolean; proven: boolean; wide: boolean; footDistance: number; mapDistance: number | null; depth: number; steps: Step[]; }
 interface Searches { held: boolean; grid: number[]; searches: Search[]; }
 
@@ -32,14 +35,14 @@ const sectionCard = card('Level sets of F', choice('Across axis', [['0', '1 of t
 const answersCard = card('Below this point', h('label', { class: 'field slider' }, h('span', {}, 'Below'), belowSlider, belowRead), answers);
 export const inspectBox = h('div', { id: 'inspect', hidden: true }, answersCard, searchCard, sectionCard);
 
-/// The point that is asked about, world; null where no point is picked.
+/// The point that the layers answer, in the world; null where no point is picked.
 function point(): THREE.Vector3 | null { return state.pick && state.pick.point.clone().addScaledVector(state.pick.normal, -below); }
 const where = (p: THREE.Vector3): string => `at=${p.toArray().map((x) => x.toFixed(7)).join('_')}`;
 
 let timer = 0;
 function due(): void { clearTimeout(timer); timer = window.setTimeout(refresh, 60); }
 
-/// The newest point wins.
+/// Fetches the answers at the point. Replies about an earlier point are dropped.
 function refresh(): void {
   const p = point(), pick = state.pick, f = pick ? state.facts[pick.object] : undefined, request = ++asked;
   inspectBox.hidden = !p || !f || !!saved;
@@ -47,7 +50,7 @@ function refresh(): void {
   showSearch();
   if (!p || !pick || !f || saved) { section.show(null, -1, null); world.traces.setSection(null); return; }
   const still = () => request === asked, fail = (e: unknown) => { if (still()) trouble(e); };
-  const twin = f.twin === null ? undefined : state.facts[f.twin], shift = twin && new THREE.Vector3(...(twin.position as [number, number, number])).sub(new THREE.Vector3(...(f.position as [number, number, number])));
+  const twin = f.twin === null ? undefined : state.facts[f.twin], shift = twin && vector(twin.position).sub(vector(f.position));
   if (f.edited) fill(answers, h('p', { class: 'note' }, 'Bake the edited parts to query them.'));
   else Promise.all([fetchJson<Answers>(`/api/object/${pick.object}/at/answers?${where(p)}`), twin && shift ? fetchJson<Answers>(`/api/object/${f.twin}/at/answers?${where(p.clone().add(shift))}`) : null])
     .then(([own, other]) => { if (still()) showAnswers(own, other); }).catch(fail);
@@ -76,13 +79,13 @@ function showAnswers(own: Answers, other: Answers | null): void {
   const f = state.facts[state.pick!.object];
   fill(answers,
     h('table', { class: 'answers' }, h('thead', {}, h('tr', {}, ...['Layer', ...(both.length > 1 ? ['Maps'] : []), 'Verdict', 'mm deep', 'Normal'].map((t) => h('th', { scope: 'col' }, t)))),
-      // Both have the same triangles.
+      // The exact layer stands once: both projections have the same triangles.
       h('tbody', {}, ...layers.flatMap((layer) => (layer === 'exact' ? [both[0]] : both).flatMap((b, i) => { const a = b.layers.find((x) => x.layer === layer); return a ? [row(b.projection, a, i === 0)] : []; })))),
     h('p', { class: 'note' }, `✓: proven.${notes.length ? ` *: ${notes.join('; ')}.` : ''} Maps: ${both.length > 1 ? 'central and normal (the paper’s), of the same mesh' : own.projection === 'normal' ? 'normal, the paper’s own' : 'central'}.`),
     both.length === 1 && f.hasTriangles && h('button', { id: 'rebake', onclick: () => { wait(`Baking ${f.name} with the ${own.projection === 'normal' ? 'central' : 'paper’s'} maps …`); link.say({ say: 'rebake', object: state.pick!.object }); } }, own.projection === 'normal' ? 'Bake with central maps, too' : 'Bake with the paper’s maps, too'));
 }
 
-/// The steps at which a level of the grid ended; of Newton's method every one.
+/// The steps at which a level of the grid ended; every step of Newton's method.
 function ends(steps: Step[]): Set<Step> {
   const out = new Set<Step>();
   let best: Step | null = null;
@@ -93,13 +96,13 @@ function ends(steps: Step[]): Set<Step> {
   return out;
 }
 
-/// Over the map, in the scene, and in words.
+/// Shows the search over the map, in the scene, and in words.
 function showSearch(): void {
   const found = searches?.searches.find((s) => s.projector === projector), p = point(), pick = state.pick;
   const steps = found && state.mode === 'look' ? found.steps : [], best = ends(steps);
   const mapped = pick && state.selected?.object === pick.object && state.selected.part === pick.part;
   map.setSteps(mapped ? steps.map((s) => ({ x: s[0], y: s[1], stride: s[7], best: best.has(s) })) : []);
-  const at = (s: Step) => new THREE.Vector3(s[2], s[3], s[4]), path = [...best].map(at);
+  const at = (s: Step) => vector(s, 2), path = [...best].map(at);
   world.traces.setSearch(steps.map(at), path, p);
   section.setFoot(path.at(-1) ?? null);
   if (!searches) { searchWords.textContent = ''; return; }

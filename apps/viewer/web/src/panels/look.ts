@@ -1,7 +1,8 @@
-// What is drawn, and the numbers of the point that is clicked.
-import * as THREE from 'three';
+// The choices of what is drawn, and the numbers of the point that is clicked.
+import type * as THREE from 'three';
 import { announce, digits, fill, h } from '../dom';
 import { lookAt } from '../first';
+import { vector } from '../geometry';
 import { panel } from '../layout';
 import { link, saved } from '../net';
 import { MISS, type Range } from '../colours';
@@ -15,7 +16,7 @@ import { map, partBox, select } from './parts';
 
 const numbers = h('dl', { class: 'numbers', id: 'numbers' });
 
-// Where the colours of a field end.
+// The values at which the colours of a field end.
 const rangeInput = (id: string, label: string) => h('input', { type: 'number', id, step: 'any', 'aria-label': label, onchange: () => setRange([Number(low.value), Number(high.value)]) });
 const low = rangeInput('range-low', 'Colours from'), high = rangeInput('range-high', 'Colours to');
 const rangeRow = h('div', { class: 'field range', id: 'range', hidden: true }, h('span', {}, 'Colours'), h('div', { class: 'row' }, low, h('span', {}, 'to'), high, h('button', { id: 'range-auto', class: 'small', title: 'As the values are', onclick: () => setRange(null) }, 'Auto')));
@@ -53,7 +54,7 @@ function showSides(): void {
 on(['mode', 'playing', 'scene', 'selected'], showSides);
 onScale(showSides);
 
-// Shows hidden parts again, whatever is selected.
+// A button that shows hidden parts again, whatever is selected.
 const showAll = h('button', { id: 'show-all', hidden: true, onclick: () => { world.objects.showAll(); canvas.focus(); } }, '');
 world.objects.onLeft = (count) => { showAll.hidden = count === 0; showAll.textContent = `Show all parts (${count} hidden)`; };
 on(['mode'], () => world.objects.leaveOut(state.mode === 'look'));
@@ -71,7 +72,7 @@ export const lookPanel = h('div', {},
       check('Contact margin', false, (on) => { world.objects.withOffset = on; void world.objects.paint(); }, 'offset', 'The surface moved out by the stored offset: eq. 12'),
       check('Hidden surface', false, (on) => { world.objects.withHidden = on; void world.objects.paint(); }, 'hidden', 'What its part\u2019s projection does not see first: Q2 of section 5'))),
   ...measureCards, partCard);
-/// What was picked, and what the program answers there.
+/// The numbers of the picked point, and the program's answers there.
 export const pickBox = card('Point', numbers), answersBox = h('div', {}, inspectBox);
 on(['mode', 'playing'], () => { pickBox.hidden = answersBox.hidden = state.mode !== 'look' || state.playing; });
 on(['scene', 'selected'], () => { partCard.hidden = !state.selected; });
@@ -80,7 +81,7 @@ function setNumbers(rows: [string, string][]): void {
   numbers.replaceChildren(...(rows.length ? rows : [['Nothing yet', 'click the object for its numbers']]).flatMap(([k, v]) => [h('dt', {}, k), h('dd', {}, v)]));
 }
 
-/// Beside the point that was clicked; the panel says it, too.
+/// A label beside the point that was clicked. It is hidden from screen readers, because the panel says the same.
 const tag = h('div', { class: 'pick-tag', id: 'pick-tag', hidden: true, 'aria-hidden': 'true' });
 stage.append(tag);
 function showTag(): void {
@@ -88,7 +89,7 @@ function showTag(): void {
   if (tag.hidden) return;
   const { x, y } = world.pixel(state.pick!.point), { x: wide, y: high } = world.size;
   tag.hidden = x < 0 || y < 0 || x > wide || y > high;
-  // Above the point, else below it: it never covers it.
+  // The label stands above the point, else below it, and never covers it.
   const { offsetWidth: w, offsetHeight: h } = tag, above = y - h - 14;
   tag.style.transform = `translate(${Math.max(Math.min(x - 0.5 * w, wide - w - 6), 6).toFixed(0)}px, ${(above < 6 ? y + 14 : above).toFixed(0)}px)`;
 }
@@ -97,14 +98,14 @@ new ResizeObserver(() => requestAnimationFrame(showTag)).observe(stage);
 on(['pick', 'mode', 'playing'], showTag);
 
 function click(hit: Hit | null): void {
-  if (state.playing) return;  // what is hidden is not told
+  if (state.playing) return;  // a click would give the hidden object away
   hint.hidden = true;
   panel.scrollTop = 0;
   state.pick = hit;
   if (!hit) { select(-1, -1); lookAt(-1); world.tool.mark(null); setNumbers([]); changed('pick'); return; }
   world.tool.mark(hit.point);
   const f = state.facts[hit.object];
-  // Of objects that overlap on the screen the one that is meant comes forward; two clicks that measure may be on two of them.
+  // The clicked object comes forward where objects overlap on the screen, but not between the two clicks of a measurement.
   const forward = world.objects.focus !== hit.object && !measuring() && world.crowded(hit.object);
   select(hit.object, hit.part);
   if (forward || world.objects.focus >= 0) lookAt(hit.object);
@@ -154,7 +155,7 @@ document.addEventListener('keydown', (e) => {
   e.preventDefault();
   link.say({ say: e.shiftKey ? 'redo' : 'undo', object: state.selected.object });
 });
-// The same without a pointer.
+// The keys that do the same without a pointer.
 canvas.addEventListener('keydown', (e) => {
   if (state.mode !== 'look' || e.ctrlKey || e.altKey || e.metaKey) return;
   const step = e.shiftKey ? Math.PI / 90 : Math.PI / 24;
@@ -177,11 +178,11 @@ map.onPick = (p) => {
   const s = state.selected, f = s ? state.facts[s.object] : undefined;
   if (state.mode !== 'look' || !s || !f) return;
   const part = f.parts[s.part];
-  // Without triangles only the map knows the surface; below it is towards the middle of the part.
-  click(f.hasTriangles || !part ? world.objects.nearest(s.object, p) : { ...s, triangle: -1, point: p.clone(), normal: p.clone().sub(new THREE.Vector3(part.sphere[0], part.sphere[1], part.sphere[2])).normalize() });
+  // Without triangles only the map has the surface; its normal is then taken from the middle of the part.
+  click(f.hasTriangles || !part ? world.objects.nearest(s.object, p) : { ...s, triangle: -1, point: p.clone(), normal: p.clone().sub(vector(part.sphere)).normalize() });
 };
 setNumbers([]);
-// What is not there is not offered; a point of an object that is gone, or has other parts now, is not picked any longer.
+// Choices without an object are disabled. A picked point is dropped when its object is gone or has other parts.
 let picked = '';
 const nameOf = (object: number): string => { const f = state.facts[object]; return f ? `${f.id}/${f.revision}` : ''; };
 on(['pick'], () => { picked = state.pick ? nameOf(state.pick.object) : ''; });

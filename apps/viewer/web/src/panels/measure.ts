@@ -2,6 +2,7 @@
 import * as THREE from 'three';
 import { divergingColour } from '../colours';
 import { digits, fill, h } from '../dom';
+import { vector } from '../geometry';
 import { fetchBytes } from '../net';
 import { trouble } from '../notices';
 import { world } from '../stage';
@@ -9,8 +10,8 @@ import { on, state } from '../state';
 import { card, check, choice, folded } from './controls';
 
 export const VIEWS: [string, string, [number, number, number]][] = [['front', 'Front', [0, 0, 1]], ['back', 'Back', [0, 0, -1]], ['left', 'Left', [-1, 0, 0]], ['right', 'Right', [1, 0, 0]], ['top', 'Top', [0, 1, 0.001]], ['below', 'Below', [0, -1, 0.001]], ['corner', 'Corner', [0.6, 0.5, 0.8]]];
-export function lookFrom(view: number): void { world.look(new THREE.Vector3(...VIEWS[view][2])); }
-export const views = h('div', { class: 'row wrap views', role: 'group', 'aria-label': 'Standard views' }, ...VIEWS.map(([id, name], i) => h('button', { class: 'small', id: `view-${id}`, title: `Key ${i + 1}`, onclick: () => lookFrom(i) }, name)));
+export function lookFrom(view: number): void { world.look(vector(VIEWS[view][2])); }
+const views = h('div', { class: 'row wrap views', role: 'group', 'aria-label': 'Standard views' }, ...VIEWS.map(([id, name], i) => h('button', { class: 'small', id: `view-${id}`, title: `Key ${i + 1}`, onclick: () => lookFrom(i) }, name)));
 
 // ---- The distance between two clicks
 
@@ -38,7 +39,7 @@ on(['pick'], () => {
 // ---- A slice
 
 let axis = -1, share = 0.5, asked = 0;
-const SHOWN = 0.02;  // m: where the colours end
+const SHOWN = 0.02;  // m, the distance at which the colours end
 const sheet = new THREE.Mesh(new THREE.BufferGeometry(), new THREE.MeshBasicMaterial({ side: THREE.DoubleSide, transparent: true, opacity: 0.92 }));
 sheet.visible = false;
 sheet.raycast = () => {};
@@ -80,7 +81,7 @@ async function draw(): Promise<void> {
   try { data = await fetchBytes(`/api/object/${object}/slice/${axis}?at=${through.map((x) => x.toFixed(6)).join('_')}`); } catch (e) { trouble(e); return; }
   if (request !== asked) return;
   const side = new Uint32Array(data, 4, 1)[0], head = new Float32Array(data, 8, 9), values = new Float32Array(data, 44);
-  const v = (k: number) => new THREE.Vector3(head[k], head[k + 1], head[k + 2]), corner = v(0), along = v(3), up = v(6);
+  const corner = vector(head), along = vector(head, 3), up = vector(head, 6);
   const material = sheet.material as THREE.MeshBasicMaterial;
   material.map?.dispose();
   material.map = picture(values, side);

@@ -1,22 +1,22 @@
-// What is open: a line that stays in sight, and a list of the models.
+// The open models: a line that stays in sight, and a list.
 import { bytes, digits, h } from '../dom';
 import { lookAt } from '../first';
+import type { ObjectFacts } from '../messages';
 import { link, saved } from '../net';
 import { question } from '../notices';
 import { factsLine, world } from '../stage';
-import type { ObjectFacts } from '../messages';
 import { on, state } from '../state';
 import { select } from './parts';
 
 export const factsBox = h('div', { class: 'facts', id: 'facts' });
 export const count = (n: number): string => (n === 1 ? '1 part' : `${n} parts`);
 
-/// Of R_max, in words; what rounding leaves is nothing.
+/// A length as a percentage of R_max; a share that is nothing but rounding reads 0.
 function share(f: ObjectFacts, length: number): string {
   const percent = (100 * length * f.metresPerUnit) / f.rMax;
   return `${percent < 1e-4 ? '0' : digits(percent, 2)} %`;
 }
-/// What was done to the file's surface, and how far that moved it: the greater of both ways.
+/// The cure of the file's surface in words, with the distance by which it moved, the larger of both directions.
 function cureWords(f: ObjectFacts): string {
   const c = f.cure!, greater = (k: string) => share(f, Math.max(c.result_to_input[k], c.input_to_result[k]));
   return `${c.rung}: ${digits(100 * c.made_up_share, 2)} % of the surface is made up; the rest moved by at most ${greater('max')} of its size, 99 % of it by ${greater('p99')}`;
@@ -26,7 +26,7 @@ function cureDetails(f: ObjectFacts): string {
   return `From the file to the mesh: ${way(c.input_to_result)}. From the mesh to the file: ${way(c.result_to_input)}.`;
 }
 
-/// Of the selected object, or of the only one, else of all.
+/// Shows the facts of the selected object, or of the only one, else of all.
 function showFactsLine(): void {
   factsLine.hidden = state.mode === 'dress' || state.facts.length === 0;
   const f = state.playing ? undefined : state.facts[state.selected?.object ?? (state.facts.length === 1 ? 0 : -1)];
@@ -36,7 +36,7 @@ function showFactsLine(): void {
     `${f ? `${f.name}: ` : `${all.length} models: `}${total} · ${bytes(all.reduce((n, g) => n + g.bytes.total, 0))} · ${certified ? '✓ certified to hold the surface' : '✗ not all certified'} · 99 % of depths measured within ${digits(worst, 2)} % of ${all.length > 1 ? 'their' : 'its'} size`;
 }
 
-/// Recognising and dressing are not about models.
+/// Hides the list in Recognise and Dress, which are not about models.
 function hideFacts(): void { factsBox.hidden = state.mode === 'recognise' || state.mode === 'dress'; }
 
 function showFacts(): void {

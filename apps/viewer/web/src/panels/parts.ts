@@ -13,7 +13,7 @@ export const partBox = h('div', { id: 'part' });
 export const map = new MapView();
 export const mapCard = card('Map of the part', map.element, check('Grey, as in Fig. 4c', false, (on) => map.setGrey(on), 'map-grey'));
 
-/// -1: none.
+/// Selects a part, or an object where part is -1; object -1: nothing.
 export function select(object: number, part: number): void {
   state.selected = object < 0 ? null : { object, part };
   world.objects.select(object, part);
@@ -66,7 +66,7 @@ function showMap(object: number, part: number): void {
   map.load(object, part, `${f.id}/${f.revision}`, [f.parts[part].name, state.mode === 'look' ? 'Point at it, click it.' : 'Red: the feet of the contacts, larger where they are deeper.']).catch((e) => trouble(e));
 }
 
-/// In touch the map is that of the part which most contacts are on.
+/// Shows the map: in Look the selected part's, in Touch the map of the part that has most contacts.
 function showMapCard(): void {
   mapCard.hidden = state.playing || (saved && state.mode === 'touch') || (state.mode !== 'touch' && (state.mode !== 'look' || !state.selected || state.selected.part < 0));
   if (mapCard.hidden) return;
@@ -84,7 +84,7 @@ export function showFeet({ object, feet }: Feet): void {
   const counts = new Map<number, number>();
   for (const { part } of feet) counts.set(part, (counts.get(part) ?? 0) + 1);
   const [most] = [...counts].sort((a, b) => b[1] - a[1])[0];
-  // At a border it does not go to and fro.
+  // At a border the map changes only when the other part has twice as many contacts.
   if (2 * (counts.get(feetPart) ?? 0) < (counts.get(most) ?? 0)) feetPart = most;
   showMap(object, feetPart);
   map.setFeet(of(feetPart));

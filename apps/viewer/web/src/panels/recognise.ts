@@ -2,7 +2,7 @@
 import { announce, fill, h, save } from '../dom';
 import { hideTool, onFelt } from '../felt';
 import { openSheet } from '../layout';
-import type { Frame, ObjectFacts } from '../messages';
+import type { Frame } from '../messages';
 import { canvas, hand, hint, showHint, world } from '../stage';
 import { changed, on, state } from '../state';
 import { lookAt } from '../first';
@@ -18,36 +18,32 @@ interface Round {
 const ROUNDS = [4, 6, 8, 12];
 const CONFIDENCE: [string, string][] = [['', 'not said'], ['1', '1: a guess'], ['2', '2'], ['3', '3'], ['4', '4'], ['5', '5: certain']];
 
-/// Row `row` of a Williams design for n things: over n rows (2 n where n is odd) everything follows everything else equally often.
-export function williams(n: number, row: number): number[] {
+/// A row of a Williams design for n objects: over n rows (2 n where n is odd) each object follows each other one equally often.
+function williams(n: number, row: number): number[] {
   const first = Array.from({ length: n }, (_, j) => (j % 2 ? (j + 1) / 2 : (n - j / 2) % n)), shift = row % n;
   const out = first.map((x) => (x + shift) % n);
   return n % 2 && Math.floor(row / n) % 2 ? out.reverse() : out;
 }
 
-/// One object a round. Drawn with replacement, so that nothing can be guessed from what came before; or, balanced over participants,
-/// a row of a Williams design after the other.
-export function orderOf(objects: number, rounds: number, participant: number | null): number[] {
+/// The object of each round. Without a participant's number the objects are drawn with replacement, so that earlier rounds give no
+/// hint. With a number they follow that row of a Williams design, which balances their order over participants.
+function orderOf(objects: number, rounds: number, participant: number | null): number[] {
   if (participant === null) return Array.from({ length: rounds }, () => Math.floor(Math.random() * objects));
   const row = williams(objects, participant);
   return Array.from({ length: rounds }, (_, i) => row[i % objects]);
 }
 
-export class Recognise {
+/// Measures of a round. servo, touched: s by the servo's clock since the first touch, and in contact; path: m in contact; before: the
+/// tool's position while in contact.
+const nothingFelt = () => ({ began: performance.now(), servo: 0, touched: 0, path: 0, contacts: 0, before: null as number[] | null, lastTime: -1 });
+
+class Recognise {
   readonly element: HTMLElement;
   private body = h('div', {});
-  private facts: ObjectFacts[] = [];
+  private ids = '';  ///< the objects of the scene
   private order: number[] = [];
   private rounds: Round[] = [];
-  private began = 0;
-  // Of the round, by the servo's clock: since the first touch, in contact.
-  private servo = 0;
-  private touched = 0;
-  private path = 0;
-  private contacts = 0;
-  private before: number[] | null = null;
-  private inContact = false;
-  private lastTime = -1;
+  private felt = nothingFelt();
   private participant = h('input', { id: 'participant', type: 'text', maxLength: 40, autocomplete: 'off', placeholder: 'e.g. P01' });
   private count = h('select', { id: 'rounds' }, ...ROUNDS.map((n) => h('option', { value: String(n) }, `${n} rounds`)));
   private drawn = h('select', { id: 'order' }, h('option', { value: 'drawn' }, 'drawn every round'), h('option', { value: 'balanced' }, 'balanced, by the number in the name'));
@@ -55,24 +51,22 @@ export class Recognise {
   private guessed = false;  ///< in this round
   target = -1;
   get running(): boolean { return state.playing; }
-  private set running(on: boolean) { state.playing = on; }
-  onRound: (object: number) => void = () => {};  ///< -1: over
-  onVerdict: (object: number, right: boolean) => void = () => {};
 
   constructor() {
     this.element = h('div', {}, this.body);
     this.idle();
   }
 
-  scene(facts: ObjectFacts[]): void {
-    const same = facts.length === this.facts.length && facts.every((f, i) => f.id === this.facts[i].id);
-    this.facts = facts;
-    if (!same && this.running) { this.leave(); announce('The scene has changed: the game is over.', true); }
-    if (!same) this.idle();
+  scene(): void {
+    const ids = state.facts.map((f) => f.id).join();
+    if (ids === this.ids) return;
+    this.ids = ids;
+    if (this.running) { this.leave(); announce('The scene has changed: the game is over.', true); }
+    this.idle();
   }
 
   private idle(): void {
-    const enough = this.facts.length >= 2;
+    const enough = state.facts.length >= 2;
     fill(this.body,
       h('p', {}, 'One of the objects is hidden. Feel it, then say which it is. Force is heard as a tone: the harder, the higher and louder.'),
       h('label', { class: 'field' }, h('span', {}, 'Name'), this.participant),
@@ -85,14 +79,14 @@ export class Recognise {
 
   begin(): void {
     const number = this.drawn.value === 'balanced' ? Number(/\d+/.exec(this.participant.value)?.[0] ?? 0) : null;
-    this.order = orderOf(this.facts.length, Number(this.count.value), number);
-    if (this.practice.checked) this.order.unshift(Math.floor(Math.random() * this.facts.length));
+    this.order = orderOf(state.facts.length, Number(this.count.value), number);
+    if (this.practice.checked) this.order.unshift(Math.floor(Math.random() * state.facts.length));
     this.rounds = [];
-    this.running = true;
+    state.playing = true;
     this.next();
   }
 
-  private leave(): void { this.running = false; this.target = -1; this.onRound(-1); }
+  private leave(): void { state.playing = false; this.target = -1; showRound(-1); }
   private isPractice(round: number): boolean { return this.practice.checked && round === 0; }
   private titleOf(round: number): string { return this.isPractice(round) ? 'Practice' : `Round ${round + (this.practice.checked ? 0 : 1)} of ${this.order.length - (this.practice.checked ? 1 : 0)}`; }
 
@@ -101,12 +95,8 @@ export class Recognise {
     if (i >= this.order.length) { this.finish(); return; }
     this.target = this.order[i];
     this.guessed = false;
-    this.began = performance.now();
-    this.servo = this.touched = this.path = this.contacts = 0;
-    this.before = null;
-    this.inContact = false;
-    this.lastTime = -1;
-    const names = this.facts.map((f, k) => h('label', { class: 'choice' }, h('input', { type: 'radio', name: 'guess', value: String(k) }), h('span', {}, f.name)));
+    this.felt = nothingFelt();
+    const names = state.facts.map((f, k) => h('label', { class: 'choice' }, h('input', { type: 'radio', name: 'guess', value: String(k) }), h('span', {}, f.name)));
     const confidence = h('select', { name: 'confidence', id: 'confidence' }, ...CONFIDENCE.map(([v, t]) => h('option', { value: v }, t)));
     const form = h('form', { onsubmit: (e: Event) => { e.preventDefault(); this.guess(form); } },
       h('fieldset', {}, h('legend', {}, `${this.titleOf(i)}: which object is it?`), ...names),
@@ -116,22 +106,19 @@ export class Recognise {
     this.body.replaceChildren(
       h('p', {}, 'Explore: drag over the empty stage, or focus it and use the arrow keys. Enter touches and lifts, Page Down presses harder, Q and E walk round, N says what is touched, Space stops.'),
       form);
-    this.onRound(this.target);
+    showRound(this.target);
     announce(`${this.titleOf(i)}. An object is hidden in the stage. Arrow keys move over it, Enter touches and lifts.`);
   }
 
   feel(frame: Frame): void {
     if (!this.running || this.guessed) return;
-    const end = frame.time + (frame.ticks.length ? frame.ticks[frame.ticks.length - 1] : 0), passed = this.lastTime >= 0 && end > this.lastTime ? Math.min(end - this.lastTime, 0.5) : 0;
-    this.lastTime = end;
-    this.servo += passed;
-    if (frame.contacts > 0) {
-      this.touched += passed;
-      if (this.before) this.path += Math.hypot(...frame.tool.map((x, i) => x - this.before![i]));
-      this.before = frame.tool;
-      if (!this.inContact) ++this.contacts;
-    } else this.before = null;
-    this.inContact = frame.contacts > 0;
+    const m = this.felt, end = frame.time + (frame.ticks.at(-1) ?? 0), passed = m.lastTime >= 0 && end > m.lastTime ? Math.min(end - m.lastTime, 0.5) : 0;
+    m.lastTime = end;
+    m.servo += passed;
+    if (frame.contacts === 0) { m.before = null; return; }
+    m.touched += passed;
+    if (m.before) m.path += Math.hypot(...frame.tool.map((x, i) => x - m.before![i])); else ++m.contacts;
+    m.before = frame.tool;
   }
 
   private guess(form: HTMLFormElement): void {
@@ -141,13 +128,13 @@ export class Recognise {
     this.guessed = true;
     const guess = Number(chosen), right = guess === this.target, i = this.rounds.length;
     this.rounds.push({
-      practice: this.isPractice(i), object: this.facts[this.target].name, guess: this.facts[guess].name, right, confidence: String(data.get('confidence') ?? ''), hash: this.facts[this.target].hash,
-      seconds: (performance.now() - this.began) / 1000, servo_seconds: this.servo, touched_seconds: this.touched, path_m: this.path, contacts: this.contacts,
+      practice: this.isPractice(i), object: state.facts[this.target].name, guess: state.facts[guess].name, right, confidence: String(data.get('confidence') ?? ''), hash: state.facts[this.target].hash,
+      seconds: (performance.now() - this.felt.began) / 1000, servo_seconds: this.felt.servo, touched_seconds: this.felt.touched, path_m: this.felt.path, contacts: this.felt.contacts,
     });
-    const words = right ? `✓ Right: it is ${this.facts[guess].name}.` : `✗ Wrong: it was ${this.facts[this.target].name}.`;
+    const words = right ? `✓ Right: it is ${state.facts[guess].name}.` : `✗ Wrong: it was ${state.facts[this.target].name}.`;
     const on = h('button', { class: 'primary', id: 'next', onclick: () => this.next() }, i + 1 < this.order.length ? 'Next round' : 'Result');
     this.body.replaceChildren(h('p', { class: `answer ${right ? 'good' : 'bad'}`, id: 'answer-words' }, words), h('p', { class: 'note' }, this.isPractice(i) ? 'That was practice: now it counts.' : 'Look at what you felt, then go on.'), h('div', { class: 'row' }, on));
-    this.onVerdict(this.target, right);
+    showVerdict(this.target, right);
     announce(words, true);
     on.focus();
   }
@@ -166,7 +153,7 @@ export class Recognise {
 
   results(): string {
     const head = 'participant,date,round,practice,object,hash,guess,right,confidence,seconds,servo_seconds,touched_seconds,path_m,contacts';
-    // A leading = + - @ would be a formula in a spreadsheet.
+    // A spreadsheet would read a leading = + - @ as a formula.
     const cell = (s: string) => { const t = /^[=+\-@]/.test(s) ? `'${s}` : s; return /[",\n]/.test(t) ? `"${t.replaceAll('"', '""')}"` : t; };
     const date = new Date().toISOString();
     return [head, ...this.rounds.map((r, i) => [cell(this.participant.value), date, i + (this.practice.checked ? 0 : 1), Number(r.practice), cell(r.object), r.hash, cell(r.guess),
@@ -180,7 +167,8 @@ export const game = new Recognise();
 export const HIDDEN_HINT = 'Drag over this empty stage, or use the arrow keys: the object is here, unseen.';
 export const gamePanel = h('div', {}, card('Recognise by touch', game.element), card('Senses', h('p', { class: 'note' }, 'Sound and spoken parts start with the game.'), h('div', { class: 'senses' })));
 
-game.onRound = (object) => {
+/// Hides all objects and moves the view to one for a round; -1: the game is over.
+function showRound(object: number): void {
   const playing = object >= 0;
   hand.letGo();
   hand.only = object;
@@ -192,16 +180,17 @@ game.onRound = (object) => {
   else { sound.quiet(); hint.hidden = true; }
   changed('playing');
   void world.objects.paint();
-};
-game.onVerdict = (object, right) => {
+}
+/// Shows the object of a round after the guess.
+function showVerdict(object: number, right: boolean): void {
   hand.letGo();
   hideTool();
-  world.objects.hidden = false;  // what was felt is seen
+  world.objects.hidden = false;  // the object that was touched is shown
   lookAt(object);
   hint.hidden = true;
   void world.objects.paint();
   sound.tap(right ? 880 : 180);
   if (right) setTimeout(() => sound.tap(1320), 130);
-};
+}
 onFelt((frame) => game.feel(frame));
-on(['scene'], () => game.scene(state.facts));
+on(['scene'], () => game.scene());

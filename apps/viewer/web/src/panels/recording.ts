@@ -1,4 +1,4 @@
-// What was felt, recorded, replayed, computed again by the program, saved and opened.
+// Recordings of touch: recorded, replayed, computed again by the program, saved and opened.
 import { h, digits, save } from '../dom';
 import { charts, draw, hideTool, show } from '../felt';
 import type { Frame, Verdict } from '../messages';
@@ -36,7 +36,7 @@ recorder.onSeek = (frames, at) => {
   showRecorder(at);
 };
 charts.onPick = (ago) => { if (recorder.replaying) recorder.seek(recorder.position - ago); };
-/// With the poses of every tick, from the program that keeps them.
+/// Saves the recording with the poses of every tick, which the program has.
 const saveButton = h('button', { id: 'save-recording', title: 'To open again here, also tomorrow', onclick: async () => {
   try { save('touch.csv', await fetchBytes('/api/recording'), 'text/csv'); } catch (e) { trouble(e); }
 } }, 'Save');
@@ -51,7 +51,7 @@ const recordingInput = h('input', { type: 'file', id: 'recording-file', hidden: 
   } catch (e) { trouble(`${f.name}: ${e instanceof Error ? e.message : e}`); }
 } });
 
-/// By its beginning: a recording with the poses of every tick goes to the program, a table of what was drawn is read here.
+/// Opens a recording. A file that begins as a trace has the poses of every tick and goes to the program; the page reads a table itself.
 export async function openRecording(file: File, sent: (share: number) => void, signal: AbortSignal): Promise<Verdict> {
   if (recorder.recording) throw new Error('stop recording first');
   let verdict: Verdict = { accepted: true, verdict: 'TABLE' };
@@ -74,7 +74,7 @@ async function fetchRecording(): Promise<void> {
   againWords.textContent = '';
   showRecorder();
 }
-// The program outlives the page, and a page the program.
+// The page may be loaded anew while the program goes on, and the program may be started anew while the page stays.
 let program = '', asked = false;
 on(['status'], () => {
   const s = state.status!;
@@ -88,7 +88,7 @@ function endRecording(): void { recorder.stop(); link.say({ say: 'record', on: f
 recorder.onFull = () => { endRecording(); showRecorder(); };
 const againButton = h('button', { id: 'again', onclick: () => void computeAgain() }, 'Compute again');
 
-/// First with all as it was: that must give the same bits. Then with the objects and settings of now.
+/// Computes the recording again: first with the objects and settings of then, which must give the same bits, then with those of now.
 async function computeAgain(): Promise<void> {
   againButton.disabled = true;
   againWords.textContent = 'Computing every tick again …';
@@ -128,7 +128,7 @@ recorder.onFrame = (frame, at) => { show(frame, true, recorder.againOf(frame)); 
 recorder.onEnd = () => { hideTool(); sound.quiet(); showRecorder(); };
 onStop(() => recorder.halt());
 
-/// A frame of now; where a recording is replayed it is kept, not shown.
+/// Records a frame of the servo where recording is on, and shows it where no recording is replayed.
 export function hear(frame: Frame): void {
   recorder.add(frame);
   if (recorder.recording) recordingWords.textContent = `Recording every tick: ${recorder.seconds.toFixed(0)} s`;

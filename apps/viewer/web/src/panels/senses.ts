@@ -15,7 +15,7 @@ function showPads(): void { senses.querySelector('#pads')!.textContent = rumble.
 for (const type of ['gamepadconnected', 'gamepaddisconnected']) addEventListener(type, showPads);
 showPads();
 
-/// In the header, where everyone finds it.
+/// The switch of the sound in the header.
 export const soundButton = h('button', { id: 'sound-button', title: 'Force as sound', onclick: () => { if (sound.on) sound.stop(); else sound.start(); } });
 sound.onSwitch = () => {
   soundButton.replaceChildren('♪', h('span', {}, sound.on ? ' Sound on' : ' Sound off'));
@@ -24,7 +24,7 @@ sound.onSwitch = () => {
 };
 sound.onSwitch();
 
-/// As a game begins.
+/// Switches sound and speech on as a game begins.
 export function startSenses(): void {
   if (!sound.on) sound.start();
   voice.on = true;

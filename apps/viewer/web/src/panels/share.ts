@@ -16,10 +16,10 @@ function base64(data: ArrayBuffer): string {
   return btoa(pieces.join(''));
 }
 
-/// Nothing that stands in a script may end it.
+/// Escapes the texts that would end a script element.
 const inScript = (text: string): string => text.replaceAll('</script', '<\\/script').replaceAll('<!--', '<\\!--');
 
-/// What the program said, for who only looks and replays.
+/// The program's messages and bytes that a page needs for looking and replaying.
 async function said(): Promise<Saved> {
   const bytes: Saved['bytes'] = {};
   for (let i = 0; i < state.facts.length; ++i) for (const what of ['mesh', 'superquadrics', 'field/error']) bytes[`/api/object/${i}/${what}`] = base64(await fetchBytes(`/api/object/${i}/${what}`));
@@ -27,7 +27,7 @@ async function said(): Promise<Saved> {
   return { scene: state.facts, status, bytes, recording: recorder.count ? recorder.csv() : '', pose: world.pose() };
 }
 
-/// The program itself, where it is a worker: the page can then do all that this one can.
+/// The program itself, where it is a worker, so that the saved page can do all that this one can.
 async function whole(worker: string): Promise<Packed> {
   const files: Packed['files'] = [], part = async (name: string) => base64(await (await fetch(name)).arrayBuffer());
   for (const [i, { name }] of state.facts.entries()) for (const [what, ending] of [['sqmap', 'sqmap'], ['names', 'names.json']]) files.push([`${name}.${ending}`, base64(await fetchBytes(`/api/object/${i}/${what}`))]);
@@ -48,20 +48,20 @@ export const pageButton = h('button', { id: 'save-page', hidden: !!(saved || pac
   try { save('sqmap.html', await page(), 'text/html'); wait(`Saved${recorder.count ? ', with the recording' : ''}: it opens in any browser${program.kind === 'worker' ? ', and is touched there' : ', without the program'}.`); } catch (e) { trouble(e); }
 } }, 'Page in one file');
 
-/// What a saved page shows, and leaves out.
+/// Restores the view and the recording of a saved page.
 export function restoreSaved(): void {
   if (!saved) return;
   world.setPose(saved.pose);
   if (saved.recording) recorder.open(saved.recording);
   recorder.onEnd();
 }
-/// What a page begins with that has its program inside.
+/// Restores the view and the recording of a page that has its program inside.
 export async function restorePacked(): Promise<void> {
   if (!packed) return;
   world.setPose(packed.pose);
   if (packed.recording) await openRecording(new File([packed.recording], 'recording.csv'), () => {}, new AbortController().signal);
 }
-/// Once the page stands.
+/// Removes the controls that a saved page cannot serve, once the page is built.
 export function leaveOut(): void {
   if (!saved) return;
   for (const id of ['open', 'reading', 'link', 'stop']) document.getElementById(id)!.remove();

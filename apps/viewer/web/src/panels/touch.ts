@@ -1,4 +1,4 @@
-// What is felt and with what: the settings of the forces, the tool, the device.
+// Settings of the forces, the tool and the device.
 import { announce, digits, fill, h } from '../dom';
 import { fetchBytes, link, program } from '../net';
 import { trouble } from '../notices';
@@ -41,7 +41,7 @@ function showRows(): void {
     const select = touchPanel.querySelector<HTMLSelectElement>(`#${id}`)!;
     if (document.activeElement !== select) select.value = value;
   }
-  // Objects with central maps do not have the paper's force; what is held does not count.
+  // Objects with central maps do not have the paper's force. The object in the hand does not count.
   const others = state.facts.filter((_, i) => i !== s.tool);
   touchPanel.querySelector<HTMLOptionElement>('#force-law option[value=paper]')!.disabled = others.some((f) => f.central);
 }
@@ -88,7 +88,7 @@ const materialChoice = choice('Material', [...Object.entries(MATERIALS).map(([ke
   showRows();
 }, 'material');
 materialChoice.querySelector<HTMLOptionElement>('option[value=""]')!.disabled = true;  // the sliders choose it
-/// The material whose numbers are set; none where they were changed.
+/// Shows the material whose numbers are set; none where the user has changed them.
 function showMaterial(): void {
   const s = state.settings, same = (a: number, b: number) => Math.abs(a - b) < 1e-9;
   const key = Object.keys(MATERIALS).find((k) => { const m = MATERIALS[k]; return s.law === 'coulomb' && same(s.stiffness, m.stiffness) && same(s.friction, m.friction) && same(s.texture, m.texture) && same(s.damping, m.damping); }) ?? '';
@@ -114,9 +114,9 @@ export const touchPanel = h('div', {},
     h('details', { id: 'device-list' }, h('summary', {}, 'All devices'), h('table', {}, h('thead', {}, h('tr', {}, ...['Device', 'State', 'Rate', 'Limit'].map((t) => h('th', { scope: 'col' }, t)))), deviceTable))),
   folded('Sound, speech, rumble', 'more-senses', h('div', { class: 'senses' })));
 
-// ---- What the hand wants
+// ---- The hand's aim
 
-// The newest aim, at most once a frame of the stream; grasping and letting go are sent at once.
+// The newest aim is sent at most once for each frame of the stream; taking up the tool and letting go are sent at once.
 let aim: object | null = null, wasHeld = false;
 setInterval(() => { if (aim) link.say(aim); aim = null; }, 16);
 hand.onAim = (target, held) => {
@@ -136,12 +136,12 @@ export function tellSettings(): void {
   settingsDue = window.setTimeout(() => { settingsDue = 0; settingsChanged = performance.now(); link.say({ say: 'settings', ...state.settings }); }, 40);
 }
 
-// ---- What the program says
+// ---- Messages of the program
 
 on(['status'], () => {
   const s = state.status;
   if (!s) return;
-  // What is just being set here is newer than what the program says.
+  // A setting that is being changed here is newer than the program's.
   clearTimeout(heardDue);
   if (!settingsDue && performance.now() - settingsChanged > 400) state.settings = { ...s.settings };
   else heardDue = window.setTimeout(() => changed('status'), 500);
@@ -166,11 +166,11 @@ on(['status'], showMaterial);
 on(['scene'], showTools);
 on(['scene'], showRows);
 
-/// After a lost connection the program knows of no tool and no grasp.
+/// Sends tool and grasp again after a lost connection, since the program has forgotten them.
 export function again(): void {
   wasHeld = false;
   toolShown = -1;
   hand.again();
-  // The program may not know yet that the old connection is gone, which then still holds the tool.
+  // The program may not know yet that the old connection is gone, and then lets that one hold the tool.
   const retry = setInterval(() => { if (hand.waits) hand.again(); else clearInterval(retry); }, 1500);
 }

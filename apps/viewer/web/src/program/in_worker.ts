@@ -7,17 +7,17 @@ const LARGEST = 64 * 1024 * 1024;  // bytes of a file, as the server has it
 interface Answer { id: number; status: number; type: string; body: ArrayBuffer; }
 type Message = { ready: true } | { text: string } | { bytes: ArrayBuffer } | { broken: string } | Answer;
 
-/// The program, where the worker's script has no folder to find it in: its script's address, and what that runs.
+/// The program's script and its WebAssembly, for a worker whose own script has no folder to load them from.
 interface Parts { script: string; wasm: ArrayBuffer; }
 
-/// A worker and what it has been asked.
+/// A worker and the requests that it has not answered.
 class Thread {
   private worker: Worker;
   private waiting = new Map<number, (answer: Answer | null) => void>();
   private last = 0;
   runs = true;
 
-  /// heard: what it says unasked; ended: why it runs no more, of itself.
+  /// heard: gets messages that are no answers; ended: gets the reason where the worker fails.
   constructor(script: string, parts: Parts | null, heard: (message: Exclude<Message, Answer>) => void, ended: (why: string) => void) {
     this.worker = new Worker(new URL(script, document.baseURI), { type: 'module' });
     if (parts) this.worker.postMessage({ parts });
@@ -47,10 +47,10 @@ class Thread {
   }
 }
 
-/// A file's name, and how its bytes are had.
+/// The name of a file, and a function that fetches its bytes.
 type Source = [string, () => Promise<ArrayBuffer>];
 
-/// Models of the host that the page begins with: those of ?model=, else those that its file names.
+/// The models of the host that the page begins with: those of ?model=, else those that the page's file names.
 export function hostedModels(): Source[] {
   const named = new URLSearchParams(location.search).getAll('model');
   return (named.length ? named : (document.documentElement.dataset.models ?? '').split(' ').filter((name) => name)).map((model) => [model, async () => {
@@ -68,7 +68,7 @@ export class InWorker implements Program {
   private baking: Promise<unknown> = Promise.resolve();
   private hears!: Hears;
 
-  /// files: what the page begins with.
+  /// files: the models and names that the page begins with.
   constructor(private script: string, private files: Source[], private parts: Parts | null = null) {}
 
   open(hears: Hears): void {
@@ -88,7 +88,7 @@ export class InWorker implements Program {
     this.note({ say: 'trouble', text: `The program in this page has ended: ${why}. Load the page again.` });
   }
 
-  /// The page hears of the scene once it has its models.
+  /// Adds the models that the page begins with, then opens the scene.
   private async begin(): Promise<void> {
     const failed: string[] = [];
     for (const [name, bytes] of this.files)
@@ -98,7 +98,7 @@ export class InWorker implements Program {
     for (const text of failed) this.note({ say: 'trouble', text });
   }
 
-  /// A model to the scene, or names of its parts.
+  /// Adds a model, or names of parts, to the scene.
   private async add(name: string, model: ArrayBuffer, upload = 0): Promise<void> {
     const verdict = JSON.parse(textOf(await this.scene!.ask(`/api/upload?name=${encodeURIComponent(name)}&upload=${upload}`, model)).text);
     if (!verdict.accepted) throw new Error(`${verdict.message}; ${verdict.cure}`);
@@ -125,7 +125,7 @@ export class InWorker implements Program {
     return new Promise((resolve, reject) => { this.baking = this.bake({ path, upload, mesh: body, signal }, resolve).catch((e) => { reject(e); if (!signal.aborted) this.note({ say: 'trouble', text: `${name}: ${e instanceof Error ? e.message : e}` }); }); });
   }
 
-  /// found: told of the verdict, before the bake. Settles once the object stands in the scene, or will not.
+  /// Bakes a mesh in a worker of its own. found: gets the verdict before the bake. Settles when the object is in the scene, or fails.
   private async bake({ path, upload, mesh, signal }: { path: string; upload: number; mesh: ArrayBuffer; signal: AbortSignal }, found: (verdict: Posted) => void): Promise<void> {
     let name = '', done: () => void = () => {};
     const baked = new Promise<void>((resolve) => { done = resolve; });

@@ -1,33 +1,33 @@
-// What stands behind the page, as the page sees it, and what a page in one file holds of it.
+// The program behind the page as the page sees it, and the content of pages in one file.
 import type { ObjectFacts, Status } from '../messages';
 
-/// What the page hears of it.
+/// Receives what the program sends.
 export interface Hears {
   opened(): void;
   text(text: string): void;
   bytes(data: ArrayBuffer): void;
-  /// It does not answer. stranger: another program answers instead, and this page does not have its token.
+  /// The program does not answer. stranger: another program answers instead, and this page does not have its token.
   lost(stranger: boolean): void;
 }
 
-/// How a POST went.
+/// The answer to a POST.
 export interface Posted { status: number; text: string; }
 
 export interface Program {
   readonly kind: 'server' | 'worker' | 'kept';
-  /// Tries again and again where there is no answer.
+  /// Connects, and tries again and again where there is no answer.
   open(hears: Hears): void;
-  /// False where nobody hears it.
+  /// Sends a message; false where there is no connection.
   say(text: string): boolean;
   get(path: string): Promise<Response>;
-  /// sent: share of the file that is on its way, 0 to 1. Rejects where the program does not answer or the signal ends it.
+  /// Sends a file. sent: gets the share that is on its way, 0 to 1. Rejects where the program does not answer or the signal aborts.
   post(path: string, file: Blob, sent: (share: number) => void, signal: AbortSignal): Promise<Posted>;
-  /// For tests: as though the cable were pulled.
+  /// For tests: loses the connection.
   drop(): void;
 }
 
-/// What a page saved as one file holds instead of the program: what it said last, bytes that it served, a recording.
+/// The content of a page in one file without the program: its last messages, bytes that it served, a recording.
 export interface Saved { scene: ObjectFacts[]; status: Status; bytes: Record<string, string>; recording: string; pose: number[]; }
-/// What a page holds that was saved where the program is a worker: the program itself, its files (models, names), a recording.
+/// The content of a page in one file with the program, saved where that is a worker: the program, files (models, names), a recording.
 /// Bytes are base64.
 export interface Packed { program: { worker: string; script: string; wasm: string }; files: [string, string][]; recording: string; pose: number[]; }

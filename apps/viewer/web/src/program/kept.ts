@@ -1,4 +1,4 @@
-// A page saved as one file: what the program said last.
+// A page in one file without the program, which answers from the last messages of one.
 import type { Hears, Posted, Program, Saved } from './interface';
 
 const GONE = 'This needs the program: it is not in the saved page.';

@@ -15,7 +15,7 @@ export class Server implements Program {
     this.socket = socket;
     socket.binaryType = 'arraybuffer';
     let opened = false;
-    // Each change once, however often it is tried.
+    // The page hears of each change once, however often the connection is tried.
     const tell = (what: 'opened' | 'lost' | 'stranger') => {
       if (what === this.told) return;
       this.told = what;
@@ -25,7 +25,7 @@ export class Server implements Program {
     socket.onmessage = ({ data }) => { if (data instanceof ArrayBuffer) hears.bytes(data); else hears.text(data as string); };
     socket.onclose = async () => {
       if (this.socket !== socket) return;
-      // Refused: only who has read the new program's address may go on.
+      // A new program refuses the token of the old one: the user has to read the new program's address.
       if (!opened && (await fetch(address('/api/tool'), { method: 'HEAD' }).then((r) => r.status, () => 0)) === 403) tell('stranger');
       else tell('lost');
       setTimeout(() => this.open(hears), this.wait);
