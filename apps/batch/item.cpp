@@ -7,7 +7,7 @@
 #include "sqmap/io/model_file.h"
 #include "sqmap/io/model_json.h"
 #include "sqmap/io/read.h"
-#include "sqmap/model/doubt.h"
+#include "sqmap/model/reliability.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>

@@ -1,6 +1,6 @@
 #include "common/reports.h"
 
-#include "sqmap/model/doubt.h"
+#include "sqmap/model/reliability.h"
 
 #include <cstdio>
 

@@ -4,7 +4,7 @@
 #include "common/layer_name.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/io/replace_file.h"
-#include "sqmap/model/doubt.h"
+#include "sqmap/model/reliability.h"
 #include "sqmap/parallel/for_each.h"
 #include "sqmap/query/distance.h"
 

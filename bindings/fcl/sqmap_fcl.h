@@ -59,7 +59,7 @@ inline bool collide(fcl::CollisionObject<double>* first, fcl::CollisionObject<do
                                                 options, c.workspace);
     for (const sqmap::query::PairContact& p : found.contacts) {
         if (c.result.numContacts() >= c.request.num_max_contacts) break;
-        const sqmap::Vec3d middle = 0.5 * (p.on_a + p.on_b);
+        const sqmap::Vec3d middle = 0.5 * (p.witness.on_a + p.witness.on_b);
         const int one = p.vertex_of == sqmap::query::Side::A ? static_cast<int>(p.index) : fcl::Contact<double>::NONE;
         const int other = p.vertex_of == sqmap::query::Side::A ? fcl::Contact<double>::NONE : static_cast<int>(p.index);
         c.result.addContact(

@@ -17,7 +17,7 @@
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/solid.h"
-#include "sqmap/model/doubt.h"
+#include "sqmap/model/reliability.h"
 #include "sqmap/parallel/for_each.h"
 #include "stage_clock.h"
 

@@ -4,7 +4,7 @@
 #include "sqmap/io/model_archive.h"
 #include "sqmap/io/model_json.h"
 #include "sqmap/io/replace_file.h"
-#include "sqmap/model/doubt.h"
+#include "sqmap/model/reliability.h"
 #include "structs.h"
 
 #include <algorithm>

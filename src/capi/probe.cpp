@@ -20,7 +20,8 @@ static_assert(sizeof(sqmap_contact) == sizeof(Contact) && offsetof(sqmap_contact
               offsetof(sqmap_contact, certain) == offsetof(Contact, certain) &&
               offsetof(sqmap_contact, status) == offsetof(Contact, status) && sizeof(bool) == 1);
 static_assert(sizeof(sqmap_pair_contact) == sizeof(PairContact) &&
-              offsetof(sqmap_pair_contact, on_b) == offsetof(PairContact, on_b) &&
+              offsetof(sqmap_pair_contact, on_a) == offsetof(PairContact, witness) + offsetof(query::WitnessPair, on_a) &&
+              offsetof(sqmap_pair_contact, on_b) == offsetof(PairContact, witness) + offsetof(query::WitnessPair, on_b) &&
               offsetof(sqmap_pair_contact, normal) == offsetof(PairContact, normal) &&
               offsetof(sqmap_pair_contact, depth) == offsetof(PairContact, depth) &&
               offsetof(sqmap_pair_contact, index) == offsetof(PairContact, index) &&

@@ -19,7 +19,7 @@ inline constexpr std::uint32_t k_least_bound = 1380;
 inline constexpr int k_max_bound_depth = 16;
 inline constexpr std::size_t k_max_bounds = std::size_t{8} * k_bound_leaf;
 
-/// Of a leaf whose surface is no nearer to its centre; half: of its side.
+/// The code of a lower bound of the distance from a leaf's centre to the surface; half: half the leaf's side.
 inline std::uint16_t encode_bound(double distance, double half, bool inside)
 {
     const double steps = std::floor(distance * (1 - 1e-6) / (half * static_cast<double>(k_bound_step)));

@@ -12,7 +12,7 @@
 
 namespace sqmap::model {
 
-/// Where a brick has no record in near.
+/// Stands for a brick that has no record in near.
 inline constexpr std::uint32_t k_no_candidates = 0xffffffffu;
 
 /// Values of 16 bits that hold so many bits.

@@ -43,7 +43,7 @@ struct SampleRange {
     std::uint16_t encode_down(double w) const { return clamped(std::floor(steps(w) - 0.01)); }
     std::uint16_t encode_up(double w) const { return clamped(std::ceil(steps(w) + 0.01)); }
 
-    /// What a plane's w gains over half a cell.
+    /// The code of a slope. gain: by which a plane's w grows over half a cell.
     std::uint16_t encode_slope(double gain) const
     {
         const double v = std::clamp(std::nearbyint(gain / static_cast<double>(w_step)), -32767.0, 32767.0);
@@ -194,7 +194,7 @@ inline Real deviation_of_code(std::uint32_t code, Real w_step)
 {
     return std::ldexp((Real(8) + static_cast<Real>(code & 7u)) * Real(0.03125) * w_step, static_cast<int>(code >> 3));
 }
-/// What all codes stand for; finds the code of a value.
+/// The values of all codes; finds the code of a value.
 class DeviationCodes {
 public:
     explicit DeviationCodes(float w_step)

@@ -158,7 +158,7 @@ public:
         const Vec3f l{n.x / part_.a[0], n.y / part_.a[1], n.z / part_.a[2]};
         return l.x * vec3(part_.rotation) + l.y * vec3(part_.rotation + 3) + l.z * vec3(part_.rotation + 6);
     }
-    /// Where the chart answers: a convex polytope that holds the part's solid and the centre.
+    /// True where the chart answers: in a convex polytope that holds the part's solid and the centre.
     bool in_domain(Vec3f x) const
     {
         const auto v = domain_coordinates(x);
@@ -231,7 +231,7 @@ public:
 
     /// Offset of eq. 12 at (s, t), model units, outwards.
     float offset_at(int face, float s, float t) const { return beside(offsets_, face, s, t).w * part_.offset_step; }
-    /// What smoothing adds to w and its slopes at (s, t).
+    /// The change of w and its slopes by smoothing, at (s, t).
     SheetValue smoothing_at(int face, float s, float t) const
     {
         const SheetValue v = beside(smoothing_, face, s, t);
@@ -244,7 +244,7 @@ public:
         return side_at(leaf_frame({word}, s0, t0, size), s, t);
     }
 
-    /// Of the sheets of a layered cell over (s, t) the one whose surface comes nearest to expected along the face's axis.
+    /// The sheet of a layered cell whose surface over (s, t) comes nearest to the expected distance along the face's axis.
     struct NearestSheet {
         SheetValue value{0, 0, 0};  ///< w is 0 where there is none
         bool exits = false;         ///< a ray from the centre leaves the solid there

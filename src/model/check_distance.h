@@ -1,11 +1,11 @@
-// What signed distances read, checked.
+// Checks the arrays that signed distances read.
 #pragma once
 
 #include "sqmap/model/parse.h"
 
 namespace sqmap::model {
 
-/// Of a view whose triangles and pieces are checked. Cost: linear in the arrays.
+/// Checks the arrays of distances of a view whose triangles and pieces are already checked. Cost: linear in the arrays.
 [[nodiscard]] ParseStatus check_distance(const ModelView& view) noexcept;
 
 }  // namespace sqmap::model

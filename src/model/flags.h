@@ -28,7 +28,7 @@ constexpr std::uint16_t triangle_word(std::uint32_t part, std::uint16_t flags)
     return static_cast<std::uint16_t>(part | flags);
 }
 constexpr std::uint32_t part_of(std::uint16_t triangle_word) { return triangle_word & k_part_mask; }
-/// What of it is boundary.
+/// The flags of a triangle's word that say how much of the triangle is boundary.
 constexpr std::uint16_t flags_of(std::uint16_t triangle_word)
 {
     return static_cast<std::uint16_t>(triangle_word & (k_buried | k_crossed));

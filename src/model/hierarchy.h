@@ -12,7 +12,7 @@ namespace sqmap::model {
 
 inline constexpr std::uint32_t k_max_hierarchy_levels = 4;  ///< above the groups: 8 million triangles
 
-/// Where each level's nodes begin, root first.
+/// The first node of each level, root first.
 struct HierarchyLevels {
     std::uint32_t count = 0;
     std::uint32_t first[k_max_hierarchy_levels + 1] = {};     ///< node

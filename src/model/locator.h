@@ -61,7 +61,7 @@ inline LocatedCell locate(const ModelView& model, Vec3f p)
     return found;
 }
 
-/// Whether what is nearest to a point in its cell may be made up. Cost: as locate. @pre view.made_up_cells is not empty
+/// True where the surface nearest to a point in its cell may be made up. Cost: as locate. @pre view.made_up_cells is not empty
 inline bool is_made_up_at(const ModelView& view, Vec3f p)
 {
     const LocatedCell at = locate(view, p);

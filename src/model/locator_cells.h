@@ -206,8 +206,8 @@ constexpr std::uint32_t with_seed_choice(std::uint32_t choices, std::uint32_t oc
     return choices | seed << (3 * octant);
 }
 
-/// Of a flat cell, with the exact layer: no point of the solid in the cell is farther above the lowest plane; k_no_rise says
-/// nothing.
+/// The rise of a flat cell, for the exact layer: no point of the solid in the cell is farther above the lowest plane; k_no_rise
+/// says nothing.
 inline constexpr float k_rise_step = 1.f / 1024;  ///< of the locator's cell
 /// Rises of so many cells, to whole words.
 constexpr std::size_t padded_rises(std::size_t cells) { return (cells + 3) / 4 * 4; }

@@ -16,7 +16,7 @@ inline std::size_t field_of(const flatbuffers::TypeTable& table, std::string_vie
     return i;
 }
 
-/// Where a table's directory names a field.
+/// The position of a field's entry in a table's directory.
 constexpr flatbuffers::voffset_t directory_offset(std::size_t field)
 {
     return static_cast<flatbuffers::voffset_t>((field + 2) * sizeof(flatbuffers::voffset_t));

@@ -1,12 +1,12 @@
 #include "layer.h"
 
-#include "sqmap/model/doubt.h"
+#include "sqmap/model/reliability.h"
 
 namespace sqmap::query {
 
 namespace {
 
-/// Whether an error that bake measured, in percent of R_max, is within the tolerance; 0: it was not measured.
+/// True where bake measured an error, in percent of R_max, and it is within the tolerance. An error of 0 was not measured.
 bool is_within(const model::ModelView& model, double error, double tolerance) noexcept
 {
     return error > 0 && !model::is_doubtful(model.measured) && 0.01 * error * model.header.r_max * model.header.unit <= tolerance;

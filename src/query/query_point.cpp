@@ -29,7 +29,7 @@ PointResult in_caller_frame(const CallerFrame& frame, Vec3d point, const ModelCo
     return result;
 }
 
-/// What is answered without a model, and for points that are not finite.
+/// The answer without a model, and for points that are not finite.
 PointResult free_at(Vec3d point)
 {
     PointResult result;

@@ -155,7 +155,7 @@ TEST_F(Capi, ProbesAndPairsHaveTheBitsOfTheLibrary)
     ASSERT_EQ(sqmap_query_pair(&bodies, nullptr, workspace, &pairs), SQMAP_OK);
     ASSERT_EQ(pairs.count, pair.contacts.size());
     for (std::size_t i = 0; i < pairs.count; ++i) {
-        EXPECT_EQ(std::memcmp(pairs.contacts[i].on_b, &pair.contacts[i].on_b, sizeof(Vec3d)), 0);
+        EXPECT_EQ(std::memcmp(pairs.contacts[i].on_b, &pair.contacts[i].witness.on_b, sizeof(Vec3d)), 0);
         EXPECT_EQ(pairs.contacts[i].depth, pair.contacts[i].depth);
         EXPECT_EQ(pairs.contacts[i].is_mutual != 0, pair.contacts[i].mutual);
     }

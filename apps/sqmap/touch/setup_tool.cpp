@@ -3,7 +3,7 @@
 #include "common/load_mesh.h"
 #include "sqmap/haptic/patch.h"
 #include "sqmap/mesh/shapes.h"
-#include "sqmap/model/doubt.h"
+#include "sqmap/model/reliability.h"
 #include "touch/hand_file.h"
 #include "touch/setup.h"
 

@@ -23,7 +23,7 @@ struct Block {
     std::uint16_t lo, hi;
 };
 
-/// Where the locator's cells are. Layout equals the FlatBuffers struct Locator.
+/// The grid of the locator's cells. Layout equals the FlatBuffers struct Locator.
 struct Locator {
     float origin[3];          ///< lowest corner, model space
     float cell;               ///< side of a cell, model units
@@ -168,7 +168,7 @@ struct CandidateArrays {
     }
 };
 
-/// What signed distances are answered from; in the file a table of its own, as the normal maps.
+/// The arrays from which signed distances are answered; in the file a table of its own, as the normal maps.
 template <template <class> class Array>
 struct DistanceArrays {
     DistanceHeader header{};  ///< no array

@@ -1,6 +1,5 @@
-// What signed distances outside a model's locator are answered from: a hierarchy of boxes over its triangles, and a tree of
-// bounds about it.
-// Plain data: any number of threads may read it.
+// The arrays from which signed distances outside a model's locator are answered: a hierarchy of boxes over its triangles, and a
+// tree of bounds about it. Plain data: any number of threads may read it.
 #pragma once
 
 #include <cstdint>

@@ -14,7 +14,7 @@
 
 namespace sqmap::model {
 
-/// Of the model format. Other versions are refused: bake again.
+/// Version of the model format. Other versions are refused: bake again.
 inline constexpr std::uint32_t k_format_version = 11;
 
 /// How a part's surface is projected (fixed at bake).

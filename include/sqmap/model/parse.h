@@ -20,7 +20,7 @@ enum class ParseStatus {
     BadValue,      ///< a number that is not finite or out of its range
 };
 
-/// What a status says, in a few words.
+/// The meaning of a status, in a few words.
 [[nodiscard]] const char* to_string(ParseStatus status) noexcept;
 
 /// Verifies bytes and sets view to spans over them; the bytes must be 8-byte aligned and outlive the view.

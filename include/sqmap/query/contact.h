@@ -1,4 +1,4 @@
-// What a query finds: contacts with their witness point, normal and penetration depth.
+// Contacts, as queries report them: witness point, normal and penetration depth.
 // Plain data: any number of threads may read it.
 #pragma once
 
@@ -8,20 +8,19 @@
 
 namespace sqmap::query {
 
-/// What happened besides the answer: bits of the status of contacts and of results.
+/// Bits of the status of contacts and of results: what else happened while the query was answered.
 enum Status : std::uint8_t {
     k_ok = 0,
-    k_not_finite = 1,   ///< a point or pose is NaN or infinite: reported free, no contacts
-    k_no_exact = 2,     ///< Layer::Exact (or an Auto that needs it) of a model baked without it: answered by Layer 3
-    k_no_surface = 4,   ///< inside, but no map knows the surface above: depth is 0 and normal zero, push nowhere
-    k_full = 8,         ///< more contacts than the span or workspace holds: the rest is counted, not written
-    k_pairs_full = 16,  ///< scenes: more pairs than the span holds: the rest is counted, not queried
-    k_coarse = 32,      ///< swept: SweptOptions::max_steps did not suffice
+    k_not_finite = 1,  ///< a point or pose is NaN or infinite: reported free, no contacts
+    k_no_exact = 2,    ///< Layer::Exact (or an Auto that needs it) of a model baked without it: answered by Layer 3
+    k_no_surface = 4,  ///< inside, but no map knows the surface above: depth is 0 and normal zero, push nowhere
+    k_full = 8,        ///< more contacts than the span or workspace holds: the rest is counted, not written
+    /// Of contacts: the mesh was closed or wrapped, and the surface there made up. Layer Exact: the triangle was; layers Two and
+    /// Three: one of those nearest to the locator's cell was. Results of scenes have SceneStatus's bit in this position.
+    k_made_up = 16,
+    k_coarse = 32,   ///< swept: SweptOptions::max_steps did not suffice
     k_crowded = 64,  ///< skins: more than SkinWorkspace::k_max positions of the bound solid at one point: the rest was left out
     k_not_given = 128,  ///< the model's projection does not give what the options name (a margin, say): answered without it
-    /// Of contacts alone, where scenes' results have k_pairs_full: the mesh was closed or wrapped, and the surface there made up.
-    /// Layer Exact: the triangle was; layers Two and Three: one of those nearest to the locator's cell was.
-    k_made_up = 16,
 };
 
 /// A point of a probe inside a body. Frame and units are those in which the query's poses were given.

@@ -53,8 +53,8 @@ void distances(const Body& touched, std::span<const Vec3d> points, std::span<Sig
 void distances(const model::ModelView& model, std::span<const Vec3d> points, std::span<SignedDistance> answers,
                double band = k_baked_band) noexcept;
 
-/// Of the collider's probe: answers[i] is that of its point i, in the frame in which both poses are given. Exact within the baked
-/// band.
+/// Distances of the points of the collider's probe: answers[i] is that of point i, in the frame of both poses. Exact within the
+/// baked band.
 /// @pre touched has a model, collider a probe, and answers.size() >= collider.probe->size(), else nothing is written
 void distances(const Body& touched, const Body& collider, std::span<SignedDistance> answers) noexcept;
 

@@ -8,7 +8,7 @@
 
 namespace sqmap::query {
 
-/// What answers a query: each layer is slower than the one before it, and errs less.
+/// The layer that answers a query: each is slower than the one before it, and errs less.
 enum class Layer : std::uint8_t {
     One,    ///< the superquadrics: errs towards contact, except where the locator proves points of a probe to be free
     Two,    ///< one plane of the locator; in a model without a locator the base map

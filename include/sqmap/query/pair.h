@@ -11,12 +11,17 @@
 
 namespace sqmap::query {
 
-/// Of a pair.
+/// One of the two bodies of a pair.
 enum class Side : std::uint8_t { A, B };
+
+/// The witness points of a contact, a vertex of one body and the nearest surface point of the other.
+struct WitnessPair {
+    Vec3d on_a{}, on_b{};  ///< on_b = on_a - depth normal
+};
 
 /// A vertex of one body in the other. The frame and units of the bodies' poses.
 struct PairContact {
-    Vec3d on_a{}, on_b{};     ///< the vertex and the nearest surface point: on_b = on_a - depth normal
+    WitnessPair witness{};
     Vec3f normal{};           ///< unit, the direction in which b leaves a; zero with k_no_surface
     float depth = 0;          ///< >= 0
     std::uint32_t index = 0;  ///< of the vertex in its body's probe
@@ -36,7 +41,7 @@ struct PairOptions {
     float merge_cosine = 0.7f;
 };
 
-/// What a pair query works in, made outside the tick: one for each thread that queries.
+/// The workspace of a pair query, made outside the tick: one for each thread that queries.
 class PairWorkspace {
 public:
     /// contacts: the most that are found in one direction; what is beyond it is counted, not kept. Allocates.
@@ -57,7 +62,7 @@ struct PairResult {
 };
 
 /// Contacts of two bodies: vertices of b in a in the order of b's probe, then vertices of a in b; of each contact seen from both
-/// sides only the deeper one. Swapping the bodies swaps on_a and on_b and turns the normals round. With first_only the first
+/// sides only the deeper one. Swapping the bodies swaps the witness points and turns the normals round. With first_only the first
 /// contact of either direction ends it. Total, noexcept, no allocation. Several threads may query the same bodies, each with its
 /// workspace.
 /// @pre a.model, b.model came from model::parse.

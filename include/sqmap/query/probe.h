@@ -30,7 +30,7 @@ public:
     /// the first positions, so a probe that is turned inside out is slower, never wrong.
     /// @pre points.size() == size()
     void move(std::span<const Vec3d> points) noexcept;
-    /// What it keeps in memory.
+    /// Bytes that the probe keeps in memory.
     [[nodiscard]] std::size_t bytes() const noexcept;
     /// The same, but only points with active[i] != 0 are there: the rest costs next to nothing. Answers about the rest are void:
     /// where they share a cluster with active points they repeat one of those.
@@ -70,11 +70,11 @@ struct ProbeResult {
     std::size_t contacts = 0;    ///< found; at most the span's size are written
     std::uint8_t status = k_ok;  ///< bits of Status
     std::uint32_t unseen = 0;    ///< contacts whose surface no chart shows: depth and normal are those of the locator's plane
-    /// What witness points are relative to. Zero, unless the touched mesh lies so far from its frame's origin that float would
-    /// round by more than 1e-6 of R_max.
+    /// Witness points are relative to the anchor. It is zero, unless the touched mesh lies so far from its frame's origin that
+    /// float would round by more than 1e-6 of R_max.
     Vec3d anchor{};
 
-    /// Those that were written to the span that was queried with.
+    /// The contacts that were written to the query's span.
     [[nodiscard]] std::span<const Contact> written(std::span<const Contact> queried_with) const noexcept
     {
         return queried_with.first(std::min(contacts, queried_with.size()));

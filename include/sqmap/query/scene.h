@@ -16,6 +16,11 @@ using BodyId = std::uint32_t;
 /// Names none.
 inline constexpr BodyId k_no_body = 0xffffffffu;
 
+/// A bit of a scene's result, beside those of Status.
+enum SceneStatus : std::uint8_t {
+    k_pairs_full = 16,  ///< more pairs than the span holds: the rest is counted, not queried
+};
+
 /// Bodies that are near each other, and which of the contacts are theirs.
 struct ScenePair {
     BodyId a = k_no_body;
@@ -26,9 +31,9 @@ struct ScenePair {
 
 /// Contacts of a scene.
 struct SceneResult {
-    std::size_t pairs = 0;     ///< of near bodies, written or not
-    std::size_t contacts = 0;  ///< written, of all pairs
-    std::uint8_t status = k_ok;
+    std::size_t pairs = 0;       ///< of near bodies, written or not
+    std::size_t contacts = 0;    ///< written, of all pairs
+    std::uint8_t status = k_ok;  ///< bits of Status and SceneStatus
 };
 
 /// Bodies in one world. Adding and removing them may allocate and belongs outside the tick; all the rest is total, noexcept and
@@ -89,7 +94,7 @@ private:
     void narrow() noexcept;
     /// Some sphere of sorted_[first, first + k_block) may be at most slack from s.
     bool any_near(std::size_t s, std::size_t first, float slack) const noexcept;
-    /// Where contacts go.
+    /// The spans that pairs and contacts are written to.
     struct Output {
         std::span<ScenePair> pairs;
         std::span<PairContact> contacts;

@@ -28,7 +28,7 @@ struct SkinLattice {
         double weight = 0;
         std::uint32_t bone = 0;
     };
-    /// Of the tree over the cells, in depth-first order.
+    /// A node of the tree over the cells, in depth-first order.
     struct Node {
         Vec3d lo{}, hi{};              ///< of its cells
         std::uint32_t parent = 0;      ///< of the first node: itself
@@ -78,13 +78,13 @@ public:
 
     /// All bound positions that are now at a posed one, at most found.size() and 64; returns how many there are. No allocation.
     [[nodiscard]] std::size_t carry_back(Vec3d posed, std::span<PreImage> found) const noexcept;
-    /// What takes a bound position to where it is now. False where no cell is.
+    /// The map that takes a bound position to its present one. False where no cell holds the position.
     [[nodiscard]] bool carry_forward(Vec3d bound, Affine& local) const noexcept;
     /// A box that holds all of the posed lattice; empty (lo > hi) where nothing is.
     struct Box {
         Vec3d lo{}, hi{};
     };
-    /// Of the present pose, the posed frame.
+    /// The box of the present pose, in the posed frame.
     [[nodiscard]] Box box() const noexcept { return boxes_.empty() ? Box{{1, 1, 1}, {-1, -1, -1}} : boxes_.front(); }
     /// Of all bones, bound -> posed, as pose() had them last. Valid while the skin is.
     [[nodiscard]] std::span<const Affine> maps() const noexcept { return maps_; }
@@ -95,10 +95,10 @@ private:
     friend struct SkinQuery;
     void add_rigid(std::uint32_t leaf, Vec3d posed, std::span<SkinPosition> found, std::size_t& count) const noexcept;
     void add_blended(std::uint32_t leaf, const CellHit& hit, std::span<SkinPosition> found, std::size_t& count) const noexcept;
-    /// Of a cluster's points at once, max_count for each; counts: how many there are.
+    /// Bound positions of a cluster's points at once, max_count for each; counts: how many each has.
     void carry_back(const SkinCluster& cluster, std::span<SkinPosition> found, std::size_t max_count,
                     std::span<std::size_t, Probe::k_cluster> counts) const noexcept;
-    /// What takes a position's surroundings there.
+    /// The map that takes the surroundings of a bound position to the posed frame.
     Affine local_at(const SkinPosition& position) const noexcept;
     std::uint32_t leaf_at(Vec3d bound) const noexcept;
 
@@ -116,15 +116,15 @@ public:
     /// lattice: outlives this. Begins and ends at rest. Allocates.
     explicit MovingSkin(const SkinLattice& lattice);
 
-    /// What was the end is the beginning, and the end is where the maps (#bones, bound -> posed) take the lattice. False as
-    /// PosedSkin::pose: then it stands still in this step. No allocation. Cost: of one pose.
+    /// The end of the last step becomes the beginning, and the maps (#bones, bound -> posed) take the lattice to the end. False
+    /// as for PosedSkin::pose: the lattice then stands still in this step. No allocation. Cost: that of one pose.
     [[nodiscard]] bool step(std::span<const Affine> maps) noexcept;
 
     /// As it was given.
     [[nodiscard]] const SkinLattice& lattice() const noexcept { return *lattice_; }
-    /// Where the step begins.
+    /// The lattice as the step begins.
     [[nodiscard]] const PosedSkin& from() const noexcept { return from_; }
-    /// Where it ends.
+    /// The lattice as the step ends.
     [[nodiscard]] const PosedSkin& to() const noexcept { return to_; }
     /// How far a position of the lattice goes in the step at most; zero where it stands still.
     [[nodiscard]] double motion() const noexcept { return motion_; }
@@ -149,7 +149,7 @@ struct SkinContact {
     std::uint8_t status = k_ok;
 };
 
-/// What query_skin works in, made outside the tick: one for each thread that queries.
+/// The workspace of query_skin, made outside the tick: one for each thread that queries.
 class SkinWorkspace {
 public:
     /// Positions in the bound frame that are found for a point at most.

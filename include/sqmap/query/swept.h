@@ -23,7 +23,7 @@ struct SweptOptions {
     std::uint32_t max_steps = 64;  ///< a point that moves farther than this many steps is queried at longer ones: k_coarse
 };
 
-/// What a swept query works in, made outside the tick: one for each thread that queries.
+/// The workspace of a swept query, made outside the tick: one for each thread that queries.
 class SweptWorkspace {
 public:
     /// points: of the probe. Allocates.

@@ -2,8 +2,8 @@
 // stay straight and planes stay linear in w = 1/rho, so that every deviation below is exact up to rounding.
 #include "central_map.h"
 
-#include "bake/central/beside.h"
 #include "bake/central/cells.h"
+#include "bake/central/offsets_and_smoothing.h"
 #include "bake/central/project.h"
 #include "bake/central/update.h"
 
@@ -205,7 +205,7 @@ CentralMapData best_map(const Projection& projection, const CentralOptions& opti
     return best;
 }
 
-/// What no changed triangle reaches is taken over. Nothing: the map has to be made anew.
+/// Takes over all cells that no changed triangle reaches. Returns nothing where the map has to be made anew.
 std::optional<CentralMapData> followed_map(const Projection& projection, const CentralOptions& options, const KnownMap& known)
 {
     const model::SampleRange range{known.part.w_min, known.part.w_step};

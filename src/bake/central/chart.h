@@ -1,4 +1,4 @@
-// Where a part's chart stands and answers: its centre and its domain, in the superquadric's frame divided by its axes.
+// A part's chart: its centre and the domain in which it answers, in the superquadric's frame divided by its axes.
 #pragma once
 
 #include "model/chart.h"
@@ -10,13 +10,13 @@
 
 namespace sqmap::bake {
 
-/// Where a chart answers: bounds of model::domain_coordinates in the superquadric's frame divided by its axes, relative to the
+/// The domain of a chart: bounds of model::domain_coordinates in the superquadric's frame divided by its axes, relative to the
 /// projection centre.
 struct ChartDomain {
     float lo[model::k_domain_directions], hi[model::k_domain_directions];
 };
 
-/// What a part's map is baked for.
+/// The part whose map is baked.
 struct PartChart {
     shape::Superquadricd superquadric;
     Vec3f centre;                                  ///< of the projection, model space

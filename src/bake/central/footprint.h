@@ -21,7 +21,7 @@ struct Polygon {
     std::array<Stw, k_max_corners> corner;
 
     Polygon() = default;
-    /// Of the corners, those in use: a polygon has five or so, and most of baking is copying them.
+    /// Copies only the corners in use. A polygon has about five, and copying polygons takes most of the time of baking.
     Polygon(const Polygon& other) { *this = other; }
     Polygon& operator=(const Polygon& other)
     {

@@ -130,7 +130,7 @@ private:
         return sum;
     }
 
-    /// What two sets of planes make of a lattice of rays.
+    /// A lattice of rays, and how far two sets of planes miss each of them.
     struct Sides {
         std::array<CellRay, k_rays> rays;
         std::array<double, k_rays> with_first{}, with_second{};  ///< misfits

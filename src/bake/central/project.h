@@ -14,7 +14,7 @@
 
 namespace sqmap::bake {
 
-/// Of a face: cells are baked with so much around them, which is more than float rounding moves a point.
+/// Margin about each cell of a face: more than float rounding moves a point.
 inline constexpr double k_cell_border = 4e-6;
 
 /// A direction from the centre.
@@ -42,7 +42,7 @@ public:
     [[nodiscard]] const mesh::Solid& solid() const { return solid_; }
     [[nodiscard]] Vec3d centre() const { return centre_; }
     [[nodiscard]] int centre_winding() const { return centre_winding_; }
-    /// Of the centre's cube: turns model space, relative to the centre, into the chart's frame. Row-major, as stored.
+    /// Rows of the map from model space, relative to the centre, to the chart's frame. Row-major, as stored.
     [[nodiscard]] const Mat3d& rows() const { return rows_; }
     [[nodiscard]] const Footprints& footprints() const { return footprints_; }
     /// Of all footprints; 1 where there are none.
@@ -63,7 +63,7 @@ public:
     /// w of the triangle that crosses a ray at w, with its slopes there; those are 0 where there is no footprint.
     [[nodiscard]] model::ChartPlane<double> plane_at(FacePoint at, double w, std::span<const Polygon> near) const;
 
-    /// Whether a point is in the chart's domain.
+    /// True where a point is in the chart's domain.
     [[nodiscard]] bool is_in_domain(FacePoint at, double w) const;
 
     /// Length, in model units, that a change of w by e moves a surface with that plane.

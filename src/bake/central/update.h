@@ -28,7 +28,7 @@ struct ReachedCells {
 /// All cells of a face with so many along a side.
 [[nodiscard]] ReachedCells all_cells(int side);
 
-/// What may be taken over from a known map.
+/// The cells that may be taken over from a known map.
 class KnownCells {
 public:
     /// projection: of the mesh as it is now, in the known map's chart.
@@ -39,7 +39,7 @@ public:
     /// The sample, cell or block of that number.
     [[nodiscard]] std::uint16_t sample(std::size_t i) const { return known_.model.samples[known_.part.first_sample + i]; }
     [[nodiscard]] model::Block block(std::size_t i) const { return known_.model.blocks[known_.part.first_block + i]; }
-    /// What hangs on it is appended to map. Nothing: there is no room for it.
+    /// The cell's records are appended to map. Returns nothing where map has no space for them.
     [[nodiscard]] std::optional<model::CentralCell> cell(std::size_t i, CentralMapData& map) const
     {
         return keep({known_.model.cells[known_.part.first_cell + i]}, map);

@@ -17,7 +17,7 @@ namespace {
 
 // The bound at a cell's farthest corner is at least half of the distance there: a third, and a little for what is stored.
 constexpr double k_reach_of_distance = 0.32;
-// Where the band ends, finer: what the bound does not put beyond the band is sought among the triangles.
+// Leaves are finer where the band ends: points that the bound does not place beyond the band are searched among the triangles.
 constexpr double k_reach_at_band = 0.28;
 // The root holds a ball of three times the object's sphere: beyond, the sphere alone is bound enough.
 constexpr double k_root_spheres = 3.01;
@@ -79,7 +79,8 @@ private:
     {
         Cell cell{of.centre + 0.5 * of.half * eighth(k), 0.5 * of.half};
         if (depth + 1 < k_full_levels) return cell;
-        // What is nearest to the larger cell's centre is no farther than that; and within its distance nothing changes sides.
+        // The surface nearest to the larger cell's centre is no farther than that, and no point within its distance changes
+        // sides.
         const double step = std::sqrt(3.0) * cell.half;
         const bool is_known = depth >= k_full_levels;
         const double within = is_known ? (1 + 1e-9) * (of.distance + step) : std::numeric_limits<double>::infinity();

@@ -1,4 +1,4 @@
-// What signed distances are answered from.
+// Bakes the arrays from which signed distances are answered.
 #pragma once
 
 #include "sqmap/mesh/solid.h"

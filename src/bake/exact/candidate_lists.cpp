@@ -2,7 +2,7 @@
 
 #include "bake/budget.h"
 #include "bake/exact/record.h"
-#include "bake/exact/rise.h"
+#include "bake/exact/rise_above_planes.h"
 #include "bake/locator/grid.h"
 #include "bake/locator/near_triangles.h"
 #include "model/candidate_lists.h"
@@ -26,7 +26,7 @@ using Triangles = std::vector<std::uint32_t>;
 
 constexpr double k_least_near_share = 0.4;
 
-/// What is left for the lists.
+/// The bytes left for the lists.
 double near_budget(const model::ModelData& data, double target_error)
 {
     const model::ModelView v = data.view();
@@ -39,7 +39,7 @@ double near_budget(const model::ModelData& data, double target_error)
     return std::max(all - static_cast<double>(others), k_least_near_share * all);
 }
 
-/// Of a cell, or of the eighths that it is divided in. near: the triangles near it.
+/// The list of a cell, or the lists of its eighths where it is divided. near: the triangles near it.
 void set_rises(Rise& rise, const CellCube& cube, std::uint32_t index, const Triangles& near, model::ModelData& data)
 {
     const LocatorCell cell{data.locator_cells[index]};
@@ -58,7 +58,7 @@ struct ListedCell {
     const Triangles* known;  ///< the triangles near it, where an update has found them; or null
 };
 
-/// What a brick's lists are made of.
+/// The input from which a brick's lists are made.
 struct ListedBrick {
     LocatorBrick brick;
     CellCube cube;

@@ -57,7 +57,7 @@ private:
     std::span<const std::uint16_t> packed_{};  ///< instead of the vectors
 };
 
-/// Where the records take more bytes than that, the longest lose their lists, and then, if that does not do, their triangles.
+/// If the records take more bytes than that, the longest lose their lists; if that does not suffice, their triangles.
 void keep_within(double bytes, std::vector<BrickRecord>& records);
 
 }  // namespace sqmap::bake

@@ -1,4 +1,4 @@
-// What a locator cell says, from the solid and the parts' maps.
+// The content of a locator cell, from the solid and the parts' maps.
 #pragma once
 
 #include "bake/locator/draft.h"
@@ -11,7 +11,7 @@
 
 namespace sqmap::bake {
 
-/// Of the boundary, to p; with another point of it known, so that no more than a ball is searched.
+/// The boundary point nearest to p. A known boundary point limits the search to a ball.
 [[nodiscard]] mesh::ClosestPoint closest_from(const mesh::Solid& solid, Vec3d known, Vec3d p);
 
 /// The triangles that are nearest to some point of a cube. distance: of the boundary from its centre.

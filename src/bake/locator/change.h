@@ -1,4 +1,4 @@
-// What a rebake is told has moved, and what that reaches.
+// The triangles that moved before a rebake, and the space in which they matter.
 #pragma once
 
 #include "sqmap/math/triangle.h"
@@ -22,7 +22,7 @@ public:
     Change(const Change&) = delete;
     Change& operator=(const Change&) = delete;
 
-    /// Whether any of it is nearer than that.
+    /// True where some changed triangle is nearer than that.
     [[nodiscard]] bool reaches(Vec3d p, double within) const
     {
         bool any = false;
@@ -35,9 +35,9 @@ public:
         });
         return any;
     }
-    /// Whether what is nearest to some point of the box about a centre may be another triangle than it was, or elsewhere. A point
-    /// of the box is at most nearest + half its diagonal from the surface, and what is farther from the centre by as much again
-    /// matters to none. nearest: distance of the unchanged surface, or of the surface that there is now.
+    /// True where the nearest triangle of some point of the box about a centre may have changed or moved. A point
+    /// of the box is at most nearest + half its diagonal from the surface, and a triangle farther from the centre by as much
+    /// again matters to none. nearest: distance of the unchanged surface, or of the surface that there is now.
     [[nodiscard]] bool reaches_box(Vec3d centre, double half, double nearest) const
     {
         return reaches(centre, (nearest + 2 * std::sqrt(3.0) * half) * 1.001);

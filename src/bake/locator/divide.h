@@ -14,7 +14,7 @@ namespace sqmap::bake {
 
 inline constexpr double k_division_bytes = 60;  ///< what a division takes, about
 
-/// What of the cells may be divided.
+/// The cells that may be divided.
 struct DivisionLimit {
     std::size_t count;                          ///< so many: those with the longest chains first
     std::span<const std::uint64_t> among = {};  ///< #bricks: bits of cells that are considered; all, where it is empty

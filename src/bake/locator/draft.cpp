@@ -89,7 +89,7 @@ private:
         return LocatorCell::flat(list ? cell.kind : LocatorCellKind::Ambiguous, index, planes, first).word;
     }
 
-    /// Of the cell's parts, and behind them its planes', which decide nothing.
+    /// The index of a list of the cell's parts, and behind them the parts of its planes, which decide no verdict.
     std::optional<std::uint32_t> list_index(const CellDraft& cell)
     {
         model::PartList parts = cell.parts;

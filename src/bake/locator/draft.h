@@ -1,4 +1,4 @@
-// What is known of the locator's cells before they are packed.
+// Drafts of the locator's cells, before they are packed.
 #pragma once
 
 #include "bake/locator/grid.h"
@@ -36,7 +36,7 @@ struct BrickDraft {
     std::vector<CellDraft> cells;  ///< one, or of a stored brick all; none where only the kind was needed
 };
 
-/// What cells are baked of. The referents outlive it.
+/// The input from which cells are baked. The referents outlive it.
 struct LocatorSubject {
     const mesh::Solid& solid;                         ///< of the mesh in model space
     std::span<const std::uint32_t> part_of_triangle;  ///< #triangles

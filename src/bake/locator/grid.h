@@ -12,7 +12,7 @@
 
 namespace sqmap::bake {
 
-/// Where a cell or a brick is, model space.
+/// The cube of a cell or a brick, model space.
 struct CellCube {
     Vec3d centre;
     double side = 0;
@@ -33,7 +33,7 @@ struct Grid {
 
     [[nodiscard]] std::size_t brick_count() const { return std::size_t{bricks[0]} * bricks[1] * bricks[2]; }
     [[nodiscard]] double brick_side() const { return model::k_brick * cell; }
-    /// Of the brick of that number, x fastest.
+    /// The cube of the brick of that number, x fastest.
     [[nodiscard]] Vec3d brick_corner(std::size_t brick) const
     {
         return origin + brick_side() * Vec3d{double(brick % bricks[0]), double(brick / bricks[0] % bricks[1]),
@@ -43,7 +43,7 @@ struct Grid {
     {
         return {brick_corner(brick) + 0.5 * brick_side() * Vec3d{1, 1, 1}, brick_side()};
     }
-    /// Of the cell of that number in its brick, x fastest.
+    /// The cube of the cell of that number in its brick, x fastest.
     [[nodiscard]] CellCube cell_cube(std::size_t brick, std::size_t number) const
     {
         constexpr int k_n = model::k_brick;

@@ -23,9 +23,9 @@ constexpr double k_least_cells = 20, k_max_cells = 160;
 constexpr double k_least_share = 0.12;
 // Bytes grow with about this power of the cells along a side: by the square but for parts of it that fine cells make flat.
 constexpr double k_growth = 1.7;
-// Of the bricks near the surface one in so many shows how many bytes all take.
+// One in so many of the bricks near the surface is baked to estimate the bytes of all.
 constexpr std::uint32_t k_sampled_brick = 6;
-// Of the locator's bytes, what cells take before those that are not flat are divided.
+// The share of the locator's bytes for cells, before cells that are not flat are divided.
 constexpr double k_undivided_share = 0.65;
 
 /// Nothing is deeper than half the narrowest side; a plane is no farther below a cell's centre than a sample, and a cell.

@@ -28,7 +28,7 @@ struct LocatorOptions {
 /// 255 parts or more. Cost: a closest-point query per cell near the solid.
 void bake_locator(const PartedSolid& surface, const LocatorOptions& options, model::ModelData& data);
 
-/// What an update of the locator leaves for the candidate lists.
+/// The result of a locator's update that the candidate lists are updated from.
 struct LocatorUpdate {
     static constexpr std::uint32_t k_no_brick = EnclosingGrid::k_no_brick;
     std::vector<std::uint32_t> brick_before;  ///< #bricks: which one each was, or k_no_brick

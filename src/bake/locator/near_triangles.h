@@ -66,7 +66,7 @@ public:
         collect(all_, centres_ - 1, middle, half, some_);
     }
 
-    /// Those of the box about the centre of that number.
+    /// The candidates of the box about the centre of that number.
     const std::vector<std::uint32_t>& operator()(std::size_t number, Vec3d centre, double h, bool fine)
     {
         collect(some_, number, centre, h, chosen_);
@@ -82,10 +82,11 @@ public:
     }
 
 private:
-    /// What the coarse one leaves is judged on the fine one, or, where time counts more than a fifth of the bytes, is the list.
+    /// The candidates that the coarse lattice leaves are judged on the fine one; where time counts more than a fifth of the
+    /// bytes, they are the list.
     using Coarse = BoxLattice<2>;
     using Fine = BoxLattice<4>;
-    /// What float and rounding may be off by, in half sides of the box.
+    /// Bound of the rounding of float, in half sides of the box.
     static constexpr double k_slack = 1e-4;
     static constexpr std::uint32_t k_none = 0xffffffffu;
 
@@ -145,7 +146,7 @@ private:
         }
     }
 
-    /// What of the triangles is the nearest somewhere on a lattice, or not ruled out in all of its small boxes.
+    /// The triangles that are nearest somewhere on a lattice, or that some of its small boxes cannot rule out.
     template <class L>
     void judge(Vec3d centre, double h)
     {
@@ -278,7 +279,7 @@ private:
     const mesh::Solid* solid_ = nullptr;
     std::vector<std::uint32_t> triangles_, near_, order_, wins_, losers_;
     std::vector<Vec3f> corners_;
-    // What can be nearest somewhere in the boxes, and how it lies to their centres.
+    // Triangles that can be nearest somewhere in the boxes, and their distances from the boxes' centres.
     std::vector<std::uint32_t> within_, all_, some_, chosen_;
     std::size_t centres_ = 0;
     std::vector<float> centre_[3], to_centre_[3], from_centre_;

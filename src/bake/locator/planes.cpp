@@ -34,7 +34,7 @@ LocatorPlane raised(const LocatorSubject& subject, LocatorPlane plane, double by
     return plane.with_distance(static_cast<double>(plane.distance(reach)) + by / subject.cell(), reach);
 }
 
-/// Where planes miss the samples by more than the tolerance.
+/// The worst misses of planes among the samples, beyond the tolerance.
 struct Miss {
     const Sample* worst = nullptr;  ///< null: nowhere
     std::size_t group_end = 0;      ///< the surface is above the planes there: behind which plane another joins the group
@@ -42,7 +42,7 @@ struct Miss {
     double share = 0;               ///< the greatest, of the tolerance
 };
 
-/// What planes may miss; model units.
+/// Limits of the misses of planes; model units.
 struct Limits {
     double depth;    ///< the depth of an inside sample by
     double missed;   ///< inside samples of that depth, as if they were outside

@@ -1,4 +1,4 @@
-// Where a locator cell is checked: points of it, with what is nearest to them.
+// Sample points of a locator cell, each with its nearest surface point.
 #pragma once
 
 #include "bake/locator/draft.h"

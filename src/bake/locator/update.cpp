@@ -1,4 +1,4 @@
-// What a change reaches of a locator: cells whose nearest surface may be another, or whose parts have new maps.
+// Updates the locator's cells whose nearest surface may have changed or whose parts have new maps.
 #include "bake/locator/cells.h"
 #include "bake/locator/divide.h"
 #include "bake/locator/domains.h"
@@ -16,7 +16,7 @@ using model::LocatorCellKind;
 
 namespace {
 
-// What an update may make of the bytes that the locator had, by dividing cells.
+// The factor by which dividing cells may make a locator's bytes grow in an update.
 constexpr double k_growth_limit = 1.1;
 
 /// Updates drafts, one brick at a time. Const members are thread-safe.
@@ -56,7 +56,7 @@ public:
     }
 
 private:
-    /// What shortens the search for the nearest surface.
+    /// A known surface point, which shortens the search for the nearest.
     struct Search {
         Vec3d known;                          ///< some point of the boundary; the nearest one, where that was looked for
         std::span<const std::uint32_t> near;  ///< of a cell that is divided: the triangles near it
@@ -67,7 +67,7 @@ private:
         return change_.reaches(centre, cell.gap + static_cast<double>(model::k_gap_step) * grid_.cell);
     }
 
-    /// Whether the nearest surface may be another.
+    /// True where the nearest surface may have changed.
     bool update_cell(CellDraft& cell, const CellCube& cube, Search& search) const
     {
         if (cell.kind == LocatorCellKind::Free) {
@@ -90,7 +90,7 @@ private:
         return true;
     }
 
-    /// What a cell says of parts. True where its planes are others.
+    /// Updates the parts that a cell names. Returns true where its planes changed.
     bool update_parts(CellDraft& cell, const CellCube& cube) const
     {
         if (cell.kind == LocatorCellKind::Free) return false;

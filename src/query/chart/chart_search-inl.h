@@ -106,7 +106,7 @@ private:
         return over;
     }
 
-    /// Where there is nothing over the point's foot: over the foot of the cell's centre there is.
+    /// Looks over the foot of the cell's centre in lanes whose chart has no surface over the point's own foot.
     HWY_NOINLINE void look_over(const V3& origin, M lost, Surface& over, Chart& q) const
     {
         const FacePoint again = face_point(times(part_.to_metric(origin), inverse_));
@@ -120,7 +120,7 @@ private:
         over.valid = hn::Or(over.valid, found);
     }
 
-    /// Of the surfaces over a layered leaf that one which is nearest to where the surface is expected.
+    /// Picks the surface over a layered leaf that lies nearest to the expected distance.
     HWY_NOINLINE void pick_layer(const Chart& q, const Leaves& leaves, F reach, M layered, Surface& over) const
     {
         const CentralMap map(model_, data_);

@@ -199,7 +199,7 @@ private:
         const V3 origin{foot_of_centre(p.x, offset.x, planes.normal.x), foot_of_centre(p.y, offset.y, planes.normal.y),
                         foot_of_centre(p.z, offset.z, planes.normal.z)};
         Found found = ChartSearch(model_, part).approach({p, start, origin}, hn::FirstN(df, batch.count), k_approach_steps);
-        // Where the chart shows no surface about the seed, its plane answers, behind whatever else is found.
+        // A chart may show no surface about its seed. The seed's plane then answers, unless another seed finds a surface.
         const M lost = hn::Eq(found.distance_sq, set(INFINITY));
         found.offset = blend(lost, times(planes.normal, {plane_gap, plane_gap, plane_gap}), found.offset);
         found.normal = blend(lost, planes.normal, found.normal);
@@ -282,7 +282,7 @@ private:
     std::int32_t point_[k_capacity], cell_[k_capacity], flags_[k_capacity];
     std::int32_t seed_[k_capacity];  // to be tried next
     std::int32_t part_[k_capacity];  // whose chart is searched
-    // What a chain has found so far.
+    // The nearest surface that the seeds of each point's chain have found so far.
     Rows best_point_, best_normal_;
     float best_depth_[k_capacity];
     std::int16_t best_part_[k_capacity];

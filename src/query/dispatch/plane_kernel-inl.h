@@ -38,8 +38,8 @@ HWY_INLINE void write_on_planes(const QueriedPoints& points, const NearestPlanes
     contacts.write({foot, n, depth, points.index, on.part, points.inside}, contact);
 }
 
-/// What layer Two takes for the surface: of a flat cell the first plane where that is sufficient, else the lowest, whatever its
-/// groups, so that no point is in contact that is in none on layer Three; of another cell the plane of the first seed, whose word
+/// The plane that layer Two takes for the surface. A flat cell gives its first plane where that suffices, else the lowest of all
+/// groups, so that no point is in contact that is free on layer Three. Another cell gives the plane of its first seed, whose word
 /// counts where it says free and where the cell is inside.
 class CoarsePlanes {
 public:

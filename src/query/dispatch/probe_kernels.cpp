@@ -90,7 +90,7 @@ private:
         addressed_.count = 0;
     }
 
-    /// What is read next: planes of flat cells, eighths of divided ones.
+    /// Fetches the words that the next step reads: planes of flat cells, eighths of divided ones.
     HWY_INLINE void fetch_next(I cell, M occupied) const
     {
         const M divided = is_divided(cell, occupied), flat = is_flat(cell, occupied);
@@ -120,7 +120,7 @@ private:
         located_.count = 0;
     }
 
-    /// What the locator leaves open.
+    /// Marks the points that the locator does not prove free.
     HWY_NOINLINE void mark_reached(std::size_t first, M occupied) const
     {
         each_lane(occupied, [&](std::size_t i) { job_.reached[located_.point[first + i]] = 1; });

@@ -25,7 +25,8 @@ struct BoundLeaf {
     F bound;    // from the point to the surface, at least; may be negative
 };
 
-/// Of a point outside the root the outermost one towards it. @pre there is a tree
+/// The leaf of the tree of bounds that holds a point; for a point outside the root, the outermost leaf towards it. @pre
+/// there is a tree
 HWY_INLINE BoundLeaf find_leaf(const model::DistanceArrays<model::ArrayView>& arrays, const V3& p)
 {
     BoundLeaf leaf;

@@ -1,4 +1,4 @@
-// Whether any point of a probe is nearer than a reach: clusters that are farther by the tree of bounds are dropped whole.
+// Tests if any point of a probe is nearer than a reach. The tree of bounds drops whole clusters that are farther.
 #include "sqmap/query/distance.h"
 
 #include "query/distance/distance_kernels.h"

@@ -134,7 +134,7 @@ public:
         return has_tree_ && model::has_exact(model_) && answer.distance <= static_cast<double>(within_) * model_.header.unit;
     }
 
-    /// Of a point in model space.
+    /// Moves a point from model space to the caller's frame.
     Vec3d position_in_frame(Vec3f p) const { return apply(pose_, origin_of(model_) + model_.header.unit * cast<double>(p)); }
 
 private:
@@ -207,7 +207,7 @@ private:
         answer.status = k_ok;
     }
 
-    /// Of a direction in model space.
+    /// Turns a direction from model space to the caller's frame.
     Vec3d in_frame(Vec3f direction) const { return pose_.rotation * cast<double>(direction); }
 
     std::uint32_t triangle_of(std::int32_t entry) const
@@ -293,7 +293,7 @@ private:
         return true;
     }
 
-    /// What layer 3 knows of the surface above a point in the solid, then above one below what is nearest of that.
+    /// Layer 3 finds the surface above a point in the solid; the search repeats from a point just below the surface found.
     void approach(Vec3f p, Vec3f start, float& nearest, SignedDistance& answer) const
     {
         constexpr int k_rounds = 10;
@@ -334,7 +334,7 @@ private:
 
 namespace {
 
-/// Of a point of a body without a model.
+/// The answer for a body without a model.
 SignedDistance of_nothing(Vec3d point)
 {
     SignedDistance answer;

@@ -27,7 +27,7 @@ bool are_dense(const ModelView& model, std::span<const Vec3f> points)
             lo[k] = std::min(lo[k], p[k]);
             hi[k] = std::max(hi[k], p[k]);
         }
-    // Of the object's leaves those about the points, as though the surface were spread over its sphere.
+    // The number of the object's leaves near the points, as though the surface were spread evenly over the object's sphere.
     const Vec3f extent = hi - lo;
     const float share = std::max({extent.x, extent.y, extent.z}) / (2 * model.header.sphere[3]);
     const auto leaves = static_cast<float>(model::leaf_count(model.distance.header.entries));

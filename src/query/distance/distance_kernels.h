@@ -8,7 +8,7 @@
 
 namespace sqmap::query {
 
-/// What the triangles as near as the nearest say of the side that a point is on.
+/// The side of a point, as told by the triangles that tie for the nearest.
 enum SeenSide : std::uint32_t { k_seen_outside = 1, k_seen_inside = 2, k_seen_unclear = 4 };
 
 /// The nearest surface of a point, or a bound, which has a distance and a side.

@@ -94,7 +94,7 @@ public:
         points.unclear_sq[point] = nearest.unclear_sq;
     }
 
-    /// What was found of a packet's points from first on, a vector of them.
+    /// A vector of the answers of a packet's points, from first on.
     HWY_INLINE void finish(const PointPacket& points, std::size_t first, NearestSurface* found) const
     {
         const std::size_t count = std::min(points.count - first, hn::Lanes(df));

@@ -40,7 +40,7 @@ private:
     HWY_INLINE V3 load(const List& list, std::size_t i, I& index) const
     {
         index = hn::LoadU(di, list.index + i);
-        // What is behind the end of a list repeats a point that there is.
+        // Lanes beyond the end of a list repeat its last point.
         if (i + hn::Lanes(df) > list.count) index = blend(hn::FirstN(df, list.count - i), index, set_int(list.index[i]));
         return {hn::GatherIndex(df, points_.x, index), hn::GatherIndex(df, points_.y, index),
                 hn::GatherIndex(df, points_.z, index)};
@@ -64,7 +64,7 @@ private:
         for (std::size_t i = 0; i < hn::Lanes(df); ++i) children |= static_cast<std::uint32_t>(bits[i]);
         return children;
     }
-    /// Those of the level's list that go to a child.
+    /// The points of the level's list that descend to a child.
     HWY_INLINE void take(std::uint32_t level, std::uint32_t c, List& to) const
     {
         const List& list = lists_[level];
@@ -230,8 +230,8 @@ private:
         }
     }
 
-    /// Those of the level's list that go to a leaf and are still within reach of it: leaves before it may have brought their
-    /// surfaces nearer.
+    /// The points of the level's list that descend to a leaf and are still within reach of it: earlier leaves may have brought
+    /// their surfaces nearer.
     HWY_INLINE void take_near(std::uint32_t level, const LeafBoxes& boxes, std::uint32_t c, LeafList& to) const
     {
         const List& list = lists_[level];

@@ -50,7 +50,7 @@ public:
         const V3 again = beside(unit(side, norm(side)), along), across = unit(again, norm(again));
         const F c_u = dot(ac, along), c_v = hn::IfThenElseZero(has_area, dot(ac, across)), bc_u = hn::Sub(c_u, length);
         const F ac_length = norm(c_u, c_v), bc_length = norm(bc_u, c_v);
-        // Of a side without length any direction serves.
+        // For a side without length any direction serves.
         const auto over = [&](F v, F size, float otherwise)
                               HWY_ATTR { return blend(hn::Gt(size, tiny), hn::Div(v, hn::Max(size, tiny)), set(otherwise)); };
         const V3 normal = cross(along, across);
@@ -77,7 +77,7 @@ public:
         for (std::size_t k = 0; k < k_fields; ++k) hn::Store(values[k], df, columns_[k] + at);
     }
 
-    /// Where a point is in a triangle's frame.
+    /// The coordinates of a point in a triangle's frame.
     struct Foot {
         F u, v, height;
         F within_ac, within_bc;  // distance of the foot from these sides' lines, positive on the triangle's side

@@ -101,7 +101,7 @@ Nearest nearest_of(const Candidates& candidates, Vec3d p)
     return best;
 }
 
-/// Where on the way from p to q a triangle is met, from 0 to 1; above 1: nowhere. On its border counts.
+/// The fraction of the segment from p to q at which it meets a triangle, from 0 to 1; above 1: it meets none. Borders count.
 double meeting(Vec3d p, Vec3d q, const Piece& t)
 {
     constexpr double k_border = 1e-9;
@@ -113,8 +113,9 @@ double meeting(Vec3d p, Vec3d q, const Piece& t)
     return u >= -k_border && v >= -k_border && u + v <= 1 + k_border && along >= 0 ? along : 2;
 }
 
-/// Whether p is below what it sees where the boundary is nearest. Where two triangles meet, the sum of their normals tells.
-/// Elsewhere p looks a hair beside the nearest point, on to the triangle there that faces it most, and what is met first counts.
+/// True where p is below the face that it sees at the nearest boundary point. Where two triangles meet, the sum of their normals
+/// decides. Elsewhere p looks a hair beside the nearest point, on to the triangle there that faces it most, and what is met first
+/// counts.
 bool is_below(const Candidates& candidates, Vec3d p, const Nearest& nearest)
 {
     const double size = static_cast<double>(candidates.model.header.sphere[3]);

@@ -225,7 +225,7 @@ private:
             const V3 to_face = block_.to_face(k, q);
             const V3 offset = blend(q.above, to_face, to_edge);
             const F distance_sq = blend(q.above, dot(to_face, to_face), edge_sq);
-            // Of the triangles near this point alone, so that an answer does not depend on its neighbours.
+            // Only triangles near this point count, so that an answer does not depend on its neighbours.
             const M near_this = hn::Le(hn::Load(df, lower[k]), reach);
             const M level = hn::And(near_this, hn::Le(distance_sq, tie));
             // Clearly nearer than what was found before, whose side is forgotten.
@@ -254,8 +254,8 @@ private:
     HWY_NOINLINE void write(const V3& p, const std::int32_t* slots, std::size_t count, bool known_inside, const Nearest& nearest)
     {
         const M lanes = hn::FirstN(df, count);
-        // Where all that is nearest agrees on the side, it is right, whether a face, an edge or a corner is nearest: one of the
-        // faces there is what the point sees.
+        // The side is right where all nearest triangles agree on it, be it a face, an edge or a corner that is nearest: one of
+        // the faces there is what the point sees.
         const M open = known_inside ? none() : hn::And(lanes, hn::Or(nearest.unclear, hn::And(nearest.outside, nearest.inside)));
         const M inside = known_inside ? lanes : hn::AndNot(open, hn::AndNot(nearest.outside, lanes));
         const M candidates = hn::Or(inside, open);

@@ -1,4 +1,4 @@
-// Where points are in a model's locator, many at a time: the cell that holds a point, its planes, its seeds.
+// The locator, read for many points at a time: the cell that holds a point, its planes, its seeds.
 #if defined(SQMAP_QUERY_LOCATOR_LOCATE_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef SQMAP_QUERY_LOCATOR_LOCATE_INL_H
 #undef SQMAP_QUERY_LOCATOR_LOCATE_INL_H
@@ -79,7 +79,7 @@ public:
         I brick;    // index
         I within;   // of the cell in its brick, 0 of a deep one
     };
-    /// Where a lane's cell is written, before it is read.
+    /// The address of each lane's cell, known before the cell is read.
     struct Address {
         M free_brick, whole;  // whole: the brick is one cell, or free
         I gap_code;           // of free bricks
@@ -157,7 +157,7 @@ public:
         }
     }
 
-    /// Where it is free: a lower bound of the distance to the solid, in cells.
+    /// A lower bound of the distance from a point in a free cell to the solid, in cells.
     HWY_INLINE static F gap_of(const Located& found)
     {
         return hn::Sub(hn::Mul(to_float(found.gap_code), set(model::k_gap_step)), hn::Sqrt(dot(found.offset, found.offset)));
@@ -202,7 +202,7 @@ public:
         return planes;
     }
 
-    /// Where the search for a lane's nearest surface starts: at the only seed of its cell, or of a chain at the one that its
+    /// The start of a lane's search for its nearest surface: the only seed of its cell, or the seed of a chain that the point's
     /// octant names.
     struct SeedStart {
         SeedPlanes planes;
@@ -255,7 +255,7 @@ public:
         const F distance = hn::Sub(hn::Mul(hn::Mul(code, code), set(locator_.plane_reach / (k_max * k_max))), set(1.f));
         return {plane, hn::Sub(distance, hn::Mul(dot(n, offset), inverse_norm(n)))};
     }
-    /// What is lower, of a group that ends there.
+    /// Ends a group: its plane replaces the lowest so far where the point is less deep below it.
     static HWY_INLINE void close_group(const FlatPlanes& group, M which, FlatPlanes& lowest)
     {
         const M lower = hn::And(which, hn::Lt(group.gap, lowest.gap));

@@ -1,4 +1,4 @@
-// What a probe sets up outside the frame: the allocating half.
+// Constructors of probes, which allocate: they run outside the frame.
 #include "sqmap/query/probe.h"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// What the kernels of probe queries work on: plain data, set up once a query, the same for every instruction set.
+// The input of the kernels of probe queries: plain data, set up once a query, the same for every instruction set.
 #pragma once
 
 #include "query/caller_frame.h"
@@ -36,7 +36,7 @@ struct ProbeJob {
     float rotation[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, translation[3] = {}, scale = 1;
     bool finite = true;
 
-    /// Of a position in the probe.
+    /// Moves a position of the probe to model space.
     Vec3f in_model_space(Vec3f p) const
     {
         const float* r = rotation;

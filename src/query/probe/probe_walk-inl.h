@@ -37,7 +37,7 @@ public:
         }
         if (job_.points == 0 || is_far(job_.sphere[0], job_.sphere[1], job_.sphere[2], job_.sphere[3])) return;
         for (std::size_t first = 0; first < job_.groups; first += k_groups_at_once) {
-            // What their clusters' centres are in is fetched for all before it is read for one.
+            // The cells under all clusters' centres are fetched before the first of them is read.
             std::uint32_t near_groups = 0;
             const std::size_t end = std::min(job_.groups, first + k_groups_at_once);
             for (std::size_t g = first; g < end; ++g) {
@@ -160,13 +160,13 @@ public:
         e.p = posed({hn::LoadU(df, job_.x + slot), hn::LoadU(df, job_.y + slot), hn::LoadU(df, job_.z + slot)});
         e.in_cells = in_cells(e.p);
         e.in_grid = in_grid(e.in_cells);
-        // The padding of the last cluster is nobody.
+        // The last cluster is filled up with copies of its last point, which must not answer.
         if (slot + hn::Lanes(df) > job_.points)
             e.in_grid = hn::And(e.in_grid, hn::FirstN(df, job_.points > slot ? job_.points - slot : 0));
         return e;
     }
 
-    /// Those that are in cells which are not Free; those may be divided.
+    /// Points in cells that are not Free. Their cells may be divided.
     struct Entered {
         V3 p;  // model space
         Located at;

@@ -20,7 +20,7 @@ using namespace sqmap::HWY_NAMESPACE;
 
 constexpr std::size_t k_ahead = 16;  ///< clusters whose points are fetched early
 
-/// Of a cluster's values along an axis: lanes that hold the least and the greatest.
+/// Fills all lanes with the least and the greatest of a cluster's values along an axis.
 HWY_INLINE void extent(const float* v, F& least, F& greatest)
 {
     least = greatest = hn::LoadU(df, v);

@@ -16,7 +16,7 @@ constexpr float k_dropped = -1.f;  ///< depth of a contact that is left out
 class Grid {
 public:
     Grid(std::span<const PairContact> contacts, double distance, std::span<std::uint32_t> head, std::span<std::uint32_t> next)
-        : origin_(contacts.front().on_a), inverse_cell_(0.5 / distance), head_(head), next_(next)
+        : origin_(contacts.front().witness.on_a), inverse_cell_(0.5 / distance), head_(head), next_(next)
     {
         std::fill(head.begin(), head.end(), k_end);
         for (std::size_t i = contacts.size(); i-- > 0;) {
@@ -40,7 +40,7 @@ public:
     }
 
 private:
-    Vec3d cell_of(const PairContact& c) const { return inverse_cell_ * (c.on_a - origin_); }
+    Vec3d cell_of(const PairContact& c) const { return inverse_cell_ * (c.witness.on_a - origin_); }
     std::size_t slot(double x, double y, double z) const
     {
         const auto word = [](double v) { return static_cast<std::uint64_t>(static_cast<std::int64_t>(v)); };
@@ -81,7 +81,7 @@ std::size_t merge_mutual(std::span<PairContact> contacts, std::size_t split, con
         grid.each_near(c, [&](std::uint32_t i) {
             PairContact& other = many[i];
             if (other.mutual || other.depth == k_dropped || !(dot(c.normal, other.normal) >= rule.cosine)) return;
-            const double a_sq = norm_sq(c.on_a - other.on_a), b_sq = norm_sq(c.on_b - other.on_b);
+            const double a_sq = norm_sq(c.witness.on_a - other.witness.on_a), b_sq = norm_sq(c.witness.on_b - other.witness.on_b);
             if (!(a_sq <= distance_sq && b_sq <= distance_sq)) return;
             // Lists may be visited twice, and their order is the grid's: ties go to the first contact.
             if (a_sq + b_sq > least || (a_sq + b_sq == least && &other >= twin)) return;

@@ -13,7 +13,7 @@ namespace sqmap::query {
 
 namespace {
 
-/// Of the mesh that a body is about, in its own frame.
+/// The sphere about a body's mesh, in the body's own frame.
 Sphere local_sphere(const Body& body)
 {
     if (body.model == nullptr) return body.probe == nullptr ? Sphere{} : body.probe->sphere();
@@ -50,8 +50,7 @@ void PairQuery::add(const Body& touched, const Body& collider, Side vertex_of) n
         }
         const Vec3d surface = found.position(c), vertex = surface - static_cast<double>(c.depth) * cast<double>(c.normal);
         const bool of_b = vertex_of == Side::B;
-        out[result.contacts++] = {of_b ? surface : vertex,
-                                  of_b ? vertex : surface,
+        out[result.contacts++] = {{of_b ? surface : vertex, of_b ? vertex : surface},
                                   of_b ? c.normal : -c.normal,
                                   c.depth,
                                   c.index,

@@ -1,4 +1,4 @@
-// What pairs and scenes set up outside the frame: the allocating half.
+// Constructors of pairs and scenes, which allocate: they run outside the frame.
 #include "sqmap/query/scene.h"
 
 #include <algorithm>

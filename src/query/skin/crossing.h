@@ -1,4 +1,4 @@
-// What a point met on its way, beside what it met at the end: common to solids and skins.
+// The surface that a point crosses on its way and the surface at the end of its way: common to solids and skins.
 #pragma once
 
 #include "sqmap/query/swept.h"

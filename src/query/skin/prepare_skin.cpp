@@ -1,4 +1,4 @@
-// What skinned shapes set up outside the frame: the allocating half.
+// Constructors of skinned shapes, which allocate: they run outside the frame.
 #include "sqmap/query/skin.h"
 
 #include <algorithm>

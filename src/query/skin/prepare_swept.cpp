@@ -1,4 +1,4 @@
-// What a swept query sets up outside the frame: the allocating half.
+// Constructors of swept queries' workspaces, which allocate: they run outside the frame.
 #include "sqmap/query/swept.h"
 
 namespace sqmap::query {

@@ -15,7 +15,8 @@ namespace sqmap::query {
 namespace {
 
 constexpr std::uint32_t k_none = SkinLattice::k_none;
-/// Of a tetrahedron's side: what is that far outside belongs to both, so that rounding opens no gap; found twice, it counts once.
+/// Margin of a tetrahedron's side: a point that far outside belongs to both neighbours, so that rounding opens no gap. A position
+/// found twice counts once.
 constexpr double k_border = 1e-7, k_same = 1e-4;
 constexpr std::size_t k_at_once = 64;  ///< positions that one point is answered with at most
 constexpr double k_collapsed = 1e-9;   ///< times a cell: a tetrahedron of less volume holds nothing
@@ -44,7 +45,7 @@ Path path_of(const KuhnOrder& order, const std::array<std::uint32_t, 8>& corners
     return {p0, {p1 - p0, p2 - p1, p3 - p2}};
 }
 
-/// What takes positions of the bound cell to where the path's tetrahedron is.
+/// The map from positions of the bound cell to the path's tetrahedron.
 Affine local_of(const KuhnOrder& order, const Path& path, Vec3d lo, double cell)
 {
     Vec3d column[3];

@@ -21,7 +21,7 @@ HWY_INLINE ArcLanes blend(M m, const ArcLanes& yes, const ArcLanes& no)
 {
     return {blend(m, yes.c, no.c), blend(m, yes.s, no.s), blend(m, yes.nc, no.nc), blend(m, yes.ns, no.ns)};
 }
-/// Where a point is in a superellipse: the arc on its ray, and gauge times that is the point.
+/// A point in polar form: gauge times the point of the superellipse at the arc on the point's ray.
 struct ArcAndGauge {
     ArcLanes arc;
     F gauge;

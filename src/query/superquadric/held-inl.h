@@ -32,7 +32,7 @@ HWY_INLINE M holds(const SuperquadricLanes& sq, HeldLanes& point)
     return hn::Le(point.gauge, set(1.f + k_gauge_error));
 }
 
-/// Where the points' own rays leave the superquadric; model space.
+/// The surface points on the points' own rays from the superquadric's centre; model space.
 struct LeavingLanes {
     V3 point, normal;
     F distance;

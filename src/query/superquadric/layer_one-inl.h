@@ -27,7 +27,7 @@ public:
 
     bool is_full() const { return count_ > k_size - Probe::k_cluster; }
 
-    /// Those in the object's sphere: superquadrics reach beyond it.
+    /// Adds the points in the object's sphere. Superquadrics reach beyond the sphere, the solid does not.
     HWY_INLINE void add(const V3& p, I index, M which)
     {
         which = hn::And(which, in_sphere(model_.header.sphere, p));

@@ -97,7 +97,7 @@ public:
         return unit;
     }
 
-    /// Where the ray through an undeformed point leaves the surface, and F^(1/2) there.
+    /// The surface point on the ray through an undeformed point, and F^(1/2) there.
     HWY_INLINE PositionLanes through(const V3& unit, F& gauge) const
     {
         const ArcAndGauge longitude = longitude_.through(unit.x, unit.y);
@@ -125,7 +125,8 @@ public:
         return x;
     }
 
-    /// Where the omega tangent is too short to span the tangent plane, derivatives are those of a latitude beside the pole.
+    /// Derivatives near a pole: the omega tangent is too short there to span the tangent plane, so a latitude beside the pole
+    /// serves.
     HWY_INLINE JetLanes jet(PositionLanes at) const
     {
         constexpr float k_pole_margin = 2e-3f;

@@ -165,8 +165,8 @@ TEST(OneProjection, AnsweringPairsAndScenesFromAnotherStructureShows)
              {std::pair(pair(m.alone), pair(m.misled)), std::pair(scene(m.alone), scene(m.misled))}) {
             ASSERT_EQ(alone.size(), misled.size());
             for (std::size_t k = 0; k < alone.size(); ++k) {
-                EXPECT_EQ(alone[k].on_a, misled[k].on_a);
-                EXPECT_EQ(alone[k].on_b, misled[k].on_b);
+                EXPECT_EQ(alone[k].witness.on_a, misled[k].witness.on_a);
+                EXPECT_EQ(alone[k].witness.on_b, misled[k].witness.on_b);
                 EXPECT_EQ(alone[k].normal, misled[k].normal);
                 EXPECT_EQ(alone[k].depth, misled[k].depth);
             }

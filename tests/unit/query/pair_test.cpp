@@ -49,12 +49,13 @@ TEST(Pair, OverlappingSpheresAreAsDeepAsTheirCentresSay)
         EXPECT_GE(c.depth, overlap - 0.025);
         EXPECT_GE(dot(cast<double>(c.normal), direction), 0.98);
         for (const PairContact& each : contacts) {
-            const Vec3d vertex = each.vertex_of == Side::A ? each.on_a : each.on_b,
+            const Vec3d vertex = each.vertex_of == Side::A ? each.witness.on_a : each.witness.on_b,
                         other = each.vertex_of == Side::A ? b.pose.translation : position;
             EXPECT_NEAR(each.depth, 1 - norm(vertex - other), 0.01);
             EXPECT_GE(dot(cast<double>(each.normal), direction), 0.5);
             EXPECT_NEAR(norm(each.normal), 1.f, 1e-4f);
-            EXPECT_LE(norm(each.on_b - (each.on_a - static_cast<double>(each.depth) * cast<double>(each.normal))), 1e-5);
+            EXPECT_LE(norm(each.witness.on_b - (each.witness.on_a - static_cast<double>(each.depth) * cast<double>(each.normal))),
+                      1e-5);
         }
     }
 }
@@ -66,11 +67,11 @@ TEST(Pair, BoxesOverlapAlongTheirFaces)
     ASSERT_GT(contacts.size(), 10u);
     std::size_t seen = 0;
     for (const PairContact& c : contacts) {
-        if (std::abs(c.on_a.x) > 0.9 || std::abs(c.on_a.y) > 0.5) continue;  // near rounded edges
+        if (std::abs(c.witness.on_a.x) > 0.9 || std::abs(c.witness.on_a.y) > 0.5) continue;  // near rounded edges
         EXPECT_NEAR(c.depth, 0.1, 0.005);
         EXPECT_GE(c.normal.z, 0.99f);
-        EXPECT_NEAR(c.on_a.z, 0.6, 0.005);
-        EXPECT_NEAR(c.on_b.z, 0.5, 0.005);
+        EXPECT_NEAR(c.witness.on_a.z, 0.6, 0.005);
+        EXPECT_NEAR(c.witness.on_b.z, 0.5, 0.005);
         // The grids of both faces lie on each other.
         EXPECT_TRUE(c.mutual);
         ++seen;
@@ -100,7 +101,7 @@ TEST(Pair, ContactsAreThoseOfTheTwoFrames)
             const bool of_a = c.vertex_of == Side::A;
             const Body& body = of_a ? a : b;
             const Vec3d vertex = body.pose.rotation * (of_a ? ring : hand).mesh.vertices[c.index] + body.pose.translation;
-            EXPECT_LE(norm((of_a ? c.on_a : c.on_b) - vertex), 2e-4 * 1.3);
+            EXPECT_LE(norm((of_a ? c.witness.on_a : c.witness.on_b) - vertex), 2e-4 * 1.3);
         }
         EXPECT_EQ(found, expected);
         total += found.size();
@@ -123,7 +124,8 @@ TEST(Pair, SwappedBodiesGiveTheSameContactsTurnedRound)
         const auto key = [](const PairContact& c, bool turned) {
             const double sign = turned ? -1 : 1;
             return std::tuple(c.vertex_of == (turned ? Side::B : Side::A), c.index, c.depth, c.part, c.mutual, c.certain,
-                              (turned ? c.on_b : c.on_a).x, (turned ? c.on_a : c.on_b).y, static_cast<float>(sign) * c.normal.z);
+                              (turned ? c.witness.on_b : c.witness.on_a).x, (turned ? c.witness.on_a : c.witness.on_b).y,
+                              static_cast<float>(sign) * c.normal.z);
         };
         std::set<decltype(key(there[0], false))> first, second;
         for (const PairContact& c : there) first.insert(key(c, false));
@@ -174,8 +176,9 @@ TEST(Pair, MergingLeavesOutOnlyWhatADeeperTwinStandsFor)
             if (std::any_of(merged.begin(), merged.end(), [&](const PairContact& m) { return same(m, c); })) continue;
             ++dropped;
             EXPECT_TRUE(std::any_of(merged.begin(), merged.end(), [&](const PairContact& m) {
-                return m.mutual && m.vertex_of != c.vertex_of && m.depth >= c.depth && norm(m.on_a - c.on_a) <= distance &&
-                       norm(m.on_b - c.on_b) <= distance && dot(m.normal, c.normal) >= options.merge_cosine;
+                return m.mutual && m.vertex_of != c.vertex_of && m.depth >= c.depth &&
+                       norm(m.witness.on_a - c.witness.on_a) <= distance && norm(m.witness.on_b - c.witness.on_b) <= distance &&
+                       dot(m.normal, c.normal) >= options.merge_cosine;
             }));
         }
     }
@@ -203,7 +206,8 @@ TEST(Pair, MovingTheWorldMovesTheContacts)
             }
             ++common;
             EXPECT_NEAR(at->depth, c.depth, 1e-4f);
-            if (norm(at->on_a - (moved.rotation * c.on_a + moved.translation)) > 1e-2) continue;  // two surfaces equally near
+            if (norm(at->witness.on_a - (moved.rotation * c.witness.on_a + moved.translation)) > 1e-2)
+                continue;  // two surfaces equally near
             if (c.depth > 1e-2f) {
                 EXPECT_GE(dot(cast<double>(at->normal), moved.rotation * cast<double>(c.normal)), 0.99);
             }

@@ -103,7 +103,7 @@ TEST(Scene, ContactsAreThoseOfThePairs)
         ASSERT_EQ(p.count, alone.contacts.size());
         for (std::size_t i = 0; i < p.count; ++i) {
             EXPECT_EQ(contacts[p.first + i].index, alone.contacts[i].index);
-            EXPECT_EQ(contacts[p.first + i].on_a, alone.contacts[i].on_a);
+            EXPECT_EQ(contacts[p.first + i].witness.on_a, alone.contacts[i].witness.on_a);
             EXPECT_EQ(contacts[p.first + i].depth, alone.contacts[i].depth);
         }
         total += p.count;

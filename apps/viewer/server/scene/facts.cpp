@@ -3,7 +3,7 @@
 #include "common/hash_text.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/io/model_json.h"
-#include "sqmap/model/doubt.h"
+#include "sqmap/model/reliability.h"
 #include "viewer/server/scene/edits.h"
 
 #include <cmath>

@@ -1,7 +1,7 @@
 #include "viewer/server/touch/forces.h"
 
 #include "sqmap/mesh/shapes.h"
-#include "sqmap/model/doubt.h"
+#include "sqmap/model/reliability.h"
 #include "viewer/server/touch/tool.h"
 
 #include <algorithm>

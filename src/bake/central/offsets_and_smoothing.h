@@ -1,4 +1,4 @@
-// What a central map stores beside its base samples: offsets against tunnelling, and terms that smooth it.
+// The two arrays beside a central map's base samples: offsets against tunnelling, and terms that smooth the map.
 #pragma once
 
 #include "bake/central/central_map.h"

@@ -1,4 +1,4 @@
-#include "beside.h"
+#include "offsets_and_smoothing.h"
 
 #include "model/central_cells.h"
 #include "model/chart.h"

@@ -1,4 +1,4 @@
-// What the exact layer keeps beside a flat cell's planes.
+// The rise of the solid above a flat cell's planes, which the exact layer keeps.
 #pragma once
 
 #include "bake/locator/clip_to_cube.h"
