@@ -5,11 +5,9 @@
 #include "clock.h"
 #include "distance_grid.h"
 #include "measure.h"
-#include "sqmap/bake/bake.h"
+#include "sqmap/bake_mesh.h"
 #include "sqmap/io/model_file.h"
-#include "sqmap/io/read.h"
 #include "sqmap/io/replace_file.h"
-#include "sqmap/mesh/admit.h"
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/query/pair.h"
 #include "sqmap/sim/walker.h"
@@ -404,16 +402,15 @@ int sqmap::bench::measure_cloth(int argc, char** argv)
     }
     for (const char* file : models) {
         if (!wanted("blanket")) break;
-        const io::ReadResult read = io::read_mesh_file(file);
-        const mesh::AdmitResult gate = mesh::admit({read.soup.positions, read.soup.polygon_offsets, read.soup.indices});
-        if (read.error || gate.admission == mesh::Admission::Refused || !gate.solid) {
+        const AdmittedMesh admitted = admit_mesh(file);
+        if (admitted.refused() || !admitted.solid) {
             std::fprintf(stderr, "%s: no closed mesh\n", file);
             return 2;
         }
         std::vector<Part> parts(1);
-        parts[0].mesh = gate.mesh;
+        parts[0].mesh = admitted.mesh;
         fill(parts[0], k_samples, own);
-        Vec3d lo = gate.facts.box.lo, hi = gate.facts.box.hi;
+        Vec3d lo = admitted.facts.box.lo, hi = admitted.facts.box.hi;
         const double height = hi.y - lo.y, side = 0.6 * std::max(hi.x - lo.x, hi.z - lo.z);
         sim::Cloth cloth(sim::sheet({Vec3d{0.5 * (lo.x + hi.x), hi.y + 0.02 * height, 0.5 * (lo.z + hi.z)} + shift, side, side, 0,
                                      0, vertices}),

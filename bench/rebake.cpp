@@ -2,8 +2,7 @@
 #include "sqmap/bake/rebake.h"
 #include "measure.h"
 #include "sqmap/bake/evaluate.h"
-#include "sqmap/io/read.h"
-#include "sqmap/mesh/admit.h"
+#include "sqmap/bake_mesh.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/solid.h"
 
@@ -63,24 +62,21 @@ int sqmap::bench::measure_rebake(int argc, char** argv)
     }
     if (first >= argc) return k_wrong_usage;
     for (int i = first; i < argc; ++i) {
-        const io::ReadResult read = io::read_mesh_file(argv[i]);
-        if (read.error) return 2;
-        const mesh::AdmitResult gate = mesh::admit({read.soup.positions, read.soup.polygon_offsets, read.soup.indices});
-        if (gate.admission == mesh::Admission::Refused) return 2;
-        bake::BakeOptions options;
-        options.threads = 1;
-        const bake::BakeResult baked = bake::bake(gate.mesh, true, options);
+        const AdmittedMesh admitted = admit_mesh(argv[i]);
+        if (admitted.refused()) return 2;
+        const BakedModel baked = bake_mesh(admitted, {.bake = {.threads = 1}});
+        const mesh::Mesh& mesh = baked.mesh.mesh;
         double whole = 0;
-        std::printf("%s: %zu triangles, %zu parts; bake", argv[i], gate.mesh.triangles.size(), baked.model.parts.size());
+        std::printf("%s: %zu triangles, %zu parts; bake", argv[i], mesh.triangles.size(), baked.model.parts.size());
         for (const auto& [stage, seconds] : baked.report.seconds) {
             std::printf(" %s %.0f", stage.c_str(), 1e3 * seconds);
             whole += seconds;
         }
         std::printf(" ms, all %.0f ms\n", 1e3 * whole);
-        const double r_max = mesh::largest_vertex_distance(gate.mesh);
+        const double r_max = mesh::largest_vertex_distance(mesh);
         std::vector<double> totals;
         for (std::uint32_t part = 0; part < baked.model.parts.size(); ++part) {
-            const std::vector<Vec3d> moved = bent(gate.mesh, baked.report.partition, part, move * r_max);
+            const std::vector<Vec3d> moved = bent(mesh, baked.report.partition, part, move * r_max);
             const bake::RebakeResult again = bake::rebake(baked.model, moved, {.fineness = baked.report.fineness, .threads = 1});
             double sum = 0;
             std::printf("  part %2u: %5zu triangles moved, %2zu maps, %zu fitted;", part, again.report.changed_triangles,
@@ -90,7 +86,7 @@ int sqmap::bench::measure_rebake(int argc, char** argv)
                 sum += seconds;
             }
             totals.push_back(sum);
-            mesh::Mesh posed = gate.mesh;
+            mesh::Mesh posed = mesh;
             for (std::size_t v = 0; v < moved.size(); ++v)
                 posed.vertices[v] = cast<double>(model::to_model_space(baked.model.header, moved[v]));
             const mesh::Solid solid(posed, mesh::find_self_intersections(posed).crossed);

@@ -1,8 +1,7 @@
 #include "setting.h"
 
 #include "error.h"
-#include "sqmap/io/read.h"
-#include "sqmap/mesh/admit.h"
+#include "sqmap/bake_mesh.h"
 
 #include <algorithm>
 #include <utility>
@@ -28,17 +27,14 @@ Setting::Setting(mesh::Mesh object_mesh, mesh::Mesh probe_mesh, std::vector<std:
 std::unique_ptr<Setting> load_setting(const Files& files)
 {
     const auto load = [](const std::filesystem::path& path, bool surface) {
-        const auto refuse = [&](const std::string& code, const auto& why) {
-            throw BenchError(path.string() + ": " + code + " at " + why.element + ": " + why.message + "\n  cure: " + why.cure);
-        };
-        const io::ReadResult read = io::read_mesh_file(path);
-        if (read.error) refuse(read.error->code, *read.error);
-        mesh::AdmitResult gate = mesh::admit({read.soup.positions, read.soup.polygon_offsets, read.soup.indices},
-                                             {.repair = mesh::Repair::Safe, .accept_surface = surface});
-        if (gate.admission == mesh::Admission::Refused) refuse(mesh::name_of(gate.diagnosis.code), gate.diagnosis);
-        return gate;
+        AdmittedMesh mesh = admit_mesh(path, {.admit = {.repair = mesh::Repair::Safe, .accept_surface = surface}});
+        const mesh::Diagnosis& d = mesh.diagnosis;
+        if (mesh.refused())
+            throw BenchError(path.string() + ": " + mesh::name_of(d.code) + " at " + d.element + ": " + d.message +
+                             "\n  cure: " + d.cure.text());
+        return mesh;
     };
-    mesh::AdmitResult object = load(files.object, false);
+    AdmittedMesh object = load(files.object, false);
     return std::make_unique<Setting>(std::move(object.mesh), load(files.probe, true).mesh, std::move(object.crossed));
 }
 

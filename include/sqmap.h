@@ -99,6 +99,9 @@ typedef enum sqmap_repair {
 /// Called with a stage's name and how much of it is done, 0 to 1, on the thread that bakes. Not zero: stop.
 typedef int32_t (*sqmap_progress)(void* context, const char* stage, double done);
 
+/// Whose names of settings stand in notes and cures; programs in C leave it at zero.
+enum sqmap_words { SQMAP_WORDS_C = 0, SQMAP_WORDS_PYTHON = 1, SQMAP_WORDS_JAVASCRIPT = 2 };
+
 /// How to bake. Zero: the default of sqmap bake.
 typedef struct sqmap_bake_options {
     size_t size;
@@ -114,6 +117,7 @@ typedef struct sqmap_bake_options {
     sqmap_progress progress;  ///< may be null
     void* progress_context;
     const char* source;  ///< what sqmap_info names as the model's source; may be null
+    int32_t words;       ///< sqmap_words: how notes and cures write these members
 } sqmap_bake_options;
 
 /// Facts of a model; lengths in mesh units.
@@ -153,7 +157,7 @@ SQMAP_API sqmap_code sqmap_bytes(sqmap_model model, const void** bytes, size_t* 
 SQMAP_API sqmap_code sqmap_model_facts(sqmap_model model, sqmap_facts* facts);
 /// All that `sqmap info --json` prints: parts, certificates, bytes, measured error.
 SQMAP_API sqmap_code sqmap_info(sqmap_model model, sqmap_text* json);
-/// What the gate said of the mesh that was baked, a line each; empty of a model that was opened.
+/// Notes about the mesh that was baked and about its model, a line each; empty of a model that was opened.
 SQMAP_API sqmap_code sqmap_notes(sqmap_model model, sqmap_text* lines);
 /// The baked triangles, in the order to which answers refer: vertices (sqmap_facts.vertices x 3), triangles and the part of each
 /// (sqmap_facts.triangles x 3 and x 1); each may be null. Errors: E_MISSING without the exact layer.

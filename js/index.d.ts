@@ -107,7 +107,7 @@ export class Model {
   readonly facts: Facts;
   /** All that `sqmap info --json` prints. */
   readonly info: Record<string, unknown>;
-  /** What the gate said of the mesh that was baked. */
+  /** Repairs, how far they moved the surface and warnings of the bake. */
   readonly notes: string[];
   /** The baked triangles and the part of each. @throws SqmapError of a model without them */
   readonly mesh: {vertices: Float64Array; triangles: Uint32Array; parts: Int32Array};

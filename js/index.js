@@ -378,7 +378,7 @@ class Sqmap {
       thickness: number(thickness, "options.thickness"), maxParts: number(maxParts, "options.maxParts"),
       projection: projection === "normal" ? 1 : 0, repair: member(repairs, repair, "options.repair"),
       acceptsSurface: surface ? 1 : 0, withoutExact: exact ? 0 : 1, threads: 1, progress: called,
-      source: source === undefined ? 0 : c.text(source),
+      source: source === undefined ? 0 : c.text(source), words: 2,  // names of these options in messages
     });
     try {
       bake(settings, handle);

@@ -3,6 +3,7 @@
 #include "batch/child.h"
 #include "batch/manifest.h"
 #include "batch/text.h"
+#include "common/program_words.h"
 #include "common/render/pictures.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/io/model_json.h"
@@ -57,11 +58,11 @@ void say(int channel, const std::string& line)
 }
 
 /// Draws the model that output holds, as a PNG; empty where there is nothing to draw.
-std::string drawn(const app::LoadedMesh& loaded, int output)
+std::string drawn(const mesh::Mesh& mesh, int output)
 try {
     io::MappedModel model("/proc/self/fd/" + std::to_string(output));
     const bool has_triangles = model::has_exact(model.view());
-    const app::Subject subject = app::subject_of_model(std::move(model), has_triangles ? nullptr : &loaded.mesh);
+    const app::Subject subject = app::subject_of_model(std::move(model), has_triangles ? nullptr : &mesh);
     // One thread, because the driver starts a process for each core. Few sky rays, because 96 rays a vertex take a quarter of the
     // time in which a large mesh is baked.
     app::View view{.width = 160, .height = 120, .samples = 2, .sky_rays = 16, .threads = 1};
@@ -78,12 +79,12 @@ struct Baked {
     std::string sha256, picture;
 };
 
-ordered_json outcome_of(const app::LoadedMesh& loaded, const bake::BakeResult& baked, std::size_t bytes)
+ordered_json outcome_of(const BakedModel& baked, std::size_t bytes)
 {
     ordered_json out;
-    out["verdict"] = lower(app::verdict_name(loaded.verdict));
-    out["format"] = loaded.format;
-    out["notes"] = app::notes_of(loaded);
+    out["verdict"] = lower(mesh::name_of(baked.mesh.admission));
+    out["format"] = baked.mesh.format;
+    out["notes"] = app::notes_of(baked.mesh);
     out["moved"] = ordered_json::parse(io::cure_json(baked.model.cure));
     out["triangles"] = baked.model.header.triangle_count;
     out["r_max"] = baked.model.header.r_max * baked.model.header.unit;
@@ -102,19 +103,15 @@ Baked refused(const Fault& fault)
 
 Baked baked(const Source& source, const Settings& settings, int output)
 {
-    const app::LoadedMesh loaded = source.bytes ? app::load_mesh(*source.bytes, source.file.string(), settings.load)
-                                                : app::load_mesh(source.file, settings.load);
-    const app::Diagnosis& d = loaded.diagnosis;
-    if (loaded.refused()) return refused({d.code, d.element, d.message, d.cure});
-    bake::BakeOptions options = settings.bake;
-    options.threads = 1;
-    options.cured = bake::cured(loaded.verdict, loaded.made_up, loaded.deviation);
-    bake::BakeResult result = bake::bake(loaded.mesh, loaded.solid, options);
-    result.model.made_by = settings.made_by;
-    const std::vector<std::byte> model = io::serialize(result.model);
+    BakeMeshOptions options{
+        .mesh = settings.load, .bake = settings.bake, .provenance = {.made_by = settings.made_by, .source = ""}};
+    options.bake.threads = 1;
+    const MeshInput input = source.bytes ? MeshInput(MeshBytes{*source.bytes, source.file.string()}) : MeshInput(source.file);
+    const BakedModel result = bake_mesh(input, options);
+    const std::vector<std::byte> model = result.bytes();
     if (!write_all(output, text_of(model))) end_for_output();
-    return {outcome_of(loaded, result, model.size()), model.size(), sha256(text_of(model)),
-            settings.pictures ? drawn(loaded, output) : ""};
+    return {outcome_of(result, model.size()), model.size(), sha256(text_of(model)),
+            settings.pictures ? drawn(result.mesh.mesh, output) : ""};
 }
 
 Baked baked_or_refused(const Source& source, const Settings& settings, int output)
@@ -123,7 +120,7 @@ Baked baked_or_refused(const Source& source, const Settings& settings, int outpu
         return baked(source, settings, output);
     } catch (const mesh::RefusedMesh& e) {
         const mesh::Diagnosis& d = e.diagnosis();
-        return refused({mesh::name_of(d.code), d.element, d.message, d.cure});
+        return refused({mesh::name_of(d.code), d.element, d.message, d.cure.text(app::k_program_settings)});
     } catch (const mesh::Error& e) {
         return refused({"E_BAKE", "mesh", e.what(), "report it, with the file"});
     }

@@ -2,8 +2,7 @@
 #pragma once
 
 #include "batch/row.h"
-#include "common/load_mesh.h"
-#include "sqmap/bake/bake.h"
+#include "sqmap/bake_mesh.h"
 
 #include <cstddef>
 #include <filesystem>
@@ -15,7 +14,7 @@ namespace sqmap::batch {
 
 /// The settings of a bake, which are the same for every item of a library.
 struct Settings {
-    app::LoadOptions load;
+    MeshOptions load;
     bake::BakeOptions bake;
     std::string made_by;  ///< program and version, as models name them
     std::string options;  ///< every option that may change a model or its picture, as text

@@ -1,6 +1,6 @@
 #include "common/reports.h"
 
-#include "sqmap/model/reliability.h"
+#include "common/program_words.h"
 
 #include <cstdio>
 
@@ -40,13 +40,9 @@ ordered_json evaluation_json(const bake::Evaluation& e)
         {"frame", {{"missed", e.missed}, {"false_contacts", e.false_contacts}, {"depth_percent", distribution_json(e.depth)}}}};
 }
 
-void print_doubt(const model::Measured& m, bool has_exact)
+void print_doubt(const model::ModelView& model)
 {
-    const char* const cure = has_exact ? "use the exact layer, as auto and the page do" : "bake it with --exact";
-    if (model::has_wrong_verdicts(m))
-        std::printf("W_LAYER3: %u of %u points on the wrong side on layer 3: %s\n", m.missed + m.false_contacts, m.points, cure);
-    else if (model::is_doubtful(m))
-        std::printf("W_LAYER3: depths of layer 3 have a 99th percentile of %.3f %%: %s\n", m.depth_p99, cure);
+    if (const std::optional<Note> doubt = doubt_of(model)) std::printf("%s\n", words(*doubt, k_program_settings).c_str());
 }
 
 const char* rung_suffix(const model::Cure& c)

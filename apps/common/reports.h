@@ -10,7 +10,7 @@ namespace sqmap::app {
 
 [[nodiscard]] nlohmann::ordered_json evaluation_json(const bake::Evaluation& evaluation);
 /// The line that comes first of a model that may not be relied on below the exact layer; nothing of another.
-void print_doubt(const model::Measured& measured, bool has_exact);
+void print_doubt(const model::ModelView& model);
 void print_measured(const model::Measured& measured);
 /// ", CLOSED" or ", WRAPPED", for a first line; empty otherwise.
 [[nodiscard]] const char* rung_suffix(const model::Cure& cure);

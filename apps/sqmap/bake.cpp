@@ -1,7 +1,8 @@
-#include "sqmap/bake/bake.h"
+#include "sqmap/bake_mesh.h"
 
 #include "bake_options.h"
 #include "commands.h"
+#include "common/program_words.h"
 #include "common/reports.h"
 #include "load_options.h"
 #include "sqmap/io/model_file.h"
@@ -29,7 +30,7 @@ void show_progress(const char* stage, double done)
     std::fflush(stderr);
 }
 
-ordered_json report_json(const bake::BakeResult& baked, const LoadedMesh& loaded)
+ordered_json report_json(const BakedModel& baked)
 {
     ordered_json out;
     out["parts"] = ordered_json::array();
@@ -45,8 +46,8 @@ ordered_json report_json(const bake::BakeResult& baked, const LoadedMesh& loaded
                                 {"map_bytes", p.map_bytes}});
     for (const auto& [stage, seconds] : baked.report.seconds) out["cpu_seconds"][stage] = seconds;
     out["target_met"] = baked.report.target_met;
-    out["verdict"] = verdict_name(loaded.verdict);
-    out["notes"] = notes_of(loaded);
+    out["verdict"] = mesh::name_of(baked.mesh.admission);
+    out["notes"] = notes_of(baked.mesh);
     out["cure"] = ordered_json::parse(io::cure_json(baked.model.cure));
     out["measured"] = ordered_json::parse(io::measured_json(baked.model.measured));
     return out;
@@ -54,34 +55,30 @@ ordered_json report_json(const bake::BakeResult& baked, const LoadedMesh& loaded
 
 struct Options {
     std::string mesh, model, report;
-    LoadOptions load;
+    MeshOptions load;
     BakeSettings bake;
     std::string given;  ///< the options that change the model, as they were given
 };
 
 /// @throw io::ModelFileError
-void write(bake::BakeResult& baked, const LoadedMesh& loaded, const Options& o)
+void write(const BakedModel& baked, const Options& o)
 {
-    baked.model.made_by = "sqmap " SQMAP_VERSION;
-    baked.model.source = std::filesystem::path(o.mesh).filename().string();
-    baked.model.options = o.given;
     // The report first: where it cannot be written, no model is left behind either.
     if (!o.report.empty()) {
-        const std::string text = report_json(baked, loaded).dump(2) + '\n';
+        const std::string text = report_json(baked).dump(2) + '\n';
         io::replace_file(o.report, std::as_bytes(std::span(text)));
     }
-    io::write_model(baked.model, o.model);
+    baked.save(o.model);
 }
 
-void print(const bake::BakeResult& baked, const Options& o)
+void print(const BakedModel& baked, const Options& o)
 {
     const std::size_t bytes = std::filesystem::file_size(o.model);
     double seconds = 0;
     for (const auto& [stage, s] : baked.report.seconds) seconds += s;
-    print_doubt(baked.model.measured, model::has_exact(baked.model.view()));
-    if (baked.model.measured.depth_p99 > o.bake.bake.target_error)
-        std::printf("W_TARGET: target error of %g %% not reached: the best model found has %.3f %%\n", o.bake.bake.target_error,
-                    baked.model.measured.depth_p99);
+    print_doubt(baked.view());
+    for (const Note& note : baked.notes)
+        if (std::holds_alternative<OffTargetNote>(note)) std::printf("%s\n", words(note, k_program_settings).c_str());
     std::printf("%s: %zu parts, %.0f kB, baked in %.2f s of CPU time\n", o.model.c_str(), baked.report.parts.size(),
                 static_cast<double>(bytes) / 1000, seconds);
     print_measured(baked.model.measured);
@@ -92,19 +89,20 @@ int run(const Options& o)
     try {
         io::refuse_to_replace(o.model, {o.mesh});
         io::refuse_to_replace(o.report, {o.mesh});
-        const LoadedMesh loaded = load_mesh(o.mesh, o.load);
+        AdmittedMesh loaded = admit_mesh(o.mesh, o.load);
         if (loaded.refused() || !loaded.repairs.empty() || !loaded.warnings.empty())
             std::fprintf(loaded.refused() ? stderr : stdout, "%s: %s", o.mesh.c_str(), report(loaded).c_str());
         if (loaded.refused()) return 2;
-        bake::BakeOptions options = bake_options(o.bake);
-        options.progress = show_progress;
-        options.cured = bake::cured(loaded.verdict, loaded.made_up, loaded.deviation);
-        bake::BakeResult baked = bake::bake(loaded.mesh, loaded.solid, options);
-        write(baked, loaded, o);
+        BakeMeshOptions options{.bake = bake_options(o.bake),
+                                .provenance = {.made_by = "sqmap " SQMAP_VERSION, .options = o.given}};
+        options.bake.progress = show_progress;
+        const BakedModel baked = bake_mesh(std::move(loaded), options);
+        write(baked, o);
         print(baked, o);
         return 0;
     } catch (const mesh::RefusedMesh& e) {
-        std::fprintf(stderr, "%s: REFUSED %s\n  cure: %s\n", o.mesh.c_str(), e.what(), e.diagnosis().cure.c_str());
+        std::fprintf(stderr, "%s: REFUSED %s\n  cure: %s\n", o.mesh.c_str(), e.what(),
+                     e.diagnosis().cure.text(k_program_settings).c_str());
     } catch (const mesh::Error& e) {
         std::fprintf(stderr, "%s: %s\n", o.mesh.c_str(), e.what());
     } catch (const io::ModelFileError& e) {

@@ -32,7 +32,7 @@ struct Options {
     batch::Caps caps;
     batch::ProgressMode progress = batch::ProgressMode::Auto;
     bool no_pictures = false;
-    LoadOptions load;
+    MeshOptions load;
     BakeSettings bake;
 };
 

@@ -1,4 +1,5 @@
 #include "commands.h"
+#include "common/program_words.h"
 #include "load_options.h"
 
 #include <unistd.h>
@@ -33,23 +34,24 @@ std::string dumped(const ordered_json& j, int indent)
     return j.dump(indent, ' ', false, ordered_json::error_handler_t::replace);
 }
 
-ordered_json as_json(const std::string& file, const LoadedMesh& loaded)
+ordered_json as_json(const std::string& file, const AdmittedMesh& loaded)
 {
     const bool refused = loaded.refused();
     const auto text_or_null = [&](const std::string& text) { return refused ? ordered_json(text) : ordered_json(nullptr); };
     ordered_json out{{"file", file},
                      {"format", loaded.format.empty() ? ordered_json(nullptr) : ordered_json(loaded.format)},
-                     {"verdict", verdict_name(loaded.verdict)},
-                     {"code", text_or_null(loaded.diagnosis.code)},
+                     {"verdict", mesh::name_of(loaded.admission)},
+                     {"code", text_or_null(mesh::name_of(loaded.diagnosis.code))},
                      {"element", text_or_null(loaded.diagnosis.element)},
                      {"message", text_or_null(loaded.diagnosis.message)},
-                     {"cure", text_or_null(loaded.diagnosis.cure)},
+                     {"cure", text_or_null(loaded.diagnosis.cure.text(k_program_settings))},
                      {"repairs", ordered_json::array()},
                      {"warnings", ordered_json::array()}};
     for (const mesh::RepairNote& r : loaded.repairs)
         out["repairs"].push_back({{"kind", mesh::name_of(r.kind)}, {"count", r.count}});
     for (const mesh::Warning& w : loaded.warnings)
-        out["warnings"].push_back({{"code", mesh::name_of(w.kind)}, {"count", w.count}, {"message", w.message}});
+        out["warnings"].push_back(
+            {{"code", mesh::name_of(w.kind)}, {"count", w.count}, {"message", mesh::words(w, k_program_settings)}});
     if (loaded.deviation) {
         out["moved"] = {{"input_to_result", as_json(loaded.deviation->input_to_result)},
                         {"result_to_input", as_json(loaded.deviation->result_to_input)},
@@ -74,7 +76,7 @@ ordered_json as_json(const std::string& file, const LoadedMesh& loaded)
     return out;
 }
 
-void print(const std::string& file, const LoadedMesh& loaded)
+void print(const std::string& file, const AdmittedMesh& loaded)
 {
     std::printf("%s: %s", file.c_str(), report(loaded).c_str());
     if (loaded.refused()) return;
@@ -112,30 +114,31 @@ std::vector<fs::path> meshes_below(const fs::path& folder)
     return out;
 }
 
-/// As load_mesh, but whatever is thrown becomes the file's own refusal.
-LoadedMesh loaded_anyhow(const fs::path& path, const LoadOptions& options)
+/// As admit_mesh, but whatever is thrown becomes the file's own refusal.
+AdmittedMesh admitted_anyhow(const fs::path& path, const MeshOptions& options)
 {
-    LoadedMesh out;
+    AdmittedMesh out;
     try {
-        return load_mesh(path, options);
+        return admit_mesh(path, options);
     } catch (const std::bad_alloc&) {
-        out.diagnosis = {"E_LIMIT", "file", "it does not fit into memory", "lower --max-bytes or --max-faces"};
+        out.diagnosis = {mesh::Refusal::Limit, "file", "it does not fit into memory", "lower --max-bytes or --max-faces"};
     } catch (const std::exception& e) {
-        out.diagnosis = {"E_INTERNAL", "file", e.what(), "report it, with the file"};
+        out.diagnosis = {mesh::Refusal::Internal, "file", e.what(), "report it, with the file"};
     }
     return out;
 }
 
-std::string done_to(const LoadedMesh& loaded)
+std::string done_to(const AdmittedMesh& loaded)
 {
-    if (loaded.refused()) return loaded.diagnosis.code + " at " + loaded.diagnosis.element + ": " + loaded.diagnosis.message;
+    if (loaded.refused())
+        return mesh::name_of(loaded.diagnosis.code) + (" at " + loaded.diagnosis.element + ": " + loaded.diagnosis.message);
     std::string out;
     for (const mesh::RepairNote& r : loaded.repairs)
         out += (out.empty() ? "" : ", ") + std::string(mesh::name_of(r.kind)) + " " + std::to_string(r.count);
     return out;
 }
 
-void print_row(const std::string& file, const LoadedMesh& loaded, double seconds)
+void print_row(const std::string& file, const AdmittedMesh& loaded, double seconds)
 {
     char moved[32] = "-", made_up[32] = "-";
     if (loaded.deviation) {
@@ -143,13 +146,13 @@ void print_row(const std::string& file, const LoadedMesh& loaded, double seconds
         std::snprintf(moved, sizeof moved, "%.3f", 100 * loaded.deviation->input_to_result.p99 / r_max);
         std::snprintf(made_up, sizeof made_up, "%.1f", 100 * loaded.deviation->made_up_share);
     }
-    std::printf("%-8s %9llu %8s %8s %7.2f  %s%s%s\n", verdict_name(loaded.verdict),
+    std::printf("%-8s %9llu %8s %8s %7.2f  %s%s%s\n", mesh::name_of(loaded.admission),
                 static_cast<unsigned long long>(loaded.facts.triangle_count), moved, made_up, seconds, file.c_str(),
                 done_to(loaded).empty() ? "" : ": ", done_to(loaded).c_str());
     std::fflush(stdout);
 }
 
-int check_folder(const fs::path& folder, const LoadOptions& options, bool json)
+int check_folder(const fs::path& folder, const MeshOptions& options, bool json)
 {
     const std::vector<fs::path> files = meshes_below(folder);
     const bool shows_progress = ::isatty(STDERR_FILENO) != 0;
@@ -159,9 +162,9 @@ int check_folder(const fs::path& folder, const LoadOptions& options, bool json)
         const std::string file = fs::relative(files[i], folder).string();
         if (shows_progress) std::fprintf(stderr, "\r%zu of %zu %-40.40s\r", i + 1, files.size(), file.c_str());
         const auto start = std::chrono::steady_clock::now();
-        const LoadedMesh loaded = loaded_anyhow(files[i], options);
+        const AdmittedMesh loaded = admitted_anyhow(files[i], options);
         const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-        ++counts[verdict_name(loaded.verdict)];
+        ++counts[mesh::name_of(loaded.admission)];
         if (json) {
             ordered_json line = as_json(file, loaded);
             line["seconds"] = seconds;
@@ -185,7 +188,7 @@ void add_check(CommandLine& line)
 {
     struct Options {
         std::string file;
-        LoadOptions load;
+        MeshOptions load;
         bool json = false;
     };
     const auto options = std::make_shared<Options>();
@@ -200,7 +203,7 @@ void add_check(CommandLine& line)
     command.footer("Exit code: 0 usable, 2 refused (of a folder: some file), 64 wrong usage, 70 internal error.");
     command.run([options] {
         if (fs::is_directory(options->file)) return check_folder(options->file, options->load, options->json);
-        const LoadedMesh loaded = load_mesh(options->file, options->load);
+        const AdmittedMesh loaded = admit_mesh(options->file, options->load);
         if (options->json)
             std::printf("%s\n", dumped(as_json(options->file, loaded), 2).c_str());
         else

@@ -1,8 +1,8 @@
 #include "commands.h"
 #include "common/layer_name.h"
+#include "common/program_words.h"
 #include "common/reports.h"
 #include "load_options.h"
-#include "sqmap/bake/bake.h"
 #include "sqmap/bake/evaluate.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/mesh/self_intersection.h"
@@ -52,7 +52,7 @@ void print(const char* layer, const bake::Evaluation& e)
 struct Options {
     std::string model, mesh, layer = "all";
     bake::EvaluateOptions evaluate;
-    LoadOptions load;
+    MeshOptions load;
     bool json = false;
 };
 
@@ -99,7 +99,7 @@ void measure(const model::ModelView& m, const mesh::Mesh& mesh, const Options& o
 
 int run(const Options& o)
 {
-    const LoadedMesh loaded = load_mesh(o.mesh, o.load);
+    const AdmittedMesh loaded = admit_mesh(o.mesh, o.load);
     if (loaded.refused()) {
         std::fprintf(stderr, "%s: %s", o.mesh.c_str(), report(loaded).c_str());
         return 2;

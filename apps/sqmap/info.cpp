@@ -42,7 +42,7 @@ void print_maps(const model::ModelView& m)
 void print(const std::string& name, const model::ModelView& m, const io::SectionBytes& bytes)
 {
     const bool central = is_central(m);
-    print_doubt(m.measured, model::has_exact(m));
+    print_doubt(m);
     const std::string source = m.source.empty() ? "" : " from " + std::string(m.source);  // models of libraries name none
     std::printf("%s: %zu parts, %s projection, %u triangles, made by %s%s%s\n", name.c_str(), m.parts.size(),
                 central ? "central" : "normal", m.header.triangle_count, std::string(m.made_by).c_str(), source.c_str(),

@@ -5,32 +5,32 @@
 
 namespace sqmap::app {
 
-void add_load_options(Command& command, LoadOptions& options)
+void add_load_options(Command& command, MeshOptions& options)
 {
     const std::map<std::string, mesh::Repair> repairs{{"auto", mesh::Repair::Wrap},
                                                       {"none", mesh::Repair::None},
                                                       {"safe", mesh::Repair::Safe},
                                                       {"close", mesh::Repair::Close},
                                                       {"wrap", mesh::Repair::Wrap}};
-    command.choice("--repair", options.repair, repairs,
+    command.choice("--repair", options.admit.repair, repairs,
                    "The last rung that may be tried: nothing, what leaves no doubt, closing, wrapping; auto: all",
                    "auto|none|safe|close|wrap");
-    command.option("--max-filled", options.max_filled, "Share of the area that fillings may have where a mesh is closed")
+    command.option("--max-filled", options.admit.max_filled, "Share of the area that fillings may have where a mesh is closed")
         .in_range(0, 1)
         .shows_default();
     command
-        .option("--wrap-tolerance", options.wrap.tolerance,
+        .option("--wrap-tolerance", options.admit.wrap.tolerance,
                 "How far a wrapped mesh may be from the file, share of R_max, while --max-wrapped-faces allow it")
         .in_range(1.6e-3, 0.1)
         .shows_default();
-    command.flag("--surface", options.accept_surface, "Take an open mesh as a surface without inside");
+    command.flag("--surface", options.admit.accept_surface, "Take an open mesh as a surface without inside");
     command
-        .option("--thickness", options.thickness,
+        .option("--thickness", options.admit.thickness,
                 "Make open meshes and flat ones, also closed, plates this thick, in units of the result")
         .above_zero();
     // The result is in metres, so that "--unit mm" divides by a thousand.
     command.unit(
-        "--unit", [&options](double metres) { options.unit = metres; },
+        "--unit", [&options](double metres) { options.admit.unit = metres; },
         "The file's unit of length: um, mm, cm, dm, m, km, in, ft or metres per unit; the result is in metres");
     const char* const k_limits = "Limits (beyond them: E_LIMIT)";
     command.option("--max-bytes", options.limits.max_bytes, "Largest file; also as 500MB or 4GB, of 1024 each")
@@ -42,18 +42,20 @@ void add_load_options(Command& command, LoadOptions& options)
         .above_zero()
         .shows_default()
         .group(k_limits);
-    command.option("--max-wrapped-faces", options.wrap.max_triangles, "Most triangles of a wrapped mesh; wins over the tolerance")
+    command
+        .option("--max-wrapped-faces", options.admit.wrap.max_triangles,
+                "Most triangles of a wrapped mesh; wins over the tolerance")
         .in_range(100, 1e9)
         .shows_default();
-    command.option("--max-cells", options.wrap.max_cells, "Most cells of the grid for wrapping; about 400 bytes each")
+    command.option("--max-cells", options.admit.wrap.max_cells, "Most cells of the grid for wrapping; about 400 bytes each")
         .in_range(10000, 1e9)
         .shows_default()
         .group(k_limits);
-    command.option("--max-cured-faces", options.max_cured_faces, "Most triangles of a mesh that is closed or wrapped")
+    command.option("--max-cured-faces", options.admit.max_cured_faces, "Most triangles of a mesh that is closed or wrapped")
         .above_zero()
         .shows_default()
         .group(k_limits);
-    command.option("--max-components", options.max_components, "Most connected pieces of the surface")
+    command.option("--max-components", options.admit.max_components, "Most connected pieces of the surface")
         .above_zero()
         .shows_default()
         .group(k_limits);

@@ -2,11 +2,11 @@
 #pragma once
 
 #include "command_line.h"
-#include "common/load_mesh.h"
+#include "sqmap/bake_mesh.h"
 
 namespace sqmap::app {
 
 /// Adds --repair, --surface, --thickness, --unit and the limits to a subcommand; options must outlive the parser.
-void add_load_options(Command& command, LoadOptions& options);
+void add_load_options(Command& command, MeshOptions& options);
 
 }  // namespace sqmap::app

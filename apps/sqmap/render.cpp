@@ -1,5 +1,6 @@
 // sqmap render: pictures of meshes and models.
 #include "commands.h"
+#include "common/program_words.h"
 #include "common/render/pictures.h"
 #include "load_options.h"
 #include "sqmap/io/replace_file.h"
@@ -21,7 +22,7 @@ struct Arguments {
     std::vector<std::string> what;
     std::optional<double> azimuth;
     View view;
-    LoadOptions load;
+    MeshOptions load;
 };
 
 void set_size(View& view, const std::string& text)
@@ -38,12 +39,12 @@ void set_up(View& view, const std::string& text)
     view.up[text.back() - 'x'] = text.front() == '-' ? -1 : 1;
 }
 
-/// A mesh file that the gate refused; its report is printed already.
+/// A mesh file that was refused; its report is printed already.
 struct Refused {};
 
-mesh::Mesh loaded(const std::string& path, const LoadOptions& options)
+mesh::Mesh loaded(const std::string& path, const MeshOptions& options)
 {
-    LoadedMesh loaded = load_mesh(path, options);
+    AdmittedMesh loaded = admit_mesh(path, options);
     if (loaded.refused()) {
         std::fprintf(stderr, "%s: %s", path.c_str(), report(loaded).c_str());
         throw Refused{};

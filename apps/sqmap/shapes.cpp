@@ -2,7 +2,7 @@
 #include "shapes.h"
 
 #include "commands.h"
-#include "common/load_mesh.h"
+#include "common/program_words.h"
 #include "sqmap/io/write_mesh.h"
 #include "sqmap/mesh/shapes.h"
 
@@ -80,7 +80,7 @@ void add_shapes(CommandLine& line)
         if (makers().contains(arguments->name)) {
             made = made_shape(arguments->name);
         } else {
-            LoadedMesh loaded = load_mesh(arguments->name);
+            AdmittedMesh loaded = admit_mesh(arguments->name);
             if (loaded.refused()) {
                 std::fprintf(stderr, "%s: %s", arguments->name.c_str(), report(loaded).c_str());
                 return 2;

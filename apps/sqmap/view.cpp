@@ -1,6 +1,6 @@
 // sqmap view: models and meshes in the browser, to be looked at and touched.
 #include "commands.h"
-#include "common/load_mesh.h"
+#include "common/program_words.h"
 
 #ifdef SQMAP_HAVE_VIEWER
 #include "sqmap/io/model_file.h"
@@ -19,6 +19,7 @@
 #include <string>
 #include <system_error>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace sqmap::app {
@@ -43,13 +44,15 @@ std::shared_ptr<viewer::Object> open_file(const std::string& file, const viewer:
         object->names_file = viewer::names_file_of(file);
         return object;
     }
-    const LoadedMesh loaded = load_mesh(file);
+    AdmittedMesh loaded = admit_mesh(file);
+    const mesh::Diagnosis& d = loaded.diagnosis;
     if (loaded.refused())
-        throw mesh::InvalidInput(file + ": REFUSED " + loaded.diagnosis.code + " at " + loaded.diagnosis.element + ": " +
-                                 loaded.diagnosis.message + "\n  cure: " + loaded.diagnosis.cure);
-    std::printf("%s: %s, baking %zu triangles\n", file.c_str(), verdict_name(loaded.verdict), loaded.mesh.triangles.size());
+        throw mesh::InvalidInput(file + ": REFUSED " + mesh::name_of(d.code) + " at " + d.element + ": " + d.message +
+                                 "\n  cure: " + d.cure.text(k_program_settings));
+    std::printf("%s: %s, baking %zu triangles\n", file.c_str(), mesh::name_of(loaded.admission), loaded.mesh.triangles.size());
     std::fflush(stdout);
-    return viewer::object_from_mesh(loaded, std::filesystem::path(file).filename().string(), options.size, options.bake);
+    return viewer::object_from_mesh(std::move(loaded), std::filesystem::path(file).filename().string(), options.size,
+                                    options.bake);
 }
 
 /// Shapes to begin with, where no file is given.
@@ -57,11 +60,7 @@ std::vector<std::shared_ptr<viewer::Object>> first_shapes(const viewer::SceneOpt
 {
     std::vector<std::shared_ptr<viewer::Object>> out;
     const auto add = [&](const char* name, mesh::Mesh mesh) {
-        LoadedMesh shape;
-        shape.verdict = mesh::Admission::Accept;
-        shape.mesh = std::move(mesh);
-        shape.solid = true;
-        out.push_back(viewer::object_from_mesh(shape, name, options.size, options.bake));
+        out.push_back(viewer::object_from_mesh(admit_mesh(std::move(mesh)), name, options.size, options.bake));
     };
     add("dumbbell", mesh::dumbbell());
     add("torus", mesh::torus());

@@ -4,9 +4,9 @@
 #include "../frames.h"
 #include "../path.h"
 #include "sqmap/bake/bake.h"
-#include "sqmap/haptic/patch.h"
 #include "sqmap/haptic/safety.h"
 #include "sqmap/haptic/step.h"
+#include "sqmap/haptic/tool.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/model/parse.h"
 
@@ -84,20 +84,15 @@ struct Hand {
     Hand(mesh::Mesh mesh, bool weighted, const HandPath& path, std::size_t max_touched = 1)
     {
         for (Vec3d& v : mesh.vertices) v = k_scale * v;
-        haptic::PatchPoints patch = haptic::patch_points(mesh.vertices, mesh.triangles, path.spacing);
-        if (weighted) areas = std::move(patch.weights);
-        probe.emplace(patch.points);
-        if (path.touching > 0) sets = haptic::DenserSets(mesh.vertices, mesh.triangles);
+        haptic::ToolDescription d{.max_touching = static_cast<std::uint32_t>(path.touching)};
+        haptic::take_surface(d, mesh.vertices, mesh.triangles, path.spacing, path.touching > 0);
+        if (!weighted) d.weights.clear();
         if (path.projection == model::Projection::Normal) {
-            options = haptic::with_paper_force(options);
-            options.blend_time = 0;
+            d.force = haptic::with_paper_force(d.force);
+            d.force.blend_time = 0;
         }
-        zone = {.probe = &*probe,
-                .weights = areas,
-                .denser = sets.points(),
-                .max_touching = static_cast<std::uint32_t>(path.touching),
-                .options = options};
-        state.emplace(std::span(&zone, 1), haptic::StateOptions{.max_contacts = 131072, .max_touched = max_touched});
+        tool = haptic::Tool(std::move(d));
+        state.emplace(tool.state(max_touched));
     }
     haptic::Wrench touch(std::span<const haptic::TouchedBody> solids, const sqmap::Pose& pose, haptic::StepResult& result)
     {
@@ -121,11 +116,7 @@ struct Hand {
     }
     haptic::SafetyFilter filter{haptic::DeviceLimits{.max_force = 20, .max_torque = 1}, haptic::SafetyOptions{}};
     std::uint64_t ticks = 0;
-    std::vector<float> areas;
-    haptic::DenserSets sets;
-    haptic::ZoneOptions options;
-    std::optional<query::Probe> probe;
-    haptic::Zone zone;
+    haptic::Tool tool;
     std::optional<haptic::State> state;
 };
 
@@ -147,7 +138,8 @@ TickCost tick_cost(const HandPath& path, int passes)
     std::vector<double> us, query_us, scene_us;
     std::vector<std::uint32_t> contacts;
     const std::span<const haptic::TouchedBody> alone(solids.data(), 1);
-    std::vector<query::Contact> found(hand.probe->size());
+    const haptic::ZoneOptions& force = hand.tool.zones().front().options;
+    std::vector<query::Contact> found(hand.tool.probe().size());
     TickCost out;
     for (int pass = -1; pass < passes; ++pass) {  // the first one warms up
         hand.state->reset();
@@ -155,8 +147,8 @@ TickCost tick_cost(const HandPath& path, int passes)
         // In turns, so that all see the same load: the query that a step makes, a step in the scene, a step.
         for (const sqmap::Pose& pose : scene.poses) {
             const FrameClock::Mark mark = FrameClock::start();
-            (void)query::query_probe({.model = &scene.view}, {.probe = &*hand.probe, .pose = pose},
-                                     {.layer = hand.zone.options.layer, .smoothing = hand.zone.options.smoothed_map}, found);
+            (void)query::query_probe({.model = &scene.view}, {.probe = &hand.tool.probe(), .pose = pose},
+                                     {.layer = force.layer, .smoothing = force.smoothed_map}, found);
             const double t = clock.stop_us(mark);
             if (pass >= 0) query_us.push_back(t);
         }

@@ -1,16 +1,15 @@
 #include "object.h"
 
 #include "../error.h"
-#include "sqmap/bake/bake.h"
+#include "sqmap/bake_mesh.h"
 #include "sqmap/io/model_file.h"
-#include "sqmap/io/read.h"
-#include "sqmap/mesh/admit.h"
 #include "sqmap/model/parse.h"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <unordered_map>
+#include <utility>
 
 namespace sqmap::bench {
 
@@ -82,15 +81,13 @@ std::vector<Corner> longest_outline(const mesh::Mesh& mesh, Vec3d n, double offs
 
 TouchObject::TouchObject(const std::filesystem::path& file, Models models, const bake::NormalMapOptions& maps)
 {
-    const io::ReadResult read = io::read_mesh_file(file);
-    if (read.error) throw BenchError(file.string() + ": " + read.error->message + "\n  cure: " + read.error->cure);
-    mesh::AdmitResult gate = mesh::admit({read.soup.positions, read.soup.polygon_offsets, read.soup.indices});
-    if (gate.admission == mesh::Admission::Refused)
-        throw BenchError(file.string() + ": " + gate.diagnosis.message + "\n  cure: " + gate.diagnosis.cure);
-    mesh = std::move(gate.mesh);
+    AdmittedMesh admitted = admit_mesh(file);
+    if (admitted.refused())
+        throw BenchError(file.string() + ": " + admitted.diagnosis.message + "\n  cure: " + admitted.diagnosis.cure.text());
+    mesh = std::move(admitted.mesh);
     const double scale = k_object_size / mesh::largest_vertex_distance(mesh);
     for (Vec3d& v : mesh.vertices) v = scale * v;
-    solid = std::make_unique<mesh::Solid>(mesh, gate.crossed);
+    solid = std::make_unique<mesh::Solid>(mesh, admitted.crossed);
     const auto bake = [&](model::Projection projection, std::vector<std::byte>& bytes, model::ModelView& view) {
         bytes = io::serialize(bake::bake(mesh, true, {.projection = projection, .normal = maps}).model);
         if (model::parse(bytes, view) != model::ParseStatus::Ok) throw BenchError(file.string() + ": the model does not parse");

@@ -2,6 +2,7 @@
 
 #include "../frames.h"
 #include "sqmap/haptic/safety.h"
+#include "sqmap/haptic/tool.h"
 #include "sqmap/math/random.h"
 
 #include <algorithm>
@@ -18,9 +19,7 @@ constexpr double k_sphere = 0.005;  ///< m
 class Tool {
 public:
     Tool(const TouchObject& object, const SlideOptions& options, Force force = Force::Full)
-        : probe_(tool_points(options, force)),
-          zone_{.probe = &probe_, .options = zone_options(options, force)},
-          state_(std::span(&zone_, 1), {.max_contacts = 2048, .max_touched = 1})
+        : tool_(description(options, force)), state_(tool_.state())
     {
         solid_.model = force == Force::Full ? &object.central : &object.normal;
         solid_.material.friction = Friction::None;
@@ -41,31 +40,25 @@ public:
     [[nodiscard]] double stiffness() const { return per_depth_; }
 
 private:
-    static std::vector<Vec3d> tool_points(const SlideOptions& options, Force force)
-    {
-        if (force == Force::Unsmoothed || force == Force::Smoothed) return std::vector<Vec3d>(1);
-        if (force == Force::Full && options.sphere) return haptic::stencil_points(haptic::ball_of(k_sphere));
-        return haptic::stencil_points(options.zone.smoothing);
-    }
-    static haptic::ZoneOptions zone_options(const SlideOptions& options, Force force)
+    static haptic::ToolDescription description(const SlideOptions& options, Force force)
     {
         haptic::ZoneOptions o = options.zone;
         o.stiffness = options.stiffness;
         if (force == Force::Full) {
             o.averaging = options.sphere ? haptic::Averaging::Ball : haptic::Averaging::Stencil;
-            if (options.sphere) o.smoothing.radius = k_sphere;
-            return o;
+            if (options.sphere) o.smoothing = haptic::ball_of(k_sphere);
+            return {.force = o};
         }
         o.blend_time = 0;
         o.layer = query::Layer::Three;
         o = haptic::with_paper_force(o);
         o.smoothed_map = force != Force::Unsmoothed;
-        return o;
+        const bool is_single = force == Force::Unsmoothed || force == Force::Smoothed;
+        return {.force = o, .points = is_single ? std::vector<Vec3d>(1) : haptic::stencil_points(o.smoothing)};
     }
 
     using Pose = sqmap::Pose;
-    query::Probe probe_;
-    haptic::Zone zone_;
+    haptic::Tool tool_;
     haptic::State state_;
     haptic::TouchedBody solid_;
     double per_depth_ = 0;

@@ -191,7 +191,7 @@ class Model(Owned):
 
     @property
     def notes(self) -> list[str]:
-        """What was repaired and warned of when the mesh was baked; empty of a model that was loaded."""
+        """Repairs, how far they moved the surface and warnings of the bake, a line each; empty of a model that was loaded."""
         with self.use() as handle:
             return c.text_of("sqmap_notes", handle).splitlines()
 
@@ -360,7 +360,7 @@ def bake(mesh: Any, *, target_error: float = 0.5, max_parts: int = 24, band: flo
     options = c.BakeOptions(target_error=error, band=width, thickness=number(thickness, "thickness"),
                             max_parts=count(max_parts, "max_parts"), projection=int(projection == "normal"), repair=REPAIRS[repair],
                             accepts_surface=flag(surface, "surface"), without_exact=not flag(exact, "exact"), threads=cores(threads), progress=step.function,
-                            source=None if source is None else str(source).encode())
+                            source=None if source is None else str(source).encode(), words=1)  # names of this function in messages
     handle = c.Handle()
     try:
         if isinstance(mesh, (str, bytes, os.PathLike)):

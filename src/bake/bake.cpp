@@ -345,13 +345,6 @@ model::Cure stored(const Cured& cured)
 
 }  // namespace
 
-Cured cured(mesh::Admission admission, std::span<const std::uint8_t> made_up, const std::optional<mesh::Deviation>& deviation)
-{
-    if (admission != mesh::Admission::Closed && admission != mesh::Admission::Wrapped) return {};
-    return {admission == mesh::Admission::Closed ? model::Rung::Closed : model::Rung::Wrapped, made_up,
-            deviation.value_or(mesh::Deviation{})};
-}
-
 mesh::Mesh model_space(const mesh::Mesh& mesh)
 {
     mesh::Mesh out = mesh::normalized(mesh, mesh::normalization_of(mesh));

@@ -1,10 +1,11 @@
-// Baking behind the C interface: what libsqmap has and libsqmap_query leaves out.
-#include "sqmap/bake/bake.h"
+// Baking behind the C interface, which libsqmap has and libsqmap_query leaves out.
 #include "objects.h"
-#include "sqmap/io/read.h"
-#include "sqmap/mesh/admit.h"
+#include "sqmap/bake_mesh.h"
 #include "structs.h"
 
+#include <array>
+#include <cctype>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 
@@ -14,13 +15,58 @@ namespace {
 /// Thrown through bake by the progress of a caller that cancels.
 struct Cancelled {};
 
-/// Polygons of either door: a caller's arrays or a file's.
-struct Input {
-    mesh::PolygonView polygons;
-    std::string source;
+/// Members of sqmap_bake_options, in the order of mesh::Setting.
+constexpr std::array<const char*, 16> k_members{
+    "repair", nullptr, "accepts_surface", "thickness", "thickness", nullptr,     nullptr,        nullptr,
+    nullptr,  nullptr, nullptr,           nullptr,     nullptr,     "max_parts", "target_error", "without_exact = 0"};
+
+const mesh::SettingNames k_c_settings{
+    .names = k_members,
+    .equals = " = ",
+    .value =
+        [](mesh::Setting setting, std::string_view word) {
+            std::string out(setting == mesh::Setting::Repair ? "SQMAP_REPAIR_" : "");
+            for (const char c : word)
+                out += setting == mesh::Setting::Repair ? static_cast<char>(std::toupper(static_cast<unsigned char>(c))) : c;
+            return out;
+        },
 };
 
-mesh::AdmitOptions gate_options(const sqmap_bake_options& o)
+/// Texts stand in quotes in Python and JavaScript.
+std::string quoted(mesh::Setting setting, std::string_view word)
+{
+    return setting == mesh::Setting::Repair ? '"' + std::string(word) + '"' : std::string(word);
+}
+
+const mesh::SettingNames k_python_settings{
+    .names = {"repair", nullptr, "surface=True", "thickness", "thickness", nullptr, nullptr, nullptr, nullptr, nullptr, nullptr,
+              nullptr, nullptr, "max_parts", "target_error", "exact=True"},
+    .equals = "=",
+    .value = quoted,
+};
+
+const mesh::SettingNames k_javascript_settings{
+    .names = {"repair", nullptr, "surface: true", "thickness", "thickness", nullptr, nullptr, nullptr, nullptr, nullptr, nullptr,
+              nullptr, nullptr, "maxParts", "targetError", "exact: true"},
+    .equals = ": ",
+    .value = quoted,
+};
+
+const mesh::SettingNames& names_of(std::int32_t words)
+{
+    switch (words) {
+        case SQMAP_WORDS_C:
+            return k_c_settings;
+        case SQMAP_WORDS_PYTHON:
+            return k_python_settings;
+        case SQMAP_WORDS_JAVASCRIPT:
+            return k_javascript_settings;
+        default:
+            throw Failure{SQMAP_E_ARGUMENT, "options.words", "is " + std::to_string(words), "take one of sqmap_words"};
+    }
+}
+
+mesh::AdmitOptions admit_options(const sqmap_bake_options& o)
 {
     mesh::AdmitOptions out;
     switch (o.repair) {
@@ -64,26 +110,20 @@ bake::BakeOptions bake_options(const sqmap_bake_options& o)
     return out;
 }
 
-std::string notes_of(const mesh::AdmitResult& gate)
+std::shared_ptr<Model> baked(const MeshInput& input, const sqmap_bake_options& o)
 {
-    std::string out;
-    for (const mesh::RepairNote& r : gate.repairs)
-        out += std::string("repaired: ") + mesh::name_of(r.kind) + " (" + std::to_string(r.count) + ")\n";
-    for (const mesh::Warning& w : gate.warnings) out += std::string(mesh::name_of(w.kind)) + ": " + w.message + "\n";
-    return out;
-}
-
-std::shared_ptr<Model> baked(const Input& input, const sqmap_bake_options& o)
-{
-    bake::BakeOptions options = bake_options(o);
-    const mesh::AdmitResult gate = mesh::admit(input.polygons, gate_options(o));
-    if (gate.admission == mesh::Admission::Refused) throw mesh::RefusedMesh(gate.diagnosis);
-    options.cured = bake::cured(gate.admission, gate.made_up, gate.deviation);
+    const mesh::SettingNames& names = names_of(o.words);
     try {
-        bake::BakeResult result = bake::bake(gate.mesh, gate.solid, options);
-        result.model.made_by = "libsqmap " SQMAP_VERSION;
-        result.model.source = o.source != nullptr ? o.source : input.source;
-        return std::make_shared<Model>(io::serialize(result.model), notes_of(gate));
+        BakeMeshOptions options{.bake = bake_options(o), .provenance = {.made_by = "libsqmap " SQMAP_VERSION}};
+        options.mesh.admit = admit_options(o);
+        if (o.source != nullptr) options.provenance.source = o.source;
+        const BakedModel result = bake_mesh(input, options);
+        std::string notes;
+        for (const std::string& line : words(result.notes, names)) notes += line + "\n";
+        return std::make_shared<Model>(result.bytes(), notes);
+    } catch (const mesh::RefusedMesh& e) {
+        const mesh::Diagnosis& d = e.diagnosis();
+        throw Failure{SQMAP_E_MESH, d.element, d.message, d.cure.text(names), mesh::name_of(d.code)};
     } catch (const Cancelled&) {
         throw Failure{SQMAP_E_CANCELLED, "progress", "the callback stopped the bake", "bake again"};
     }
@@ -109,11 +149,8 @@ sqmap_code sqmap_bake(const sqmap_mesh* mesh, const sqmap_bake_options* options,
         if (in.triangle_count > 0xffffffffu / 3)
             throw capi::Failure{SQMAP_E_ARGUMENT, "mesh.triangle_count", "is too large", "give the number of triangles"};
         if (in.triangle_count > 0) (void)needed(in.triangles, "mesh.triangles");
-        std::vector<std::uint32_t> offsets(in.triangle_count + 1);
-        for (std::size_t i = 0; i < offsets.size(); ++i) offsets[i] = static_cast<std::uint32_t>(3 * i);
-        const capi::Input input{{capi::rows(points, "mesh.vertices"), offsets, std::span(in.triangles, 3 * in.triangle_count)},
-                                "arrays"};
-        out.id = capi::models().open(capi::baked(input, capi::taken(options, "options")));
+        const mesh::PolygonView arrays{capi::rows(points, "mesh.vertices"), {}, std::span(in.triangles, 3 * in.triangle_count)};
+        out.id = capi::models().open(capi::baked(arrays, capi::taken(options, "options")));
     });
 }
 
@@ -122,11 +159,7 @@ sqmap_code sqmap_bake_file(const char* path, const sqmap_bake_options* options, 
     return guarded([&] {
         sqmap_model& out = needed(model, "model");
         out = {};
-        const io::ReadResult read = io::read_mesh_file(&needed(path, "path"));
-        if (read.error)
-            throw capi::Failure{SQMAP_E_MESH, read.error->element, read.error->message, read.error->cure, read.error->code};
-        const capi::Input input{{read.soup.positions, read.soup.polygon_offsets, read.soup.indices},
-                                std::filesystem::path(path).filename().string()};
-        out.id = capi::models().open(capi::baked(input, capi::taken(options, "options")));
+        const std::filesystem::path file = &needed(path, "path");
+        out.id = capi::models().open(capi::baked(file, capi::taken(options, "options")));
     });
 }

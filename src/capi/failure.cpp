@@ -60,9 +60,6 @@ sqmap_code caught() noexcept
         throw;
     } catch (const Failure& f) {
         return keep(f.code, {f.name.empty() ? nullptr : f.name.c_str(), f.element.c_str(), f.message.c_str(), f.cure.c_str()});
-    } catch (const mesh::RefusedMesh& e) {
-        const mesh::Diagnosis& d = e.diagnosis();
-        return keep(SQMAP_E_MESH, {mesh::name_of(d.code), d.element.c_str(), d.message.c_str(), d.cure.c_str()});
     } catch (const mesh::Error& e) {
         return keep(SQMAP_E_ARGUMENT, {nullptr, "options", e.what(), "give a number within its range"});
     } catch (const io::ModelFileError& e) {

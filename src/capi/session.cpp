@@ -4,6 +4,7 @@
 #include "sqmap/haptic/safety.h"
 #include "sqmap/haptic/step.h"
 #include "sqmap/haptic/stiffness.h"
+#include "sqmap/haptic/tool.h"
 #include "structs.h"
 
 #include <algorithm>
@@ -46,10 +47,9 @@ haptic::DeviceLimits device_of(const sqmap_session_options& o)
     return device;
 }
 
-haptic::Zone zone_of(const sqmap_session_options& o)
+haptic::Tool tool_of(const sqmap_session_options& o)
 {
-    haptic::Zone zone;
-    haptic::ZoneOptions& z = zone.options;
+    haptic::ZoneOptions z;
     z.mode = mode_of(o.mode);
     z.side_path = checked(o.side_path, 0, 1, "options.side_path");
     const double radius = checked(o.radius, 0, 1, "options.radius");
@@ -59,7 +59,7 @@ haptic::Zone zone_of(const sqmap_session_options& o)
     z.damping = checked(o.damping, 0, 1e4, "options.damping");
     z.layer = layer_of(o.layer);
     if (z.mode == haptic::Mode::Coupled) haptic::choose_coupling(z, device_of(o));
-    return zone;
+    return haptic::Tool({.force = z});
 }
 
 haptic::Material material_of(double friction)
@@ -96,19 +96,18 @@ void put(sqmap_pose& target, const Pose& pose)
 
 }  // namespace
 
-/// Not movable: the zone points to the probe, the touched body to the view.
+/// Not movable: the touched body points to the view.
 class Session {
 public:
     Session(std::shared_ptr<Model> model, const sqmap_session_options& o)
         : model_(std::move(model)),
           view_(haptic::in_metres(model_->view(), or_default(o.metres_per_unit, 1, 1e6, "options.metres_per_unit"))),
-          zone_(zone_of(o)),
-          probe_(haptic::stencil_points(zone_.options.smoothing)),
+          tool_(tool_of(o)),
           touched_{&view_, pose_of(o.pose), {}, material_of(o.friction)},
-          state_(pointed(zone_, probe_)),
+          state_(tool_.state()),
           filter_(filter_of(o))
     {
-        tool_.reset({});
+        held_.reset({});
     }
     Session(const Session&) = delete;
     Session& operator=(const Session&) = delete;
@@ -153,10 +152,10 @@ public:
     /// The next millisecond of a hand that wants to be at target.
     sqmap_force simulate(Vec3d target, Vec3d& position) noexcept
     {
-        if (!is_simulated_) tool_.reset({{}, target});
-        tool_.step(is_simulated_ ? &written_ : nullptr, {{{}, target}, {}}, k_period);
+        if (!is_simulated_) held_.reset({{}, target});
+        held_.step(is_simulated_ ? &written_ : nullptr, {{{}, target}, {}}, k_period);
         is_simulated_ = true;
-        const Pose measured = tool_.measured();
+        const Pose measured = held_.measured();
         position = measured.translation;
         sqmap_tick in{};
         in.time = in.sample_time = k_period * static_cast<double>(++ticks_);
@@ -169,21 +168,14 @@ public:
     }
 
 private:
-    static std::span<const haptic::Zone> pointed(haptic::Zone& zone, const query::Probe& probe)
-    {
-        zone.probe = &probe;
-        return {&zone, 1};
-    }
-
     std::shared_ptr<Model> model_;
     model::ModelView view_;
-    haptic::Zone zone_;
-    query::Probe probe_;
+    haptic::Tool tool_;
     haptic::TouchedBody touched_;
     haptic::State state_;
     haptic::SafetyFilter filter_;
     double time_ = 0;
-    device::HeldTool tool_{device::Mechanism{}, device::hand_profile("pen")};
+    device::HeldTool held_{device::Mechanism{}, device::hand_profile("pen")};
     haptic::Wrench written_;
     bool is_simulated_ = false;
     std::uint64_t ticks_ = 0;

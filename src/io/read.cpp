@@ -111,7 +111,7 @@ ReadResult read_bytes(std::span<const std::byte> bytes, std::optional<MeshFormat
     } catch (ReadFailure& failure) {
         result.error = std::move(failure.error);
     } catch (const std::bad_alloc&) {
-        result.error = ReadError{"E_LIMIT", "file", "not enough memory", "reduce the mesh"};
+        result.error = ReadError{"E_LIMIT", "file", "not enough memory", "reduce the mesh", {}};
     }
     return result;
 }
@@ -124,6 +124,19 @@ const char* format_name(MeshFormat format)
     static_assert(std::size(k_names) == static_cast<std::size_t>(MeshFormat::Fbx) + 1, "in the order of the enumeration");
     const auto i = static_cast<std::size_t>(format);
     return i < std::size(k_names) ? k_names[i] : "?";
+}
+
+ReadResult read_mesh_bytes(std::span<const std::byte> bytes, const std::filesystem::path& name, const ReadLimits& limits)
+{
+    if (const auto format = format_of_name(name); format && *format <= MeshFormat::Glb)
+        return read_bytes(bytes, format, {}, limits);
+    ReadResult result;
+    result.error = ReadError{"E_FORMAT",
+                             "name",
+                             "the name does not end in .off, .obj, .stl, .ply, .gltf or .glb",
+                             "save the mesh in one of these formats",
+                             {}};
+    return result;
 }
 
 ReadResult read_mesh_bytes(std::span<const std::byte> bytes, MeshFormat format, const ReadLimits& limits)
@@ -140,7 +153,7 @@ ReadResult read_mesh_file(const std::filesystem::path& path, const ReadLimits& l
     const bool regular = std::filesystem::is_regular_file(path, status);
     const std::uintmax_t size = regular ? std::filesystem::file_size(path, status) : 0;
     if (!regular || status) {
-        result.error = ReadError{"E_FORMAT", "file", "there is no file that can be read at this path", "check the path"};
+        result.error = ReadError{"E_FORMAT", "file", "there is no file that can be read at this path", "check the path", {}};
         return result;
     }
     try {
@@ -149,14 +162,14 @@ ReadResult read_mesh_file(const std::filesystem::path& path, const ReadLimits& l
         std::ifstream stream(path, std::ios::binary);
         stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
         if (!stream && size > 0) {
-            result.error = ReadError{"E_FORMAT", "file", "the file cannot be read", "check its permissions"};
+            result.error = ReadError{"E_FORMAT", "file", "the file cannot be read", "check its permissions", {}};
             return result;
         }
         return read_bytes(bytes, result.format, path.has_parent_path() ? path.parent_path() : ".", limits);
     } catch (ReadFailure& failure) {
         result.error = std::move(failure.error);
     } catch (const std::bad_alloc&) {
-        result.error = ReadError{"E_LIMIT", "file", "not enough memory", "reduce the mesh"};
+        result.error = ReadError{"E_LIMIT", "file", "not enough memory", "reduce the mesh", {}};
     }
     return result;
 }

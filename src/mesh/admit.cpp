@@ -22,10 +22,12 @@ namespace {
 constexpr double k_unit_hint = 50;  // a thing of 50 m is rare, one of 50 mm is not
 
 /// The end of a cure's text that names the next rung; empty if no higher rung may take the mesh.
-std::string next_rung(const AdmitOptions& options)
+Words next_rung(const AdmitOptions& options)
 {
-    if (options.repair >= Repair::Wrap || options.accept_surface || options.thickness > 0) return "";
-    return options.repair == Repair::Close ? ", or raise --max-filled, or use --repair wrap" : ", or use --repair close or wrap";
+    if (options.repair >= Repair::Wrap || options.accept_surface || options.thickness > 0) return {};
+    if (options.repair == Repair::Close)
+        return Words(", or raise ", Setting::MaxFilled).with(", or use ", Setting::Repair, "wrap");
+    return {", or use ", Setting::Repair, "close or wrap"};
 }
 
 /// True if a higher rung may take a mesh that the code refuses.
@@ -41,7 +43,7 @@ void check_cost(const Surface& surface, const AdmitOptions& options)
         refuse(Refusal::Limit, "mesh",
                "it needs a cure, and has " + number(surface.faces.size()) + " triangles; the limit of cures is " +
                    number(options.max_cured_faces),
-               "raise the limit with --max-cured-faces, or close the mesh");
+               Words("raise the limit with ", Setting::MaxCuredFaces, "", ", or ") + "close the mesh");
 }
 
 /// The part of the input that bounds the solid: the polygons of which a cure kept something, or with counts = false the others.
@@ -171,7 +173,8 @@ private:
             if (refused.diagnosis.code == Refusal::Limit) first_.cure = refused.diagnosis.cure;
             first_.message += "; " + refused.diagnosis.message;
         } catch (const RefusedMesh& refused) {
-            refuse(refused.diagnosis().code, "mesh", refused.diagnosis().message, "raise the limit of the wrap with --max-cells");
+            refuse(refused.diagnosis().code, "mesh", refused.diagnosis().message,
+                   Words("raise the limit of the wrap with ", Setting::MaxCells));
         }
         return false;
     }
@@ -219,7 +222,8 @@ private:
         for (std::uint32_t f = 0; f < surface_.faces.size(); ++f) count += pieces.find(f) == f;
         if (count > options_.max_components)
             refuse(Refusal::Limit, "mesh", number(count) + " components; the limit is " + number(options_.max_components),
-                   "leave out loose pieces, weld faces that do not share vertices, or raise the limit with --max-components");
+                   Words("leave out loose pieces, weld faces that do not share vertices")
+                       .with(", or raise the limit with ", Setting::MaxComponents));
     }
 
     // --- shells -------------------------------------------------------------------------------------------------------
@@ -255,9 +259,7 @@ private:
             if (orientation.turned_count > 0) note(RepairKind::Reoriented, orientation.turned_count);
             const TightSlivers slivers = remove_tight_slivers(surface_, diagonal_);
             if (slivers.removed > 0) note(RepairKind::DegenerateFaces, slivers.removed);
-            if (slivers.left > 0)
-                warn(WarningKind::Degenerate, slivers.left,
-                     number(slivers.left) + " faces have no area and could not be removed without opening the mesh");
+            if (slivers.left > 0) warn(WarningKind::Degenerate, slivers.left);
             if (slivers.removed > 0) {
                 count_edges();
                 orientation = orient(surface_);
@@ -268,20 +270,22 @@ private:
             refuse(Refusal::NonManifold, edge_name(pairing.unpaired ? *pairing.unpaired : *first_nonmanifold_),
                    number(facts.nonmanifold_edge_count) +
                        " edges have more than two faces and no split of vertices leaves closed shells",
-                   "remove fins and inner walls, so that every edge has two faces" + next_rung(options_));
+                   Words("remove fins and inner walls, so that every edge has two faces") + next_rung(options_));
         if (orientation.conflict)
             refuse(Refusal::Orient, element("face", surface_.faces[*orientation.conflict].polygon),
                    "the faces cannot be oriented alike: the surface has one side",
-                   "cut the surface where it is twisted, or remove the twisted part" + next_rung(options_));
+                   Words("cut the surface where it is twisted, or remove the twisted part") + next_rung(options_));
         if (options_.thickness > 0) pairing = thickened(std::move(pairing));
 
         component_ = components(surface_.faces.size(), pairing.mate);
         check_flat();
         if (facts.boundary_edge_count > 0 && !options_.accept_surface)
-            refuse(
-                Refusal::Open, edge_name(*first_boundary_),
-                number(facts.boundary_edge_count) + " edges have one face: the mesh encloses no volume",
-                "close the mesh, or use --surface for a surface without inside, --thickness for a sheet" + next_rung(options_));
+            refuse(Refusal::Open, edge_name(*first_boundary_),
+                   number(facts.boundary_edge_count) + " edges have one face: the mesh encloses no volume",
+                   Words("close the mesh")
+                           .with(", or use ", Setting::Surface, "", " for a surface without inside")
+                           .with(", ", Setting::Thickness, "", " for a sheet") +
+                       next_rung(options_));
         if (const std::uint32_t made = split_fans(surface_, pairing.mate); made > 0) note(RepairKind::SplitVertices, made);
     }
 
@@ -292,7 +296,7 @@ private:
         if (!(flatness.area > 0)) return pairing;
         if (!first_boundary_) {
             if (!flatness.is_flat(true)) {
-                warn(WarningKind::Thickness, 0, "the mesh is closed and not flat: --thickness was not used");
+                warn(WarningKind::Thickness);
                 return pairing;
             }
             // Two sides closer together than a fit can tell apart: one of them is the sheet.
@@ -319,8 +323,9 @@ private:
         // A plate passes with twice the least thickness times the root of both sides' area; three times leaves no doubt.
         const double both_sides = closed ? flatness.area : 2 * flatness.area;
         refuse(Refusal::Flat, "mesh", flatness.message,
-               "make it a plate with sqmap bake --thickness T, T at least " +
-                   length_text(3 * k_flat_thickness * std::sqrt(both_sides) * scale()) + ", or model both sides further apart");
+               Words("make it a plate with ", Setting::PlateThickness, "T",
+                     ", T at least " + length_text(3 * k_flat_thickness * std::sqrt(both_sides) * scale()) + ", or ") +
+                   "model both sides further apart");
     }
 
     /// Points about the origin in units of the diagonal, for everything that multiplies coordinates.
@@ -348,15 +353,11 @@ private:
             const Shells shells = turn_outward(surface_, points, component_);
             if (shells.turned_count > 0) {
                 note(RepairKind::Flipped, shells.turned_count);
-                warn(WarningKind::Flipped, shells.turned_count,
-                     number(shells.turned_count) + " faces were inside out and have been turned");
+                warn(WarningKind::Flipped, shells.turned_count);
             }
-            if (shells.cavity_count > 0)
-                warn(WarningKind::Cavities, shells.cavity_count,
-                     number(shells.cavity_count) + " shells are cavities inside others");
+            if (shells.cavity_count > 0) warn(WarningKind::Cavities, shells.cavity_count);
         } else {
-            warn(WarningKind::Surface, facts.boundary_edge_count,
-                 "open surface with " + number(facts.boundary_edge_count) + " boundary edges: it has no inside");
+            warn(WarningKind::Surface, facts.boundary_edge_count);
         }
         std::vector<std::uint32_t> roots = component_;
         std::sort(roots.begin(), roots.end());
@@ -372,8 +373,7 @@ private:
         count_intersections();
 
         const Vec3d sides = size(facts.box);
-        if (!options_.unit && std::max({sides.x, sides.y, sides.z}) > k_unit_hint)
-            warn(WarningKind::Unit, 0, "more than 50 units wide: if that is not metres, say so with --unit (such as --unit mm)");
+        if (!options_.unit && std::max({sides.x, sides.y, sides.z}) > k_unit_hint) warn(WarningKind::Unit);
     }
 
     void count_intersections()
@@ -384,9 +384,7 @@ private:
         if (found.pair_count > 0) out_.crossed = std::move(found.crossed);
         facts.intersections_complete = found.is_complete;
         if (found.pair_count > 0)
-            warn(WarningKind::SelfIntersections, found.pair_count,
-                 (found.is_complete ? "" : "at least ") + number(found.pair_count) +
-                     " pairs of faces intersect; the solid is where the winding number is positive");
+            warn(Warning{.kind = WarningKind::SelfIntersections, .count = found.pair_count, .at_least = !found.is_complete});
     }
 
     /// Vertices that share a position are told apart by their faces, so that file order has no say in the canonical one.
@@ -447,7 +445,7 @@ private:
                              : has(RepairKind::Reoriented) || has(RepairKind::Flipped)         ? Refusal::Orient
                              : has(RepairKind::WeldedVertices)                                 ? Refusal::Open
                                                                                                : Refusal::Repair;
-        refuse(code, "mesh", "it needs repairs that are forbidden: " + list, "allow them with --repair safe");
+        refuse(code, "mesh", "it needs repairs that are forbidden: " + list, Words("allow them with ", Setting::Repair, "safe"));
     }
 
     void note(RepairKind kind, std::uint64_t count)
@@ -463,10 +461,7 @@ private:
     {
         if (warning) out_.warnings.push_back(std::move(*warning));
     }
-    void warn(WarningKind kind, std::uint64_t count, std::string message)
-    {
-        out_.warnings.push_back({kind, count, std::move(message)});
-    }
+    void warn(WarningKind kind, std::uint64_t count = 0) { out_.warnings.push_back({kind, count}); }
 
     const PolygonView& in_;
     const AdmitOptions& options_;

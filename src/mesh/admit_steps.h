@@ -19,7 +19,7 @@ struct Refused {
     Diagnosis diagnosis;
 };
 
-[[noreturn]] inline void refuse(Refusal code, std::string element, std::string message, std::string cure)
+[[noreturn]] inline void refuse(Refusal code, std::string element, std::string message, Words cure)
 {
     throw Refused{{code, std::move(element), std::move(message), std::move(cure)}};
 }

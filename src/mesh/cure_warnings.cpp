@@ -3,7 +3,6 @@
 #include "sqmap/mesh/bvh.h"
 
 #include <algorithm>
-#include <cstdio>
 
 namespace sqmap::mesh {
 
@@ -29,23 +28,19 @@ std::optional<Warning> dropped_warning(const Mesh& dropped, const Mesh& solid, d
         ++count;
     }
     if (count == 0) return std::nullopt;
-    char text[160];
-    std::snprintf(text, sizeof text,
-                  "%llu dropped triangles with an area of %.3g stand out of the solid by up to %.3g: they bound nothing",
-                  static_cast<unsigned long long>(count), area, farthest);
-    return Warning{WarningKind::DroppedSurface, count, text};
+    return Warning{.kind = WarningKind::DroppedSurface, .count = count, .first = area, .second = farthest};
 }
 
 std::optional<Warning> tolerance_warning(const Mesh& wrapped, const Deviation& moved, const WrapOptions& options)
 {
     const double r_max = largest_vertex_distance(wrapped), share = moved.result_to_input.p99 / r_max;
     if (share <= options.tolerance && wrapped.triangles.size() <= options.max_triangles) return std::nullopt;
-    char text[240];
-    std::snprintf(text, sizeof text,
-                  "%zu triangles, 99 %% of their area within %.3g %% of R_max of the file; asked were %u and %.3g %%: see "
-                  "--max-wrapped-faces, --wrap-tolerance, --max-cells",
-                  wrapped.triangles.size(), 100 * share, options.max_triangles, 100 * options.tolerance);
-    return Warning{WarningKind::Tolerance, 1, text};
+    return Warning{.kind = WarningKind::Tolerance,
+                   .count = 1,
+                   .first = share,
+                   .second = options.tolerance,
+                   .triangles = wrapped.triangles.size(),
+                   .wanted = options.max_triangles};
 }
 
 }  // namespace sqmap::mesh

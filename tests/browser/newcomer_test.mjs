@@ -146,7 +146,7 @@ test('several files are queued, and a dialog says how they are read', async () =
   await drop(page, ['sheet.obj', 'v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n']);
   await page.waitForSelector('#verdict.bad');
   const words = await page.textContent('#verdict');
-  assert.match(words, /What helps: say how thick it is under \u201cSheets are\u201d, [\d.e-]+ or more/);
+  assert.match(words, /What helps: make it a plate with \u201cSheets are\u201d: T, T at least [\d.e-]+, or/);
   assert.ok(!words.includes('--'), words);
   for (const thick of ['0.1', '0.3']) {
     await page.fill('#thickness', thick);

@@ -1,6 +1,6 @@
 // The expected verdict of every damaged mesh of the shared folder, written down from the policy table before the gate
 // was. What each file holds is described in the folder's README; a file this table does not know fails the test.
-#include "common/load_mesh.h"
+#include "sqmap/bake_mesh.h"
 #include "support/shared_folder.h"
 
 #include <gtest/gtest.h>
@@ -82,13 +82,13 @@ std::vector<std::string> obj_files(const fs::path& folder)
     return names;
 }
 
-bool has_repair(const LoadedMesh& loaded, const std::string& kind)
+bool has_repair(const AdmittedMesh& loaded, const std::string& kind)
 {
     return std::any_of(loaded.repairs.begin(), loaded.repairs.end(),
                        [&](const auto& r) { return mesh::name_of(r.kind) == kind; });
 }
 
-bool has_warning(const LoadedMesh& loaded, const std::string& code)
+bool has_warning(const AdmittedMesh& loaded, const std::string& code)
 {
     return std::any_of(loaded.warnings.begin(), loaded.warnings.end(),
                        [&](const auto& w) { return mesh::name_of(w.kind) == code; });
@@ -104,18 +104,18 @@ TEST(BadMeshes, EveryFileGetsItsVerdict)
             ADD_FAILURE() << name << " has no expected verdict";
             continue;
         }
-        const LoadedMesh loaded = load_mesh(k_meshes / "bad" / name, {.repair = mesh::Repair::Safe});
-        EXPECT_STREQ(verdict_name(loaded.verdict), expected->verdict) << name << ": " << loaded.diagnosis.message;
-        EXPECT_EQ(loaded.diagnosis.code, expected->code) << name << ": " << loaded.diagnosis.message;
+        const AdmittedMesh loaded = admit_mesh(k_meshes / "bad" / name, {.admit = {.repair = mesh::Repair::Safe}});
+        EXPECT_STREQ(mesh::name_of(loaded.admission), expected->verdict) << name << ": " << loaded.diagnosis.message;
+        EXPECT_STREQ(mesh::name_of(loaded.diagnosis.code), expected->code) << name << ": " << loaded.diagnosis.message;
         EXPECT_TRUE(*expected->repair == '\0' || has_repair(loaded, expected->repair)) << name;
         EXPECT_TRUE(*expected->warning == '\0' || has_warning(loaded, expected->warning)) << name;
         if (*expected->code != '\0') {
             EXPECT_FALSE(loaded.diagnosis.element.empty()) << name;
-            EXPECT_FALSE(loaded.diagnosis.cure.empty()) << name;
+            EXPECT_FALSE(loaded.diagnosis.cure.text().empty()) << name;
             EXPECT_TRUE(loaded.mesh.triangles.empty()) << name;
         }
-        const LoadedMesh cured = load_mesh(k_meshes / "bad" / name, {});
-        EXPECT_STREQ(verdict_name(cured.verdict), *expected->cured ? expected->cured : expected->verdict)
+        const AdmittedMesh cured = admit_mesh(k_meshes / "bad" / name, {});
+        EXPECT_STREQ(mesh::name_of(cured.admission), *expected->cured ? expected->cured : expected->verdict)
             << name << " by default: " << cured.diagnosis.message;
         EXPECT_EQ(cured.deviation.has_value(), *expected->cured != '\0') << name;
     }
@@ -125,8 +125,8 @@ TEST(BadMeshes, EveryGoodMeshIsAcceptedAsItIs)
 {
     if (!fs::exists(k_meshes)) GTEST_SKIP() << "no shared meshes at " << k_meshes;
     for (const std::string& name : obj_files(k_meshes)) {
-        const LoadedMesh loaded = load_mesh(k_meshes / name, {});
-        EXPECT_STREQ(verdict_name(loaded.verdict), "ACCEPT") << name << ": " << loaded.diagnosis.message;
+        const AdmittedMesh loaded = admit_mesh(k_meshes / name, {});
+        EXPECT_STREQ(mesh::name_of(loaded.admission), "ACCEPT") << name << ": " << loaded.diagnosis.message;
         EXPECT_TRUE(loaded.solid) << name;
         EXPECT_EQ(loaded.facts.self_intersecting_pairs, 0u) << name;
         EXPECT_EQ(loaded.facts.component_count, 1u) << name;

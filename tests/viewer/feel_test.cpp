@@ -1,7 +1,7 @@
 // What a hand gets of the page's touch: force that holds as long and as hard as it presses, on the side that it came from,
 // without ringing. In steps of a tick, without a clock.
-#include "common/load_mesh.h"
 #include "rehearsal.h"
+#include "sqmap/bake_mesh.h"
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/mesh/solid.h"
 #include "support/bodies.h"
@@ -43,7 +43,7 @@ const std::vector<ObjectPtr>& demo_objects()
         std::filesystem::path file = std::filesystem::path(SQMAP_ANIMALS_DIR) / (std::string(name) + ".off");
         if (!std::filesystem::exists(file)) file = sqmap::test::real_mesh_file(like);
         if (file.empty()) continue;
-        out.push_back(object_of(app::load_mesh(file, app::LoadOptions{}).mesh, name));
+        out.push_back(object_of(admit_mesh(file).mesh, name));
     }
     out.push_back(object_of(mesh::polygonized(mesh::hand_capsules(), 0.03), "hand"));
     return out;

@@ -27,8 +27,8 @@ constexpr double k_radius = 0.1;  // m, of the ball in the world
 
 std::shared_ptr<Object> baked(const mesh::Mesh& mesh, model::Projection projection)
 {
-    app::LoadedMesh loaded;
-    loaded.verdict = mesh::Admission::Accept;
+    AdmittedMesh loaded;
+    loaded.admission = mesh::Admission::Accept;
     loaded.solid = true;
     loaded.mesh = mesh;
     bake::BakeOptions options;
@@ -206,7 +206,7 @@ TEST(Difference, OfTwoModelsOfOneBallIsTheirErrors)
 }
 
 /// A torus with a hole in it, as a file that the gate closes.
-app::LoadedMesh holed_torus()
+AdmittedMesh holed_torus()
 {
     const mesh::Mesh torus = mesh::torus({.major_segments = 32, .minor_segments = 12});
     constexpr std::size_t k_missing = 6;
@@ -216,13 +216,13 @@ app::LoadedMesh holed_torus()
     for (std::size_t t = k_missing; t < torus.triangles.size(); ++t)
         off << "3 " << torus.triangles[t][0] << ' ' << torus.triangles[t][1] << ' ' << torus.triangles[t][2] << '\n';
     const std::string text = off.str();
-    return app::load_mesh(std::as_bytes(std::span(text)), "holed.off");
+    return admit_mesh(MeshBytes{std::as_bytes(std::span(text)), "holed.off"});
 }
 
 TEST(MadeUp, IsShownAndKeptByAnotherBakeOfEitherProjection)
 {
-    const app::LoadedMesh loaded = holed_torus();
-    ASSERT_EQ(loaded.verdict, mesh::Admission::Closed);
+    const AdmittedMesh loaded = holed_torus();
+    ASSERT_EQ(loaded.admission, mesh::Admission::Closed);
     const auto object = object_from_mesh(loaded, "holed.off", 0.2, {});
     const std::vector<std::uint8_t> made_up = made_up_triangles(*object);
     const auto count = std::accumulate(made_up.begin(), made_up.end(), 0);

@@ -17,8 +17,8 @@ namespace {
 const std::shared_ptr<Object>& dumbbell()
 {
     static const std::shared_ptr<Object> object = [] {
-        app::LoadedMesh j;
-        j.verdict = mesh::Admission::Accept;
+        AdmittedMesh j;
+        j.admission = mesh::Admission::Accept;
         j.solid = true;
         j.mesh = mesh::dumbbell({.segments = 24});
         return object_from_mesh(j, "dumbbell.obj", 0.2, {});

@@ -23,8 +23,8 @@ constexpr double k_size = 0.2;
 const std::shared_ptr<Object>& dumbbell()
 {
     static const std::shared_ptr<Object> object = [] {
-        app::LoadedMesh j;
-        j.verdict = mesh::Admission::Accept;
+        AdmittedMesh j;
+        j.admission = mesh::Admission::Accept;
         j.solid = true;
         j.mesh = mesh::dumbbell({.segments = 24});
         return object_from_mesh(j, "dumbbell.obj", k_size, {});
@@ -206,14 +206,14 @@ TEST(Object, AMergeUndoesASplit)
 TEST(LoadMesh, SaysWhyAFileIsRefused)
 {
     const std::string open = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
-    const app::LoadedMesh j = app::load_mesh(std::as_bytes(std::span(open)), "open.OFF");
+    const AdmittedMesh j = admit_mesh(MeshBytes{std::as_bytes(std::span(open)), "open.OFF"});
     EXPECT_TRUE(j.refused());
-    EXPECT_FALSE(j.diagnosis.code.empty());
+    EXPECT_FALSE(j.diagnosis.code == mesh::Refusal::None);
     EXPECT_FALSE(j.diagnosis.message.empty());
-    EXPECT_FALSE(j.diagnosis.cure.empty());
-    EXPECT_EQ(app::load_mesh(std::as_bytes(std::span(open)), "open.exe").diagnosis.code, "E_FORMAT");
+    EXPECT_FALSE(j.diagnosis.cure.text().empty());
+    EXPECT_EQ(admit_mesh(MeshBytes{std::as_bytes(std::span(open)), "open.exe"}).diagnosis.code, mesh::Refusal::Format);
     const std::string huge = "OFF\n100000000 100000000 0\n0 0 0\n";
-    EXPECT_EQ(app::load_mesh(std::as_bytes(std::span(huge)), "huge.off").diagnosis.code, "E_TRUNCATED");
+    EXPECT_EQ(admit_mesh(MeshBytes{std::as_bytes(std::span(huge)), "huge.off"}).diagnosis.code, mesh::Refusal::Truncated);
     EXPECT_THROW((void)object_from_model({std::byte{1}, std::byte{2}}, "x.sqmap", k_size), std::runtime_error);
 }
 

@@ -18,8 +18,8 @@ namespace {
 
 ObjectPtr ball(Vec3d position)
 {
-    app::LoadedMesh j;
-    j.verdict = mesh::Admission::Accept;
+    AdmittedMesh j;
+    j.admission = mesh::Admission::Accept;
     j.solid = true;
     j.mesh = mesh::sphere(1, 3);
     const auto object = object_from_mesh(j, "ball.obj", 0.1, {});

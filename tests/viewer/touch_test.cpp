@@ -17,8 +17,8 @@ namespace {
 const ObjectPtr& ball()
 {
     static const ObjectPtr object = [] {
-        app::LoadedMesh j;
-        j.verdict = mesh::Admission::Accept;
+        AdmittedMesh j;
+        j.admission = mesh::Admission::Accept;
         j.solid = true;
         j.mesh = mesh::sphere(1, 4);
         return object_from_mesh(j, "ball.obj", 0.1, {});

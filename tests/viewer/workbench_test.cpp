@@ -21,8 +21,8 @@ namespace {
 
 std::shared_ptr<Object> baked(const mesh::Mesh& mesh, const char* name)
 {
-    app::LoadedMesh j;
-    j.verdict = mesh::Admission::Accept;
+    AdmittedMesh j;
+    j.admission = mesh::Admission::Accept;
     j.solid = true;
     j.mesh = mesh;
     return object_from_mesh(j, name, 0.2, {});

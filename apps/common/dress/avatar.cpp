@@ -2,8 +2,8 @@
 
 #include "sqmap/bake/rebake.h"
 #include "sqmap/bake/skin_lattice.h"
+#include "sqmap/bake_mesh.h"
 #include "sqmap/io/model_file.h"
-#include "sqmap/mesh/admit.h"
 #include "sqmap/mesh/shapes.h"
 
 #include <algorithm>
@@ -46,17 +46,17 @@ void take_mesh(const std::filesystem::path& path, SkinnedBody& body)
 {
     const io::SkinnedSoup& skin = body.file;
     // Vertices that a closing makes would follow no joint.
-    const mesh::AdmitResult gate =
-        mesh::admit({skin.soup.positions, skin.soup.polygon_offsets, skin.soup.indices}, {.repair = mesh::Repair::Safe});
-    if (gate.admission == mesh::Admission::Refused || !gate.solid)
+    const mesh::PolygonView polygons{skin.soup.positions, skin.soup.polygon_offsets, skin.soup.indices};
+    const AdmittedMesh admitted = admit_mesh(polygons, {.admit = {.repair = mesh::Repair::Safe}});
+    if (admitted.refused() || !admitted.solid)
         throw AvatarError(path.string() + ": its skinned mesh is no closed solid: see sqmap check " + path.string());
     std::map<std::array<double, 3>, std::size_t> positions;
     for (std::size_t v = 0; v < skin.soup.positions.size(); ++v) {
         const Vec3d p = skin.soup.positions[v];
         positions.try_emplace({p.x, p.y, p.z}, v);
     }
-    body.bound = gate.mesh;
-    for (const Vec3d& p : gate.mesh.vertices) {
+    body.bound = admitted.mesh;
+    for (const Vec3d& p : admitted.mesh.vertices) {
         const auto found = positions.find({p.x, p.y, p.z});
         if (found == positions.end())
             throw AvatarError(path.string() + ": its skinned mesh has to be repaired first: see sqmap check " + path.string());
@@ -138,9 +138,7 @@ Avatar walking_avatar(double height, const sim::Gait& gait, double spacing, doub
         AvatarPart& part = avatar.parts.emplace_back();
         part.name = bone.name;
         part.mesh = mesh::polygonized(solid, spacing);
-        bake::BakeOptions options;
-        options.target_error = target_error;
-        part.bytes = io::serialize(bake::bake(part.mesh, true, options).model);
+        part.bytes = bake_mesh(part.mesh, {.bake = {.target_error = target_error}}).bytes();
         take_model(part);
     }
     avatar.pose = [bones, gait](double time, std::span<sqmap::Pose> poses) { sim::walk(*bones, gait, time, poses); };
@@ -164,9 +162,7 @@ Avatar skinned_avatar(const std::filesystem::path& file, bool walk, const std::s
     AvatarPart& part = avatar.parts.emplace_back();
     part.name = file.stem().string();
     part.mesh = body.bound;
-    bake::BakeOptions options;
-    options.target_error = target_error;
-    part.bytes = io::serialize(bake::bake(part.mesh, true, options).model);
+    part.bytes = bake_mesh(part.mesh, {.bake = {.target_error = target_error}}).bytes();
     take_model(part);
     try {
         body.lattice = bake::skin_lattice(body.bound, body.influences);

@@ -1,26 +1,25 @@
 #include "common/dress/tool.h"
 
 #include "sqmap/device/simulated.h"
-#include "sqmap/haptic/stencil.h"
 
 #include <algorithm>
 
 namespace sqmap::app {
 namespace {
 
-haptic::Zone zone_of(const query::Probe& probe)
+haptic::Tool held_point()
 {
     haptic::ZoneOptions o;
     o.mode = haptic::Mode::Proxy;
     o.averaging = haptic::Averaging::Stencil;
     o.layer = query::Layer::Exact;
     o.stiffness = ClothTool::k_stiffness;
-    return {.probe = &probe, .options = o};
+    return haptic::Tool({.force = o});
 }
 
 }  // namespace
 
-ClothTool::ClothTool(std::span<const sim::Collider> solids) : probe_(haptic::stencil_points({}))
+ClothTool::ClothTool(std::span<const sim::Collider> solids) : tool_(held_point())
 {
     for (std::size_t i = 0; i < std::min(solids.size(), ToolScene::k_max); ++i) {
         const sim::Collider& solid = solids[i];
@@ -34,10 +33,7 @@ ClothTool::ClothTool(std::span<const sim::Collider> solids) : probe_(haptic::ste
         which_.push_back(i);
         solids_.push_back({.model = solid.model, .pose = solid.pose});
     }
-    const haptic::Zone zone = zone_of(probe_);
-    state_ = std::make_unique<haptic::State>(
-        std::span(&zone, 1),
-        haptic::StateOptions{.max_contacts = probe_.size(), .max_touched = std::max<std::size_t>(1, solids_.size())});
+    state_ = std::make_unique<haptic::State>(tool_.state(solids_.size()));
 }
 
 ToolScene ClothTool::scene(std::span<const sim::Collider> solids, const sim::Cloth* held, Vec3d dragged, Vec3d device)

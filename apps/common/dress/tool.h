@@ -7,6 +7,7 @@
 #include "sqmap/device/servo.h"
 #include "sqmap/haptic/safety.h"
 #include "sqmap/haptic/step.h"
+#include "sqmap/haptic/tool.h"
 #include "sqmap/query/probe.h"
 #include "sqmap/query/skin.h"
 #include "sqmap/sim/cloth.h"
@@ -53,7 +54,7 @@ public:
     ToolForces tick(const ToolScene& scene, const sqmap::Pose& device, double dt, bool degraded = false) noexcept;
 
 private:
-    query::Probe probe_;
+    haptic::Tool tool_;
     std::vector<haptic::TouchedBody> solids_;
     std::vector<std::size_t> which_;  ///< of the avatar's solids
     std::unique_ptr<haptic::State> state_;

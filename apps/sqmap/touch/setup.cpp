@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <span>
 
 namespace sqmap::app {
@@ -48,27 +47,8 @@ TouchSetup::TouchSetup(const TouchOptions& options, std::size_t zones, const std
     objects_ = MovingObjects(options_, solids_);
     pushes_.resize(solids_.size());
     load_tool(beside);
-    state_ = std::make_unique<haptic::State>(zones_of_tool(),
-                                             haptic::StateOptions{.max_contacts = std::max(probe_->size(), denser_.max_points()),
-                                                                  .max_touched = std::max<std::size_t>(1, solids_.size())});
-}
-
-std::vector<haptic::Zone> TouchSetup::zones_of_tool() const
-{
-    const haptic::Zone zone{.probe = probe_.get(),
-                            .in_world = hand_ != nullptr,
-                            .weights = weights_,
-                            .denser = denser_.points(),
-                            .max_touching = static_cast<std::uint32_t>(options_.tool_touching),
-                            .radius = options_.zone_radius > 0 ? options_.zone_radius : std::numeric_limits<double>::infinity(),
-                            .options = options_.zone};
-    std::vector<haptic::Zone> zones(zones_, zone);
-    for (std::size_t z = 0; hand_ && z < zones.size(); ++z) {
-        zones[z].first = hand_->first(z);
-        zones[z].count = hand_->first(z + 1) - hand_->first(z);
-        zones[z].options = options_of(z);
-    }
-    return zones;
+    state_ = std::make_unique<haptic::State>(tool_.state(solids_.size()));
+    for (std::size_t z = 0; z < zones_; ++z) state_->options(z) = options_of(z);
 }
 
 /// How far a finger is closed follows from how its tip lies: a torque there would bend it, and the loop would swing.
@@ -81,10 +61,10 @@ haptic::ZoneOptions TouchSetup::options_of(std::size_t zone) const
 
 query::Probe TouchSetup::tool_at(std::span<const sqmap::Pose> zones) const
 {
-    if (hand_) return query::Probe(points_);
+    if (hand_) return query::Probe(tool_.points());
     std::vector<Vec3d> points;
     for (const sqmap::Pose& zone : zones)
-        for (const Vec3d& p : points_) points.push_back(zone.rotation * p + zone.translation);
+        for (const Vec3d& p : tool_.points()) points.push_back(zone.rotation * p + zone.translation);
     return query::Probe(points);
 }
 
@@ -166,7 +146,7 @@ void TouchSetup::step(device::TraceRow& row) noexcept
     };
     if (hand_ && std::all_of(row.poses.begin(), row.poses.begin() + device::k_glove_zones, finite)) {
         hand_->pose(std::span<const sqmap::Pose, device::k_glove_zones>(row.poses.data(), device::k_glove_zones));
-        probe_->move(hand_->points());
+        tool_.probe().move(hand_->points());
     }
     haptic::StepInput input{.touched = solids_, .poses = {row.poses.data(), zones_}, .twists = {}, .dt = row.dt};
     if ((row.input & device::k_trace_measured_twist) != 0) input.twists = {row.twists.data(), zones_};

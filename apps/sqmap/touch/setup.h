@@ -3,9 +3,9 @@
 
 #include "sqmap/device/hand.h"
 #include "sqmap/device/trace.h"
-#include "sqmap/haptic/patch.h"
 #include "sqmap/haptic/step.h"
 #include "sqmap/haptic/stiffness.h"
+#include "sqmap/haptic/tool.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/mesh/mesh.h"
 #include "touch/objects.h"
@@ -41,7 +41,7 @@ public:
     [[nodiscard]] const sqmap::Pose& first_pose() const { return solids_.front().pose; }
     /// The probe that a script brings into contact: the tool's points; a point alone without the samples of its smoothing; of a
     /// hand on a glove the flat hand, its middle at the origin.
-    [[nodiscard]] const query::Probe& tool() const { return point_ ? *point_ : *probe_; }
+    [[nodiscard]] const query::Probe& tool() const { return point_ ? *point_ : tool_.probe(); }
     /// The same of all zones at once, where they stand at these poses; of a hand on a glove the flat hand, whatever they are.
     [[nodiscard]] query::Probe tool_at(std::span<const sqmap::Pose> zones) const;
     /// A glove poses a skinned hand every tick.
@@ -58,20 +58,17 @@ public:
 
 private:
     void load_tool(const std::filesystem::path& beside);
-    void load_mesh_tool(const std::filesystem::path& beside, mesh::Mesh& tool);
-    void load_hand(device::HandMesh mesh);
-    [[nodiscard]] std::vector<haptic::Zone> zones_of_tool() const;
+    void load_mesh_tool(const std::filesystem::path& beside, haptic::ToolDescription& tool);
+    void load_hand(device::HandMesh mesh, haptic::ToolDescription& tool);
     [[nodiscard]] haptic::ZoneOptions options_of(std::size_t zone) const;
 
     TouchOptions options_;
     std::vector<io::MappedModel> models_;
     std::vector<model::ModelView> views_;  // in metres
     std::vector<haptic::TouchedBody> solids_;
-    std::unique_ptr<query::Probe> probe_, point_;
+    haptic::Tool tool_;
+    std::unique_ptr<query::Probe> point_;
     std::unique_ptr<device::HandSkin> hand_;
-    std::vector<Vec3d> points_;  // of the probe
-    std::vector<float> weights_;
-    haptic::DenserSets denser_;
     double reach_ = 0;  // m, of the points of a mesh from their zone's pose
     SurfaceTexture texture_;
     MovingObjects objects_;

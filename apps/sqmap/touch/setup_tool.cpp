@@ -1,7 +1,6 @@
 // The tool of a touch: a sphere, a point, a mesh, or a hand on a glove.
 #include "common/hash_text.h"
-#include "common/load_mesh.h"
-#include "sqmap/haptic/patch.h"
+#include "common/program_words.h"
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/model/reliability.h"
 #include "touch/hand_file.h"
@@ -49,20 +48,20 @@ bool is_shape(const std::string& tool, const std::string& name, double max, doub
 }  // namespace
 
 /// A glove's six zones and a hand with joints: one probe, moved as the hand is posed.
-void TouchSetup::load_hand(device::HandMesh mesh)
+void TouchSetup::load_hand(device::HandMesh mesh, haptic::ToolDescription& tool)
 {
     hand_ = std::make_unique<device::HandSkin>(mesh, options_.hand_length);
-    weights_.assign(hand_->weights().begin(), hand_->weights().end());
+    tool.weights.assign(hand_->weights().begin(), hand_->weights().end());
+    for (std::size_t z = 0; z <= zones_; ++z) tool.first.push_back(hand_->first(z));
     reach_ = hand_->reach(zones_ - 1);  // the palm: fingertips carry force alone
-    std::vector<Vec3d> middle(hand_->points().begin(), hand_->points().end());
-    for (Vec3d& p : middle) p.y -= 0.45 * options_.hand_length;
-    probe_ = std::make_unique<query::Probe>(middle);
-    points_ = std::move(middle);
+    tool.points.assign(hand_->points().begin(), hand_->points().end());
+    for (Vec3d& p : tool.points) p.y -= 0.45 * options_.hand_length;
 }
 
 void TouchSetup::load_tool(const std::filesystem::path& beside)
 {
-    mesh::Mesh tool;
+    haptic::ToolDescription tool{.radius = options_.zone_radius, .zones = zones_};
+    std::vector<Vec3d> flat;  // of a hand: the file's points
     if (!options_.touching_wished && std::any_of(views_.begin(), views_.end(), model::is_normal))
         options_.tool_touching = std::min(options_.tool_touching, k_touching_on_normal_maps);
     options_.zone.averaging = haptic::Averaging::Patch;
@@ -72,23 +71,21 @@ void TouchSetup::load_tool(const std::filesystem::path& beside)
     const double max = views_.front().header.r_max * views_.front().header.unit;
     if (options_.paper_force) options_.zone = haptic::with_paper_force(options_.zone);
     if (options_.paper_force && is_shape(options_.tool, "sphere", max, ball.radius)) {
-        tool = mesh::sphere(ball.radius, 2);
+        tool.points = mesh::sphere(ball.radius, 2).vertices;
         reach_ = ball.radius;
     } else if (options_.paper_force && is_shape(options_.tool, "point", max, point.radius)) {
-        tool.vertices = {{}};
+        tool.points = {{}};
     } else if (is_shape(options_.tool, "sphere", max, ball.radius)) {
         options_.zone.averaging = haptic::Averaging::Ball;
         options_.zone.smoothing = ball;
-        tool.vertices = haptic::stencil_points(ball);
     } else if (is_shape(options_.tool, "point", max, point.radius)) {
         options_.zone.averaging = haptic::Averaging::Stencil;
         options_.zone.smoothing = point;
-        tool.vertices = haptic::stencil_points(point);
         point_ = std::make_unique<query::Probe>(std::vector<Vec3d>{{}});
     } else if (std::optional<device::HandMesh> hand;
                zones_ == device::k_glove_zones && (hand = read_hand(found(options_.tool, beside)))) {
-        tool.vertices = hand->points;
-        load_hand(std::move(*hand));
+        flat = hand->points;
+        load_hand(std::move(*hand), tool);
     } else {
         if (zones_ > 1)
             notes_.push_back("warning: each of the " + std::to_string(zones_) + " zones carries the whole of " + options_.tool +
@@ -104,22 +101,21 @@ void TouchSetup::load_tool(const std::filesystem::path& beside)
                        " was baked without the exact layer: bake it with --exact, or touch it with --layer 3");
     if (options_.zone.layer == query::Layer::Auto)
         options_.zone.layer = (patch && !doubtful) || bare != views_.end() ? query::Layer::Three : query::Layer::Exact;
-    const std::uint64_t hash = hash_of(tool.vertices);
+    tool.max_touching = static_cast<std::uint32_t>(options_.tool_touching);
+    tool.force = options_.zone;
+    tool_ = haptic::Tool(std::move(tool));
+    const std::uint64_t hash = hash_of(hand_ ? flat : tool_.points());
     if (options_.tool_hash != 0 && options_.tool_hash != hash)
         throw BadTouch(options_.tool + " is not the tool that was recorded: its hash is " + hash_text(hash) + ", the trace has " +
                        hash_text(options_.tool_hash));
     options_.tool_hash = hash;
-    if (!hand_) {
-        probe_ = std::make_unique<query::Probe>(tool.vertices);
-        points_ = tool.vertices;
-    }
     if (!(options_.zone_radius > 0)) return;
     if (!patch) {
         notes_.push_back("warning: --zone counts for a mesh only: " + options_.tool + " is felt as a whole");
     } else if (!hand_) {
         double nearest = INFINITY;
         std::size_t count = 0;
-        for (const Vec3d& p : tool.vertices) {
+        for (const Vec3d& p : tool_.points()) {
             nearest = std::min(nearest, norm(p));
             count += norm(p) < options_.zone_radius;
         }
@@ -133,25 +129,23 @@ void TouchSetup::load_tool(const std::filesystem::path& beside)
             throw BadTouch(text);
         }
         std::snprintf(text, sizeof text, "--zone %g: %zu of the tool's %zu points count, the nearest %.3g m from its centre",
-                      options_.zone_radius, count, tool.vertices.size(), nearest);
+                      options_.zone_radius, count, tool_.points().size(), nearest);
         notes_.push_back(text);
     }
 }
 
-void TouchSetup::load_mesh_tool(const std::filesystem::path& beside, mesh::Mesh& tool)
+void TouchSetup::load_mesh_tool(const std::filesystem::path& beside, haptic::ToolDescription& tool)
 {
-    LoadedMesh loaded = load_mesh(found(options_.tool, beside), {.accept_surface = true});
+    AdmittedMesh loaded = admit_mesh(found(options_.tool, beside), {.admit = {.accept_surface = true}});
     if (loaded.refused()) throw BadTouch(options_.tool + ": " + report(loaded));
-    tool = std::move(loaded.mesh);
     // Turned about the centre of its surface, and as large as asked.
-    const Vec3d centre = mesh::normalization_of(tool).origin;
-    const double scale = options_.tool_size / mesh::largest_vertex_distance(tool);
-    for (Vec3d& v : tool.vertices) v = scale * (v - centre);
-    if (options_.tool_touching > 0 && !(options_.tool_spacing > 0)) denser_ = haptic::DenserSets(tool.vertices, tool.triangles);
-    haptic::PatchPoints patch = haptic::patch_points(tool.vertices, tool.triangles, options_.tool_spacing);
-    tool.vertices = std::move(patch.points);
-    weights_ = std::move(patch.weights);
-    for (const Vec3d& v : tool.vertices) reach_ = std::max(reach_, norm(v));
+    mesh::Mesh& mesh = loaded.mesh;
+    const Vec3d centre = mesh::normalization_of(mesh).origin;
+    const double scale = options_.tool_size / mesh::largest_vertex_distance(mesh);
+    for (Vec3d& v : mesh.vertices) v = scale * (v - centre);
+    haptic::take_surface(tool, mesh.vertices, mesh.triangles, options_.tool_spacing,
+                         options_.tool_touching > 0 && !(options_.tool_spacing > 0));
+    for (const Vec3d& v : tool.points) reach_ = std::max(reach_, norm(v));
 }
 
 }  // namespace sqmap::app

@@ -17,16 +17,12 @@
 
 namespace sqmap::bake {
 
-/// What the gate did to the mesh, for the model to say.
+/// The cure of the mesh, for the model to keep: bake_mesh fills it in.
 struct Cured {
     model::Rung rung = model::Rung::AsItIs;
     std::span<const std::uint8_t> made_up{};  ///< #triangles, non-zero where nothing of the input stood; empty for none
     mesh::Deviation deviation{};
 };
-
-/// Of a mesh that the gate took; AsItIs where it was not closed or wrapped. Valid as long as made_up.
-[[nodiscard]] Cured cured(mesh::Admission admission, std::span<const std::uint8_t> made_up,
-                          const std::optional<mesh::Deviation>& deviation);
 
 /// How bake() works. The defaults are those of `sqmap bake`.
 struct BakeOptions {

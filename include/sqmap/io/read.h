@@ -34,12 +34,16 @@ enum class MeshFormat { Off, Obj, Stl, Ply, Gltf, Glb, Dae, ThreeMf, Fbx };
 /// "OFF", "OBJ", "STL", "PLY", "glTF", "GLB", "DAE", "3MF" or "FBX".
 [[nodiscard]] const char* format_name(MeshFormat format);
 
+/// A limit that a file is beyond and that a caller may raise.
+enum class Raisable : std::uint8_t { None, MaxBytes, MaxFaces };
+
 /// Why a file is not read.
 struct ReadError {
     std::string code;     ///< E_FORMAT, E_TRUNCATED or E_LIMIT
     std::string element;  ///< where, in the file's own terms: "line 12", "byte 84", "accessor 3", "header"; or "assimp"
     std::string message;  ///< the finding and the expectation
     std::string cure;     ///< the user's remedy
+    Raisable limit{};     ///< raising this limit of ReadLimits helps, too
 };
 
 /// Contents of a mesh file, or the reason why it is not read.
@@ -61,7 +65,11 @@ struct ReadResult {
 /// + 64 times the file's size. Cost: linear.
 [[nodiscard]] ReadResult read_mesh_file(const std::filesystem::path& path, const ReadLimits& limits = {});
 
-/// The same on bytes in memory; buffers beside a glTF file are out of reach.
+/// The same on bytes in memory; buffers beside a glTF file are out of reach. name: the file's, whose extension gives the format,
+/// one of .off, .obj, .stl, .ply, .gltf and .glb.
+[[nodiscard]] ReadResult read_mesh_bytes(std::span<const std::byte> bytes, const std::filesystem::path& name,
+                                         const ReadLimits& limits = {});
+/// The same with the format given.
 [[nodiscard]] ReadResult read_mesh_bytes(std::span<const std::byte> bytes, MeshFormat format, const ReadLimits& limits = {});
 
 /// The files that a glTF file names as its buffers and that are there, in its order; read_mesh_file reads no others. Empty for

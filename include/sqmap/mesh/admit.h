@@ -5,6 +5,7 @@
 #include "sqmap/math/box.h"
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/mesh.h"
+#include "sqmap/mesh/words.h"
 #include "sqmap/mesh/wrap.h"
 
 #include <cstddef>
@@ -24,6 +25,9 @@ enum class Admission {
     Wrapped,   ///< as a new surface around the volume that the input encloses
     Refused,
 };
+
+/// As printed: "ACCEPT", "REPAIRED", "CLOSED", "WRAPPED" or "REFUSED". Never null.
+[[nodiscard]] const char* name_of(Admission admission) noexcept;
 
 /// The highest rung that may be taken. None: nothing is changed.
 enum class Repair { None, Safe, Close, Wrap };
@@ -75,7 +79,7 @@ enum class RepairKind : std::uint8_t {
 /// Something that was done to the mesh.
 struct RepairNote {
     RepairKind kind{};
-    std::uint64_t count = 0;  ///< polygons, vertices, edges, faces or holes it was done to
+    std::uint64_t count = 0;  ///< polygons, vertices, edges, faces or holes that it changed
 };
 
 /// A kind of doubt about a mesh that was taken.
@@ -97,9 +101,18 @@ enum class WarningKind : std::uint8_t {
 /// Something a user should know about.
 struct Warning {
     WarningKind kind{};
-    std::uint64_t count = 0;
-    std::string message;
+    std::uint64_t count = 0;  ///< pairs, shells, faces, edges or triangles it is about
+    bool at_least = false;    ///< SelfIntersections: counting stopped at max_intersections
+    /// DroppedSurface: area and greatest distance of what stands out, units of the result. Tolerance: the share of R_max that
+    /// was reached and the one that was wanted.
+    double first = 0, second = 0;
+    std::uint64_t triangles = 0, wanted = 0;  ///< Tolerance: of the wrapped mesh, and at most
 };
+
+/// "2 shells are cavities inside others". @throw std::bad_alloc
+[[nodiscard]] std::string words(const Warning& warning, const SettingNames& names = k_cpp_settings);
+/// "welded_vertices (12)". @throw std::bad_alloc
+[[nodiscard]] std::string words(const RepairNote& repair);
 
 /// Facts of the mesh, as far as admission looked at it before a refusal.
 struct MeshFacts {

@@ -1,6 +1,8 @@
 // Exceptions of the offline side. Judging a mesh never throws: see mesh/admit.h.
 #pragma once
 
+#include "sqmap/mesh/words.h"
+
 #include <cstdint>
 #include <stdexcept>
 #include <string>
@@ -21,6 +23,9 @@ enum class Refusal : std::uint8_t {
     Flat,         ///< a sheet
     Open,         ///< encloses no volume
     Repair,       ///< needs repairs that are forbidden
+    Format,       ///< no mesh file of a format that is read
+    Truncated,    ///< the file ends too early
+    Internal,     ///< a defect of sqmap
 };
 
 /// As printed, stable: "E_OPEN"; empty for None. Never null.
@@ -31,7 +36,7 @@ struct Diagnosis {
     Refusal code = Refusal::None;
     std::string element;  ///< where, counted from 1 in the order of the file: "face 12", "edge 7-9", "vertex 3", "mesh"
     std::string message;  ///< the finding
-    std::string cure;     ///< the user's remedy
+    Words cure;           ///< the user's remedy
 };
 
 /// Base of everything that mesh, decompose, fit and bake throw. Thread safety: a value.

@@ -18,8 +18,10 @@ constexpr int k_max_bilinear = 3;  // surfaces over one cell that are worth corn
 
 [[noreturn]] void too_large(const char* what)
 {
-    throw mesh::RefusedMesh(
-        {mesh::Refusal::Limit, "part", what, "reduce the mesh, allow more parts with --max-parts, or a larger --target-error"});
+    throw mesh::RefusedMesh({mesh::Refusal::Limit, "part", what,
+                             mesh::Words("reduce the mesh")
+                                 .with(", allow more parts with ", mesh::Setting::MaxParts)
+                                 .with(", or a larger ", mesh::Setting::TargetError)});
 }
 
 /// Largest |w - b| over a polygon, b the bilinear form of four corner values on the cell. The difference is a saddle, so its

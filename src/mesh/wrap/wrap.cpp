@@ -36,7 +36,7 @@ void check(const WrapOptions& options, std::size_t triangles)
     if (options.max_cells < 10'000) throw InvalidInput("WrapOptions::max_cells is below 10,000");
     if (triangles > options.max_cells / 2)
         throw RefusedMesh({Refusal::Limit, "mesh", std::to_string(triangles) + " triangles are too many to wrap",
-                           "raise the limit of cells above twice that (--max-cells, WrapOptions::max_cells)"});
+                           Words("raise the limit of cells above twice that with ", Setting::MaxCells)});
 }
 
 /// The triangles with area, without vertices that none uses.

@@ -39,7 +39,7 @@ struct Baked {
     Baked()
     {
         BakeOptions options;
-        options.cured = cured(gate.admission, gate.made_up, gate.deviation);
+        options.cured = {model::Rung::Closed, gate.made_up, *gate.deviation};
         bytes = io::serialize(bake(gate.mesh, gate.solid, options).model);
         EXPECT_EQ(model::parse(bytes, view), model::ParseStatus::Ok);
     }

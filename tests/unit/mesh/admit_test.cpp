@@ -420,7 +420,7 @@ TEST(Gate, AClosedSheetSaysHowThinItIsAndBecomesAPlateOnRequest)
     const Polygons thin = box({0, 0, 0}, {1, 1, 1e-6});
     EXPECT_EQ(refused(thin).code, Refusal::Flat);
     EXPECT_NE(refused(thin).message.find("1e-06 thick"), std::string::npos) << refused(thin).message;
-    EXPECT_NE(refused(thin).cure.find("--thickness"), std::string::npos);
+    EXPECT_NE(refused(thin).cure.text().find("AdmitOptions::thickness"), std::string::npos);
 
     // Far from the origin and tilted, too: a turn by 3-4-5 in the plane of y and z.
     Polygons tilted = thin;
@@ -434,7 +434,7 @@ TEST(Gate, AClosedSheetSaysHowThinItIsAndBecomesAPlateOnRequest)
         EXPECT_EQ(plate.facts.self_intersecting_pairs, 0u);
     }
     // The least thickness that the cure names is enough, a tenth of it is not.
-    const std::string cure = refused(thin).cure;
+    const std::string cure = refused(thin).cure.text();
     const double least = std::stod(cure.substr(cure.find("at least ") + 9));
     EXPECT_EQ(judge(thin, {.thickness = least}).admission, Admission::Repaired);
     EXPECT_EQ(code(thin, {.thickness = 0.1 * least}), Refusal::Flat);

@@ -268,7 +268,7 @@ TEST(Close, IsBoundedBeforeItStarts)
     const Mesh open = without(sphere(1, 4), [](Vec3d p) { return p.z > 0.9; });
     const AdmitResult refused = judge(open, {.max_cured_faces = 1000});
     EXPECT_EQ(refused.diagnosis.code, Refusal::Limit);
-    EXPECT_NE(refused.diagnosis.cure.find("--max-cured-faces"), std::string::npos);
+    EXPECT_NE(refused.diagnosis.cure.text().find("AdmitOptions::max_cured_faces"), std::string::npos);
 }
 
 TEST(Close, DoesNotDependOnTheOrderOfTheFile)

@@ -306,7 +306,7 @@ TEST(Wrap, RefusesWhatIsTooLargeBeforeItStarts)
         FAIL() << "took 5120 triangles with 10,000 cells";
     } catch (const RefusedMesh& e) {
         EXPECT_EQ(e.diagnosis().code, Refusal::Limit);
-        EXPECT_NE(e.diagnosis().cure.find("max_cells"), std::string::npos);
+        EXPECT_NE(e.diagnosis().cure.text().find("max_cells"), std::string::npos);
     }
     EXPECT_THROW((void)wrapped(soup, {.tolerance = 0}), InvalidInput);
     EXPECT_THROW((void)wrapped(soup, {.thickness = 0.1}), InvalidInput);

@@ -1,25 +1,20 @@
 #include "viewer/server/scene/edits.h"
 
 #include "sqmap/fit/fit.h"
-#include "sqmap/io/model_file.h"
 #include "sqmap/shape/superquadric.h"
 #include "viewer/server/scene/load.h"
 
 #include <algorithm>
 #include <map>
 #include <queue>
+#include <variant>
 
 namespace sqmap::viewer {
 namespace {
 
-/// How the cure of the object's mesh is told to another bake.
-bake::Cured cured_as(const model::Cure& c, std::span<const std::uint8_t> made_up)
+bool is_of_model(const Note& note)
 {
-    bake::Cured out{.rung = c.rung, .made_up = made_up};
-    out.deviation.input_to_result = {c.from_mean, c.from_p99, c.from_max};
-    out.deviation.result_to_input = {c.to_mean, c.to_p99, c.to_max};
-    out.deviation.made_up_share = c.made_up_share;
-    return out;
+    return std::holds_alternative<OffTargetNote>(note) || std::holds_alternative<DoubtNote>(note);
 }
 
 /// #parts: the triangles of each, ascending.
@@ -149,21 +144,19 @@ std::vector<std::vector<std::uint32_t>> neighbours_of(const Object& object, cons
 
 std::shared_ptr<Object> rebaked(const Object& object, const Parts& parts, const bake::BakeOptions& options, const Words& words)
 {
-    mesh::Mesh mesh = object.mesh;
-    for (Vec3d& v : mesh.vertices) v = model::to_mesh_units(object.view.header, cast<float>(v));
-    bake::BakeOptions as_given = options;
-    as_given.partition = &parts.partition;
-    const std::vector<std::uint8_t> made_up = made_up_triangles(object);
-    as_given.cured = cured_as(object.view.cure, made_up);
-    bake::BakeResult baked = bake::bake(mesh, object.view.header.solid != 0, as_given);
-    baked.model.made_by = "sqmap view";
-    baked.model.source = object.name;
-    auto out = object_from_model(io::serialize(baked.model), object.name, 1, words);
+    BakeMeshOptions as_given{.bake = options, .provenance = {.made_by = "sqmap view", .source = object.name}};
+    as_given.bake.partition = &parts.partition;
+    const BakedModel baked = bake_mesh(admitted_mesh_of(object.view), as_given);
+    auto out = object_from_model(baked.bytes(), object.name, 1, words);
     out->name = object.name;
     out->put_at(object.metres_per_unit, object.position);
     out->names_file = object.names_file;
-    out->verdict = object.verdict;
-    out->mesh_notes = object.mesh_notes;
+    out->admission = object.admission;
+    out->notes.clear();
+    for (const Note& note : object.notes)
+        if (!is_of_model(note)) out->notes.push_back(note);
+    for (const Note& note : baked.notes)
+        if (is_of_model(note)) out->notes.push_back(note);
     return out;
 }
 

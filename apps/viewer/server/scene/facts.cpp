@@ -3,8 +3,8 @@
 #include "common/hash_text.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/io/model_json.h"
-#include "sqmap/model/reliability.h"
 #include "viewer/server/scene/edits.h"
+#include "viewer/server/scene/page_words.h"
 
 #include <cmath>
 
@@ -14,17 +14,6 @@ namespace {
 using nlohmann::ordered_json;
 
 ordered_json vector_json(Vec3d v) { return {v.x, v.y, v.z}; }
-
-/// Notes about the model, then those about the mesh that it was baked from.
-std::vector<std::string> notes_of(const Object& object)
-{
-    std::vector<std::string> out;
-    if (model::is_doubtful(object.view.measured))
-        out.emplace_back("W_LAYER3: layer 3 has wrong verdicts: touch computes with the exact layer");
-    if (object.misses_target) out.emplace_back("W_TARGET: the target error was not reached: the best model found is shown");
-    out.insert(out.end(), object.mesh_notes.begin(), object.mesh_notes.end());
-    return out;
-}
 
 }  // namespace
 
@@ -90,8 +79,8 @@ ordered_json facts_json(const Object& object, const Parts& parts, bool edited)
              {"bend", s.bend}});
     }
     out["cure"] = ordered_json::parse(io::cure_json(m.cure));
-    out["verdict"] = object.verdict;
-    out["notes"] = notes_of(object);
+    out["verdict"] = object.admission ? mesh::name_of(*object.admission) : "";
+    out["notes"] = words(object.notes, k_page_settings);
     return out;
 }
 

@@ -1,12 +1,12 @@
 #include "viewer/server/scene/load.h"
 
 #include "sqmap/bake/rebake.h"
-#include "sqmap/io/model_file.h"
 #include "sqmap/model/parse.h"
 
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
+#include <utility>
 
 namespace sqmap::viewer {
 
@@ -32,21 +32,17 @@ std::shared_ptr<Object> object_from_model(std::vector<std::byte> bytes, const st
     object->words = words;
     parts.names = part_names(object->mesh, object->dual, parts.partition, parts.superquadrics, words, object->frame());
     object->put_at(size / (view.header.r_max * view.header.unit), {});
+    if (const std::optional<Note> doubt = doubt_of(view)) object->notes.push_back(*doubt);
     return object;
 }
 
-std::shared_ptr<Object> object_from_mesh(const app::LoadedMesh& loaded, const std::string& name, double size,
+std::shared_ptr<Object> object_from_mesh(AdmittedMesh mesh, const std::string& name, double size,
                                          const bake::BakeOptions& options)
 {
-    bake::BakeOptions with_cure = options;
-    with_cure.cured = bake::cured(loaded.verdict, loaded.made_up, loaded.deviation);
-    bake::BakeResult baked = bake::bake(loaded.mesh, loaded.solid, with_cure);
-    baked.model.made_by = "sqmap view";
-    baked.model.source = name;
-    auto object = object_from_model(io::serialize(baked.model), name, size);
-    object->verdict = app::verdict_name(loaded.verdict);
-    object->mesh_notes = app::notes_of(loaded);
-    object->misses_target = baked.model.measured.depth_p99 > options.target_error;
+    BakedModel baked = bake_mesh(std::move(mesh), {.bake = options, .provenance = {.made_by = "sqmap view", .source = name}});
+    auto object = object_from_model(baked.bytes(), name, size);
+    object->admission = baked.mesh.admission;
+    object->notes = std::move(baked.notes);
     return object;
 }
 

@@ -1,8 +1,6 @@
 // Objects from models and from meshes, and the file of names beside a model.
 #pragma once
 
-#include "common/load_mesh.h"
-#include "sqmap/bake/bake.h"
 #include "viewer/server/scene/object.h"
 
 namespace sqmap::viewer {
@@ -13,7 +11,7 @@ namespace sqmap::viewer {
 [[nodiscard]] std::shared_ptr<Object> object_from_model(std::vector<std::byte> bytes, const std::string& name, double size,
                                                         const Words& words = {});
 /// Bakes a mesh; else the same. @throw mesh::Error
-[[nodiscard]] std::shared_ptr<Object> object_from_mesh(const app::LoadedMesh& loaded, const std::string& name, double size,
+[[nodiscard]] std::shared_ptr<Object> object_from_mesh(AdmittedMesh mesh, const std::string& name, double size,
                                                        const bake::BakeOptions& options);
 
 /// The file that keeps the names of a model's parts: cow.sqmap has cow.names.json beside it.

@@ -1,6 +1,7 @@
 // One object of the scene: a model with its triangles, and where it stands in the world.
 #pragma once
 
+#include "sqmap/bake_mesh.h"
 #include "sqmap/decompose/decompose.h"
 #include "sqmap/haptic/wrench.h"
 #include "sqmap/mesh/mesh.h"
@@ -11,6 +12,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -41,9 +43,8 @@ struct Object {
     Parts parts;
     std::filesystem::path names_file;     ///< where its names are kept: beside a model that the program opened; empty: nowhere
     Words words;                          ///< that its parts were named with
-    std::string verdict;                  ///< of the mesh it was baked from; empty for a model
-    std::vector<std::string> mesh_notes;  ///< repairs and warnings of that mesh, a line each
-    bool misses_target = false;           ///< its bake was given up with an error above the target
+    std::optional<mesh::Admission> admission;  ///< of the mesh it was baked from here; absent of a model
+    std::vector<Note> notes;                   ///< about that mesh and about the model
 
     /// Scales the object and moves it. metres_per_unit: metres a unit of the mesh; position: of the centre in the world, m
     void put_at(double metres_per_unit, Vec3d position);

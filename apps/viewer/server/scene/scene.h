@@ -84,7 +84,7 @@ private:
     [[nodiscard]] HttpReply take_names(const std::string& file, const std::string& text);
     // On the worker's thread.
     void take_model(const Job& job, std::span<const std::byte> bytes, const Answer& answer);
-    void take_mesh(const Job& job, const app::LoadedMesh& loaded, model::Projection projection, const Answer& answer);
+    void take_mesh(const Job& job, AdmittedMesh loaded, model::Projection projection, const Answer& answer);
     [[nodiscard]] bake::BakeOptions bake_options(const Job& job);
     void send_progress(const Job& job, const std::string& stage, double done = 1);
     void send_failure(const Job& job, const std::string& why);

@@ -3,6 +3,7 @@
 #include "viewer/server/http/routes.h"
 #include "viewer/server/protocol/number_text.h"
 #include "viewer/server/scene/file_name.h"
+#include "viewer/server/scene/page_words.h"
 #include "viewer/server/scene/scene.h"
 
 #include <algorithm>
@@ -39,16 +40,16 @@ double length_in(std::string_view text)
 }
 
 /// The choices of the page's dialog for a mesh: repair none, safe, close or surface; thickness of sheets and metres per unit.
-app::LoadOptions load_options(std::string_view target, const io::ReadLimits& limits)
+MeshOptions mesh_options(std::string_view target, const io::ReadLimits& limits)
 {
-    app::LoadOptions load{.limits = limits};
+    MeshOptions load{.limits = limits};
     const std::string_view repair = query_value(target, "repair");
-    if (repair == "surface") load.accept_surface = true;
-    if (repair == "none") load.repair = mesh::Repair::None;
-    if (repair == "safe") load.repair = mesh::Repair::Safe;
-    if (repair == "close") load.repair = mesh::Repair::Close;
-    load.thickness = length_in(query_value(target, "thickness"));
-    if (const double unit = length_in(query_value(target, "unit")); unit > 0) load.unit = unit;
+    if (repair == "surface") load.admit.accept_surface = true;
+    if (repair == "none") load.admit.repair = mesh::Repair::None;
+    if (repair == "safe") load.admit.repair = mesh::Repair::Safe;
+    if (repair == "close") load.admit.repair = mesh::Repair::Close;
+    load.admit.thickness = length_in(query_value(target, "thickness"));
+    if (const double unit = length_in(query_value(target, "unit")); unit > 0) load.admit.unit = unit;
     return load;
 }
 
@@ -78,7 +79,7 @@ void Scene::upload(HttpRequest request, const Answer& answer)
     if (bakes_.busy()) return answer(refused({"E_BUSY", "scene", "other files are being baked", "wait, and send it again"}, 503));
     const std::string name = harmless(query_value(request.target, "name"));
     if (name.ends_with(".names.json")) return answer(take_names(name, request.body));
-    const app::LoadOptions load = load_options(request.target, options_.limits);
+    const MeshOptions load = mesh_options(request.target, options_.limits);
     const auto projection =
         query_value(request.target, "projection") == "normal" ? model::Projection::Normal : model::Projection::Central;
     const Job job{.name = name, .upload = number_of_upload(request.target)};
@@ -88,7 +89,7 @@ void Scene::upload(HttpRequest request, const Answer& answer)
         if (job.name.ends_with(".sqmap"))
             take_model(job, bytes, answer);
         else
-            take_mesh(job, app::load_mesh(bytes, job.name, load), projection, answer);
+            take_mesh(job, admit_mesh(MeshBytes{bytes, job.name}, load), projection, answer);
     });
 }
 
@@ -120,22 +121,22 @@ void Scene::take_model(const Job& job, std::span<const std::byte> bytes, const A
 }
 
 /// On the worker's thread.
-void Scene::take_mesh(const Job& job, const app::LoadedMesh& loaded, model::Projection projection, const Answer& answer)
+void Scene::take_mesh(const Job& job, AdmittedMesh loaded, model::Projection projection, const Answer& answer)
 {
-    const app::Diagnosis& d = loaded.diagnosis;
+    const mesh::Diagnosis& d = loaded.diagnosis;
     answer(json_reply({{"accepted", !loaded.refused()},
-                       {"verdict", app::verdict_name(loaded.verdict)},
-                       {"code", d.code},
+                       {"verdict", mesh::name_of(loaded.admission)},
+                       {"code", mesh::name_of(d.code)},
                        {"element", d.element},
                        {"message", d.message},
-                       {"cure", d.cure},
-                       {"notes", app::notes_of(loaded)},
+                       {"cure", d.cure.text(k_page_settings)},
+                       {"notes", words(loaded.notes(), k_page_settings)},
                        {"triangles", loaded.mesh.triangles.size()}}));
     if (loaded.refused()) return;
     try {
         bake::BakeOptions options = bake_options(job);
         options.projection = projection;
-        const auto object = object_from_mesh(loaded, job.name, options_.size, options);
+        const auto object = object_from_mesh(std::move(loaded), job.name, options_.size, options);
         audience_.post([this, object, job] {
             if (cancelled_.has(job.upload)) return send_progress(job, "cancelled");
             send_progress(job, "done");

@@ -5,7 +5,6 @@
 #include "viewer/server/touch/tool.h"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 namespace sqmap::viewer {
@@ -30,8 +29,10 @@ Live live_of(const Settings& s, std::uint32_t number)
 
 Forces::Forces(std::vector<ObjectPtr> objects, const Settings& settings) : objects_(std::move(objects))
 {
-    haptic::ZoneOptions zone{
-        .stiffness = settings.stiffness, .damping = settings.damping, .tangential_stiffness = settings.stiffness};
+    haptic::ToolDescription description{
+        .force = {.stiffness = settings.stiffness, .damping = settings.damping, .tangential_stiffness = settings.stiffness},
+        .radius = settings.zone};
+    haptic::ZoneOptions& zone = description.force;
     const bool held = settings.tool == ToolKind::Mesh && settings.tool_object < objects_.size();
     const ObjectPtr tool_object = held ? std::exchange(objects_[settings.tool_object], nullptr) : nullptr;
     if (settings.paper_force && has_paper_force(objects_)) {
@@ -44,10 +45,10 @@ Forces::Forces(std::vector<ObjectPtr> objects, const Settings& settings) : objec
     }
     if (settings.tool != ToolKind::Ball && (settings.tool == ToolKind::Hand || held)) {
         Tool tool = make_tool(settings, tool_object.get());
-        weights_ = std::move(tool.weights);
-        points_ = std::move(tool.mesh.vertices);
+        description.weights = std::move(tool.weights);
+        description.points = std::move(tool.mesh.vertices);
     } else if (zone.smoothed_map) {
-        points_ =
+        description.points =
             settings.smoothing > 0 ? std::vector<Vec3d>{{}} : mesh::sphere(settings.tool_radius, k_sphere_divisions).vertices;
     } else {
         zone.averaging = settings.smoothing > 0 ? haptic::Averaging::Stencil : haptic::Averaging::Ball;
@@ -56,25 +57,18 @@ Forces::Forces(std::vector<ObjectPtr> objects, const Settings& settings) : objec
             zone.smoothing = {};
             zone.smoothing.radius = settings.smoothing;
         }
-        points_ = haptic::stencil_points(zone.smoothing);
     }
-    probe_ = std::make_unique<query::Probe>(points_);
     patch_ = zone.averaging == haptic::Averaging::Patch;
     for (const ObjectPtr& object : objects_)
         doubtful_ = doubtful_ || (object != nullptr && model::is_doubtful(object->metres.measured));
-    const haptic::Zone whole{.probe = probe_.get(),
-                             .weights = weights_,
-                             .radius = settings.zone > 0 ? settings.zone : std::numeric_limits<double>::infinity(),
-                             .options = zone};
+    tool_ = haptic::Tool(std::move(description));
     if (settings.texture > 0)
         texture_ = haptic::gaussian_texture({.amplitude = settings.texture, .wavelength = 0.003}, texture_values_);
     for (const ObjectPtr& object : objects_)
         if (object != nullptr) solids_.push_back({.model = &object->metres, .pose = object->pose()});
     for (haptic::TouchedBody& solid : solids_)
         if (settings.texture > 0) solid.material.texture = &texture_;
-    state_ = std::make_unique<haptic::State>(
-        std::span(&whole, 1),
-        haptic::StateOptions{.max_contacts = probe_->size(), .max_touched = std::max<std::size_t>(1, solids_.size())});
+    state_ = std::make_unique<haptic::State>(tool_.state(solids_.size()));
     adjust(live_of(settings, 0));
 }
 

@@ -3,6 +3,7 @@
 
 #include "sqmap/haptic/step.h"
 #include "sqmap/haptic/texture.h"
+#include "sqmap/haptic/tool.h"
 #include "viewer/server/protocol/messages.h"
 #include "viewer/server/scene/object.h"
 
@@ -62,8 +63,8 @@ public:
     [[nodiscard]] const std::vector<ObjectPtr>& objects() const noexcept { return objects_; }  ///< null: held as the tool
 
     // Any thread: what the servo changes is not read.
-    [[nodiscard]] std::span<const Vec3d> points() const noexcept { return points_; }  ///< of the tool, its own frame, m
-    [[nodiscard]] const query::Probe& probe() const noexcept { return *probe_; }      ///< the same points
+    [[nodiscard]] std::span<const Vec3d> points() const noexcept { return tool_.points(); }  ///< of the tool, its own frame, m
+    [[nodiscard]] const query::Probe& probe() const noexcept { return tool_.probe(); }      ///< the same points
     /// The layer that answers with such settings.
     [[nodiscard]] query::Layer layer_of(const Live& live) const noexcept;
 
@@ -73,10 +74,9 @@ private:
     bool doubtful_ = false;  ///< layers below the exact one give wrong verdicts on some object
     bool patch_ = false;     ///< a hand or a mesh, or the paper's force
     bool proxy_ = false;
-    std::vector<Vec3d> points_;
-    std::vector<float> weights_, texture_values_;
+    std::vector<float> texture_values_;
     haptic::Texture texture_{};
-    std::unique_ptr<query::Probe> probe_;
+    haptic::Tool tool_;
     std::unique_ptr<haptic::State> state_;
     Found found_{};
 };

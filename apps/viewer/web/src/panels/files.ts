@@ -123,15 +123,6 @@ async function work(): Promise<void> {
   busy = false;
 }
 
-/// The program's cures name options of sqmap bake. These patterns say the same with the words of the choices.
-const CHOICES: [RegExp, string][] = [
-  [/make it a plate with sqmap bake --thickness T, T at least (\S+?)(?=,|$)/, 'say how thick it is under “Sheets are”, $1 or more'],
-  [/allow them with --repair safe/, 'choose “only what moves nothing” or more under “Repair”'],
-  [/say so with --unit \(such as --unit mm\)/, 'choose it under “Unit of the file”'],
-  [/--thickness/, '“Sheets are”'],
-];
-function inChoices(text: string): string { return CHOICES.reduce((t, [option, words]) => t.replace(option, words), text); }
-
 async function check(one: Waiting): Promise<void> {
   const { file, abort } = one;
   dialog.hidden = false;
@@ -154,8 +145,8 @@ async function check(one: Waiting): Promise<void> {
     againButton.hidden = !mesh;
     againButton.textContent = `Read ${file.name} again`;
     fill(verdictBox, h('h2', {}, file.name), h('p', { class: 'word' }, `${good ? '✓' : '✗'} ${v.verdict}${v.code ? ` ${v.code}` : ''}`),
-      v.message && h('p', {}, `${v.element ? `At ${v.element}: ` : ''}${v.message}`), v.cure && h('p', {}, `What helps: ${inChoices(v.cure)}`),
-      v.notes?.length ? h('ul', {}, ...v.notes.map((n) => h('li', {}, inChoices(n)))) : null,
+      v.message && h('p', {}, `${v.element ? `At ${v.element}: ` : ''}${v.message}`), v.cure && h('p', {}, `What helps: ${v.cure}`),
+      v.notes?.length ? h('ul', {}, ...v.notes.map((n) => h('li', {}, n))) : null,
       (v.code === 'E_OPEN' || v.code === 'E_FLAT' || v.verdict === 'CLOSED' || v.verdict === 'WRAPPED') && options.repair !== 'surface' && h('button', { id: 'as-surface', onclick: () => readAgain(one, 'surface') }, 'Take it as a surface without inside'));
     if (!good && mesh) optionsBox.open = true;
     announce(`${file.name}: ${v.verdict}. ${v.message ?? ''}`, !good);

@@ -1,0 +1,60 @@
+// A tool: from its description to the zones that step() reads, with the points and probes that they refer to.
+#pragma once
+
+#include "sqmap/haptic/patch.h"
+#include "sqmap/haptic/step.h"
+#include "sqmap/haptic/zone.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace sqmap::haptic {
+
+/// The description of a tool. SI units.
+struct ToolDescription {
+    /// Mode, layer and force of all zones. averaging says what the tool is: a Stencil is a point and a Ball a ball, whose points
+    /// follow from `smoothing`; a Patch has the points below.
+    ZoneOptions force{};
+    std::vector<Vec3d> points{};        ///< Patch: m, the zone's frame
+    std::vector<float> weights{};       ///< Patch: m^2 of surface about each point; empty: all alike
+    DenserSets denser{};                ///< Patch: the same surface with more points
+    std::uint32_t max_touching = 1200;  ///< points of a denser set in contact
+    double radius = 0;                  ///< m, of the impact sphere about a zone's pose; 0: the whole tool is felt
+    std::size_t zones = 1;              ///< each carries the whole tool at a pose of its own, where `first` is empty
+    /// Where each zone's points begin, and behind the last one #points: fingers of one hand. The points are in the world then
+    /// and follow by Tool::probe().move.
+    std::vector<std::uint32_t> first{};
+};
+
+/// The surface of a mesh as a tool: the description's points and weights by patch_points, and denser sets where wanted.
+/// @throw std::bad_alloc
+void take_surface(ToolDescription& tool, std::span<const Vec3d> vertices, std::span<const std::array<std::uint32_t, 3>> triangles,
+                  double spacing, bool has_denser);
+
+/// A tool that is made, outside the loop. Movable: what the zones refer to stays where it is.
+/// Thread safety: as a probe; the zones may be read by any number of threads.
+class Tool {
+public:
+    Tool() = default;
+    /// @throw std::bad_alloc
+    explicit Tool(ToolDescription description);
+
+    /// Valid while this lives.
+    [[nodiscard]] std::span<const Zone> zones() const noexcept { return zones_; }
+    [[nodiscard]] std::span<const Vec3d> points() const noexcept { return description_.points; }
+    [[nodiscard]] query::Probe& probe() noexcept { return *probe_; }
+    [[nodiscard]] const query::Probe& probe() const noexcept { return *probe_; }
+    /// The forces of these zones on so many touched bodies; refers to the tool. @throw std::bad_alloc
+    [[nodiscard]] State state(std::size_t max_touched = 1) const;
+
+private:
+    ToolDescription description_;
+    std::unique_ptr<query::Probe> probe_;
+    std::vector<Zone> zones_;
+};
+
+}  // namespace sqmap::haptic

@@ -1,0 +1,88 @@
+// Words about a mesh that name settings. A mesh comes in through C++, C, Python, JavaScript, the program or the page, and each of
+// these doors writes the same setting its own way: it gives its table of names when it asks for the words.
+// Plain data and pure functions: any number of threads.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace sqmap::mesh {
+
+/// A setting that words about a mesh can name.
+enum class Setting : std::uint8_t {
+    Repair,
+    MaxFilled,
+    Surface,
+    Thickness,
+    PlateThickness,  ///< the same, for a reader who has yet to bake
+    Unit,
+    MaxBytes,
+    MaxFaces,
+    MaxComponents,
+    MaxCuredFaces,
+    MaxWrappedFaces,
+    WrapTolerance,
+    MaxCells,
+    MaxParts,
+    TargetError,
+    Exact,
+};
+
+/// How one door writes its settings.
+struct SettingNames {
+    std::array<const char*, 16> names{};  ///< in the order of Setting; null where the door has no such setting
+    const char* equals = " ";             ///< between a name and a value
+    /// A value as the door writes it; word: "close", "mm", "T" for a length that the reader has to choose.
+    std::string (*value)(Setting setting, std::string_view word) = [](Setting, std::string_view word) {
+        return std::string(word);
+    };
+
+    [[nodiscard]] const char* name(Setting setting) const { return names[static_cast<std::size_t>(setting)]; }
+};
+
+/// The names of C++: AdmitOptions::repair = Repair::Close.
+extern const SettingNames k_cpp_settings;
+
+/// Text in which some clauses name a setting. A door that lacks the setting leaves its clause out.
+class Words {
+public:
+    Words() = default;
+    Words(std::string text) { clauses_.push_back({std::move(text), {}, {}, {}}); }  // NOLINT(google-explicit-constructor)
+    Words(const char* text) : Words(std::string(text)) {}                           // NOLINT(google-explicit-constructor)
+    /// Begins with a clause that names a setting.
+    Words(std::string before, Setting setting, std::string value = "", std::string after = "")
+    {
+        with(std::move(before), setting, std::move(value), std::move(after));
+    }
+
+    /// Adds a clause: before, the setting with its value ("close", or "close or wrap"; empty for the name alone), after.
+    Words& with(std::string before, Setting setting, std::string value = "", std::string after = "")
+    {
+        clauses_.push_back({std::move(before), setting, std::move(value), std::move(after)});
+        return *this;
+    }
+    Words& operator+=(const Words& more)
+    {
+        clauses_.insert(clauses_.end(), more.clauses_.begin(), more.clauses_.end());
+        return *this;
+    }
+    friend Words operator+(Words a, const Words& b) { return a += b; }
+
+    /// Empty where there are no clauses, or none that the door has settings for.
+    [[nodiscard]] std::string text(const SettingNames& names = k_cpp_settings) const;
+
+private:
+    struct Clause {
+        std::string before;
+        std::optional<Setting> setting;
+        std::string value, after;
+    };
+    std::vector<Clause> clauses_;
+};
+
+}  // namespace sqmap::mesh

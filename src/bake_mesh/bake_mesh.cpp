@@ -1,0 +1,214 @@
+#include "sqmap/bake_mesh.h"
+
+#include "sqmap/io/model_file.h"
+#include "sqmap/model/doubt.h"
+#include "sqmap/model/made_up.h"
+
+#include <cstdio>
+#include <utility>
+
+namespace sqmap {
+namespace {
+
+template <class... F>
+struct Cases : F... {
+    using F::operator()...;
+};
+template <class... F>
+Cases(F...) -> Cases<F...>;
+
+mesh::Refusal refusal_of(const io::ReadError& error)
+{
+    if (error.code == mesh::name_of(mesh::Refusal::Truncated)) return mesh::Refusal::Truncated;
+    if (error.code == mesh::name_of(mesh::Refusal::Limit)) return mesh::Refusal::Limit;
+    return mesh::Refusal::Format;
+}
+
+mesh::Words cure_of(const io::ReadError& error)
+{
+    mesh::Words out(error.cure);
+    if (error.limit == io::Raisable::MaxBytes) out.with(", or raise the limit with ", mesh::Setting::MaxBytes);
+    if (error.limit == io::Raisable::MaxFaces) out.with(", or raise the limit with ", mesh::Setting::MaxFaces);
+    return out;
+}
+
+AdmittedMesh admitted_as(const mesh::PolygonView& polygons, const MeshOptions& options, std::string source)
+{
+    return {mesh::admit(polygons, options.admit), "", std::move(source)};
+}
+
+AdmittedMesh admitted(const io::ReadResult& read, const MeshOptions& options, const std::filesystem::path& name)
+{
+    AdmittedMesh out;
+    if (read.error)
+        out.diagnosis = {refusal_of(*read.error), read.error->element, read.error->message, cure_of(*read.error)};
+    else
+        out = admitted_as({read.soup.positions, read.soup.polygon_offsets, read.soup.indices}, options, "");
+    if (read.format) out.format = io::format_name(*read.format);
+    out.source = name.filename().string();
+    return out;
+}
+
+AdmittedMesh admitted(const mesh::PolygonView& polygons, const MeshOptions& options)
+{
+    if (!polygons.offsets.empty() || polygons.indices.empty()) return admitted_as(polygons, options, "arrays");
+    std::vector<std::uint32_t> offsets(polygons.indices.size() / 3 + 1);
+    for (std::size_t i = 0; i < offsets.size(); ++i) offsets[i] = static_cast<std::uint32_t>(3 * i);
+    return admitted_as({polygons.positions, offsets, polygons.indices}, options, "arrays");
+}
+
+AdmittedMesh admitted(const mesh::Mesh& mesh, const MeshOptions& options)
+{
+    std::vector<std::int64_t> corners;
+    for (const mesh::Triangle& t : mesh.triangles) corners.insert(corners.end(), t.begin(), t.end());
+    return admitted(mesh::PolygonView{mesh.vertices, {}, corners}, options);
+}
+
+/// The record of the cure for the model. It refers to the mesh.
+bake::Cured cured(const AdmittedMesh& mesh)
+{
+    if (mesh.admission != mesh::Admission::Closed && mesh.admission != mesh::Admission::Wrapped) return {};
+    return {mesh.admission == mesh::Admission::Closed ? model::Rung::Closed : model::Rung::Wrapped, mesh.made_up,
+            mesh.deviation.value_or(mesh::Deviation{})};
+}
+
+std::string distances_text(const mesh::Distances& d, double r_max)
+{
+    char text[128];
+    std::snprintf(text, sizeof text, "mean %.3g, p99 %.3g (%.2g %% of R_max), max %.3g", d.mean, d.p99, 100 * d.p99 / r_max,
+                  d.max);
+    return text;
+}
+
+std::string doubt_text(const DoubtNote& doubt, const mesh::SettingNames& names)
+{
+    char text[128];
+    if (doubt.wrong > 0)
+        std::snprintf(text, sizeof text, "W_LAYER3: %u of %u points on the wrong side on layer 3", doubt.wrong, doubt.points);
+    else
+        std::snprintf(text, sizeof text, "W_LAYER3: depths of layer 3 have a 99th percentile of %.3f %%", doubt.depth_p99);
+    mesh::Words out(text);
+    if (doubt.has_exact) return out.text() + ": use the exact layer, as auto and the page do";
+    return out.with(": bake it with ", mesh::Setting::Exact).text(names);
+}
+
+}  // namespace
+
+std::string words(const Note& note, const mesh::SettingNames& names)
+{
+    char text[128];
+    return std::visit(
+        Cases{[](const mesh::RepairNote& n) { return "repaired: " + mesh::words(n); },
+              [&](const mesh::Warning& n) { return std::string(mesh::name_of(n.kind)) + ": " + mesh::words(n, names); },
+              [](const MovedNote& n) {
+                  return "moved: from the file " + distances_text(n.from_input, n.r_max) + "; to the file " +
+                         distances_text(n.to_input, n.r_max);
+              },
+              [](const MovedBoundaryNote& n) {
+                  return "moved: from the file where it bounds the solid " + distances_text(n.from_input, n.r_max);
+              },
+              [&](const MadeUpNote& n) {
+                  std::snprintf(text, sizeof text, "made up: %.3g %% of the area", 100 * n.share);
+                  return std::string(text);
+              },
+              [&](const OffTargetNote& n) {
+                  std::snprintf(text, sizeof text,
+                                "W_TARGET: target error of %g %% not reached: the best model found has %.3f %%", n.wanted,
+                                n.reached);
+                  return std::string(text);
+              },
+              [&](const DoubtNote& n) { return doubt_text(n, names); }},
+        note);
+}
+
+std::vector<std::string> words(std::span<const Note> notes, const mesh::SettingNames& names)
+{
+    std::vector<std::string> out;
+    for (const Note& note : notes) out.push_back(words(note, names));
+    return out;
+}
+
+std::vector<Note> AdmittedMesh::notes() const
+{
+    std::vector<Note> out(repairs.begin(), repairs.end());
+    if (deviation) {
+        const double r_max = mesh::largest_vertex_distance(mesh);
+        out.emplace_back(MovedNote{deviation->input_to_result, deviation->result_to_input, r_max});
+        if (deviation->bounding_to_result) out.emplace_back(MovedBoundaryNote{*deviation->bounding_to_result, r_max});
+        out.emplace_back(MadeUpNote{deviation->made_up_share});
+    }
+    out.insert(out.end(), warnings.begin(), warnings.end());
+    return out;
+}
+
+AdmittedMesh admit_mesh(const MeshInput& input, const MeshOptions& options)
+{
+    return std::visit(Cases{[&](const std::filesystem::path& path) {
+                                return admitted(io::read_mesh_file(path, options.limits), options, path);
+                            },
+                            [&](const MeshBytes& file) {
+                                return admitted(io::read_mesh_bytes(file.bytes, file.name, options.limits), options, file.name);
+                            },
+                            [&](const auto& arrays) { return admitted(arrays, options); }},
+                      input);
+}
+
+AdmittedMesh admitted_mesh_of(const model::ModelView& model)
+{
+    AdmittedMesh out;
+    const model::Cure& cure = model.cure;
+    out.admission = cure.rung == model::Rung::Closed    ? mesh::Admission::Closed
+                    : cure.rung == model::Rung::Wrapped ? mesh::Admission::Wrapped
+                                                        : mesh::Admission::Accept;
+    out.solid = model.header.solid != 0;
+    out.source = model.source;
+    for (std::size_t v = 0; v + 2 < model.vertices.size(); v += 3)
+        out.mesh.vertices.push_back(model::to_mesh_units(model.header, model::vec3(&model.vertices[v])));
+    const bool is_cured = cure.rung != model::Rung::AsItIs;
+    for (std::uint32_t t = 0; t < model.triangle_part.size(); ++t) {
+        out.mesh.triangles.push_back(
+            {model::triangle_vertex(model, t, 0), model::triangle_vertex(model, t, 1), model::triangle_vertex(model, t, 2)});
+        if (is_cured) out.made_up.push_back(model::is_made_up(model, t) ? 1 : 0);
+    }
+    if (!is_cured) return out;
+    out.deviation.emplace();
+    out.deviation->input_to_result = {cure.from_mean, cure.from_p99, cure.from_max};
+    out.deviation->result_to_input = {cure.to_mean, cure.to_p99, cure.to_max};
+    out.deviation->made_up_share = cure.made_up_share;
+    return out;
+}
+
+BakedModel bake_mesh(const MeshInput& input, const BakeMeshOptions& options)
+{
+    return bake_mesh(admit_mesh(input, options.mesh), options);
+}
+
+BakedModel bake_mesh(AdmittedMesh mesh, const BakeMeshOptions& options)
+{
+    if (mesh.refused()) throw mesh::RefusedMesh(mesh.diagnosis);
+    bake::BakeOptions bake = options.bake;
+    bake.cured = cured(mesh);
+    bake::BakeResult result = bake::bake(mesh.mesh, mesh.solid, bake);
+    BakedModel out{std::move(result.model), std::move(mesh), std::move(result.report), {}};
+    out.model.made_by = options.provenance.made_by;
+    out.model.source = options.provenance.source.value_or(out.mesh.source);
+    out.model.options = options.provenance.options;
+    out.notes = out.mesh.notes();
+    if (out.model.measured.depth_p99 > bake.target_error)
+        out.notes.emplace_back(OffTargetNote{bake.target_error, out.model.measured.depth_p99});
+    if (const std::optional<Note> doubt = doubt_of(out.view())) out.notes.push_back(*doubt);
+    return out;
+}
+
+std::optional<Note> doubt_of(const model::ModelView& model)
+{
+    const model::Measured& m = model.measured;
+    if (!model::is_doubtful(m)) return std::nullopt;
+    return DoubtNote{m.missed + m.false_contacts, m.points, m.depth_p99, model::has_exact(model)};
+}
+
+std::vector<std::byte> BakedModel::bytes() const { return io::serialize(model); }
+
+void BakedModel::save(const std::filesystem::path& path) const { io::write_model(model, path); }
+
+}  // namespace sqmap

@@ -1,0 +1,43 @@
+#include "sqmap/haptic/tool.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace sqmap::haptic {
+
+void take_surface(ToolDescription& tool, std::span<const Vec3d> vertices, std::span<const std::array<std::uint32_t, 3>> triangles,
+                  double spacing, bool has_denser)
+{
+    if (has_denser) tool.denser = DenserSets(vertices, triangles);
+    PatchPoints patch = patch_points(vertices, triangles, spacing);
+    tool.points = std::move(patch.points);
+    tool.weights = std::move(patch.weights);
+}
+
+Tool::Tool(ToolDescription description) : description_(std::move(description))
+{
+    ToolDescription& d = description_;
+    if (d.force.averaging != Averaging::Patch) d.points = stencil_points(d.force.smoothing);
+    probe_ = std::make_unique<query::Probe>(d.points);
+    const Zone zone{.probe = probe_.get(),
+                    .in_world = !d.first.empty(),
+                    .weights = d.weights,
+                    .denser = d.denser.points(),
+                    .max_touching = d.max_touching,
+                    .radius = d.radius > 0 ? d.radius : std::numeric_limits<double>::infinity(),
+                    .options = d.force};
+    zones_.assign(d.first.empty() ? d.zones : d.first.size() - 1, zone);
+    for (std::size_t z = 0; z + 1 < d.first.size(); ++z) {
+        zones_[z].first = d.first[z];
+        zones_[z].count = d.first[z + 1] - d.first[z];
+    }
+}
+
+State Tool::state(std::size_t max_touched) const
+{
+    return State(zones_, {.max_contacts = std::max(probe_->size(), description_.denser.max_points()),
+                          .max_touched = std::max<std::size_t>(1, max_touched)});
+}
+
+}  // namespace sqmap::haptic
