@@ -1,8 +1,8 @@
 #include "sqmap/bake_mesh.h"
 
 #include "sqmap/io/model_file.h"
-#include "sqmap/model/doubt.h"
 #include "sqmap/model/made_up.h"
+#include "sqmap/model/reliability.h"
 
 #include <cstdio>
 #include <utility>

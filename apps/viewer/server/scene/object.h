@@ -41,8 +41,8 @@ struct Object {
     mesh::Mesh mesh;         ///< model space; empty where the model was baked without its triangles
     mesh::DualGraph dual{};  ///< of mesh
     Parts parts;
-    std::filesystem::path names_file;     ///< where its names are kept: beside a model that the program opened; empty: nowhere
-    Words words;                          ///< that its parts were named with
+    std::filesystem::path names_file;  ///< where its names are kept: beside a model that the program opened; empty: nowhere
+    Words words;                       ///< that its parts were named with
     std::optional<mesh::Admission> admission;  ///< of the mesh it was baked from here; absent of a model
     std::vector<Note> notes;                   ///< about that mesh and about the model
 

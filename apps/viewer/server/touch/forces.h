@@ -64,7 +64,7 @@ public:
 
     // Any thread: what the servo changes is not read.
     [[nodiscard]] std::span<const Vec3d> points() const noexcept { return tool_.points(); }  ///< of the tool, its own frame, m
-    [[nodiscard]] const query::Probe& probe() const noexcept { return tool_.probe(); }      ///< the same points
+    [[nodiscard]] const query::Probe& probe() const noexcept { return tool_.probe(); }       ///< the same points
     /// The layer that answers with such settings.
     [[nodiscard]] query::Layer layer_of(const Live& live) const noexcept;
 
