@@ -63,6 +63,7 @@ struct DoubtNote {
     double depth_p99 = 0;                 ///< percent of R_max
     bool has_exact = false;               ///< the model has the exact layer, which answers instead
 };
+/// One thing that a caller should know about a mesh or its model.
 using Note = std::variant<mesh::RepairNote, MovedNote, MovedBoundaryNote, MadeUpNote, mesh::Warning, OffTargetNote, DoubtNote>;
 
 /// One line, with settings as the door names them. @throw std::bad_alloc
@@ -75,6 +76,7 @@ struct AdmittedMesh : mesh::AdmitResult {
     std::string format;  ///< of the file, "OBJ"; empty of arrays, and where it was not recognised
     std::string source;  ///< name of the file without its folder, "arrays" without a file
 
+    /// True where the mesh was refused: `diagnosis` says why, and there are no triangles.
     [[nodiscard]] bool refused() const { return admission == mesh::Admission::Refused; }
     /// Repairs, how far a cure moved the surface, warnings. @throw std::bad_alloc
     [[nodiscard]] std::vector<Note> notes() const;

@@ -1,4 +1,4 @@
-# Rejects a runtime archive that could allocate, lock, throw or call out; members named prepare_* are called outside the frame
+# Rejects a runtime archive that could allocate, lock, throw or call out; members named prepare.cpp or prepare_* are called outside the frame
 # and may allocate. usage: cmake -DNM= -DARCHIVE= -P this
 execute_process(COMMAND ${NM} --undefined-only --demangle ${ARCHIVE} OUTPUT_VARIABLE symbols RESULT_VARIABLE result)
 if(NOT result EQUAL 0)
@@ -12,7 +12,7 @@ set(count 0)
 set(prepares FALSE)
 foreach(line IN LISTS lines)
   if(line MATCHES "^([^ ]+)\\.o:$")
-    string(REGEX MATCH "^prepare_" prepares "${CMAKE_MATCH_1}")
+    string(REGEX MATCH "^prepare(_|[.]cpp)" prepares "${CMAKE_MATCH_1}")
   elseif(line MATCHES " U " AND NOT prepares)
     math(EXPR count "${count} + 1")
     if(line MATCHES "${forbidden}")

@@ -45,8 +45,11 @@ public:
 
     /// Valid while this lives.
     [[nodiscard]] std::span<const Zone> zones() const noexcept { return zones_; }
+    /// The tool's points in its own frame, m. Valid while this lives.
     [[nodiscard]] std::span<const Vec3d> points() const noexcept { return description_.points; }
+    /// The probe of the same points, which a deforming tool moves. @pre the tool was made of a description
     [[nodiscard]] query::Probe& probe() noexcept { return *probe_; }
+    /// The probe of the same points. @pre the tool was made of a description
     [[nodiscard]] const query::Probe& probe() const noexcept { return *probe_; }
     /// The forces of these zones on so many touched bodies; refers to the tool. @throw std::bad_alloc
     [[nodiscard]] State state(std::size_t max_touched = 1) const;

@@ -42,6 +42,7 @@ struct SettingNames {
         return std::string(word);
     };
 
+    /// The door's name of a setting; null where the door has no such setting.
     [[nodiscard]] const char* name(Setting setting) const { return names[static_cast<std::size_t>(setting)]; }
 };
 
@@ -52,8 +53,10 @@ extern const SettingNames k_cpp_settings;
 class Words {
 public:
     Words() = default;
+    /// One clause that names no setting.
     Words(std::string text) { clauses_.push_back({std::move(text), {}, {}, {}}); }  // NOLINT(google-explicit-constructor)
-    Words(const char* text) : Words(std::string(text)) {}                           // NOLINT(google-explicit-constructor)
+    /// One clause that names no setting.
+    Words(const char* text) : Words(std::string(text)) {}  // NOLINT(google-explicit-constructor)
     /// Begins with a clause that names a setting.
     Words(std::string before, Setting setting, std::string value = "", std::string after = "")
     {
