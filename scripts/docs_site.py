@@ -150,7 +150,7 @@ def live(model, up):
 def included(match):
     """The file of the repository that the comment names; Sphinx fails where there is none."""
     path = match.group(1)
-    return f"```{{literalinclude}} /{os.path.relpath(ROOT / path, SOURCE)}\n:language: {'c' if path.endswith('.c') else 'cpp'}\n```"
+    return f"```{{literalinclude}} /{os.path.relpath(ROOT / path, SOURCE)}\n:language: {pathlib.Path(path).suffix.lstrip('.').replace('py', 'python')}\n```"
 
 
 def copy_pages():

@@ -69,12 +69,11 @@ class Names(unittest.TestCase):
         self.assertEqual([e.name for e in examples if f"<!-- include examples/{e.name} -->" not in page], [])
 
     def test_the_code_of_the_readme_stands_in_an_example(self):
-        def bare(text):
-            return "\n".join(line.strip() for line in text.splitlines())
-        blocks = re.findall(r"^```cpp\n(.*?)^```", (ROOT / "README.md").read_text(), re.MULTILINE | re.DOTALL)
-        self.assertTrue(blocks)
-        examples = [bare(example.read_text()) for example in (ROOT / "examples").glob("*.cpp")]
-        self.assertEqual([b for b in blocks if not any(bare(b) in example for example in examples)], [])
+        readme = (ROOT / "README.md").read_text()
+        for language, example in (("cpp", "01_bake.cpp"), ("python", "01_bake.py")):
+            (block,) = re.findall(rf"^```{language}\n(.*?)^```", readme, re.MULTILINE | re.DOTALL)
+            lines = iter([line.strip() for line in (ROOT / "examples" / example).read_text().splitlines()])
+            self.assertEqual([line for line in block.splitlines() if line not in lines], [], example)  # in this order
 
     def test_what_the_package_exports_is_declared(self):
         self.assertEqual(self.changed("js/index.js", "  query() {", "  render() {"), ["JavaScript: Model.render is not on the site"])
