@@ -3,7 +3,7 @@
 
 namespace sqmap::bench {
 
-/// What a topic returns when its words are wrong: sqmap_measure prints the topic's usage then.
+/// A topic returns this when its words are wrong: sqmap_measure prints the topic's usage then.
 inline constexpr int k_wrong_usage = 64;
 
 int measure_cloth(int argc, char** argv);

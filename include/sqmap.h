@@ -30,7 +30,7 @@ extern "C" {
 
 // ---------------------------------------------------------------------------------------------------- errors
 
-/// What a function returns.
+/// A function returns one of these.
 typedef enum sqmap_code {
     SQMAP_OK = 0,
     SQMAP_E_ARGUMENT = 1,   ///< a pointer, size or number that is not taken
@@ -173,7 +173,7 @@ typedef struct sqmap_pose {
     double translation[3];
 } sqmap_pose;
 
-/// What answers; each is slower than the one before it, and errs less.
+/// The layer that answers; each is slower than the one before it, and errs less.
 typedef enum sqmap_layer {
     SQMAP_LAYER_DEFAULT = 0,  ///< as SQMAP_LAYER_3
     SQMAP_LAYER_1 = 1,        ///< superquadrics: errs towards contact only
@@ -213,7 +213,7 @@ typedef struct sqmap_points {
     const sqmap_pose* pose;  ///< of the model in the points' frame; null: the points are in the mesh's own
 } sqmap_points;
 
-/// Where answers go: an array of `count` rows each; null for what is not wanted.
+/// The caller's arrays for the answers, `count` rows each; a null array is not written.
 typedef struct sqmap_contacts {
     size_t size;
     uint8_t* contact;  ///< 1: the point is inside
@@ -238,7 +238,7 @@ enum sqmap_known {
     SQMAP_KNOWN_BOUND = 2         ///< the truth has this sign, is no nearer, and at most twice as far
 };
 
-/// Where answers go: an array of `count` rows each; null for what is not wanted.
+/// The caller's arrays for the answers, `count` rows each; a null array is not written.
 typedef struct sqmap_distances {
     size_t size;
     double* distance;  ///< to the nearest surface, negative inside; NaN of a point that is not finite
@@ -254,7 +254,7 @@ typedef struct sqmap_distances {
 SQMAP_API sqmap_code sqmap_signed_distances(sqmap_model model, const sqmap_points* points, const sqmap_query_options* options,
                                             sqmap_distances* distances);
 
-/// Where answers go: an array of `count` rows each; null for what is not wanted.
+/// The caller's arrays for the answers, `count` rows each; a null array is not written.
 typedef struct sqmap_closest {
     size_t size;
     double* closest;     ///< x 3: the nearest point of the triangles; NaN of a point that is not finite
@@ -331,7 +331,7 @@ typedef struct sqmap_pair_contact {
     uint8_t status;     ///< bits
 } sqmap_pair_contact;
 
-/// What pairs are computed in: one for each thread. {0} is none.
+/// Memory that pair queries compute in: one for each thread. {0} is none.
 typedef struct sqmap_workspace {
     uint64_t id;
 } sqmap_workspace;
@@ -370,7 +370,7 @@ typedef enum sqmap_mode {
     SQMAP_MODE_COUPLED = 3   ///< a simulated body, joined to the device by springs and dampers that a light stylus carries
 } sqmap_mode;
 
-/// What is touched, with what, and what the device holds. Zero: the default.
+/// The touched model, the tool and the limits of the device. Zero: the default.
 typedef struct sqmap_session_options {
     size_t size;
     double metres_per_unit;   ///< of the mesh; default 1
@@ -410,7 +410,7 @@ typedef struct sqmap_tick {
     uint32_t acts;       ///< bits of SQMAP_TICK_...
 } sqmap_tick;
 
-/// What a tick gives.
+/// The answer of a tick.
 typedef struct sqmap_force {
     size_t size;
     double force[3], torque[3];  ///< for the device: N, N m about the tool, world axes; finite, within the limits
@@ -474,7 +474,7 @@ typedef struct sqmap_pad_tick {
     int32_t restarts;              ///< not zero: the pad was lifted and set elsewhere, no slip
 } sqmap_pad_tick;
 
-/// What a taxel measures, in the pad's frame.
+/// The forces that a taxel measures, in the pad's frame.
 typedef struct sqmap_taxel {
     float normal;    ///< pressed in, never negative
     float shear[3];  ///< perpendicular to the taxel's normal

@@ -90,7 +90,7 @@ struct AdmittedMesh : mesh::AdmitResult {
 /// what a cure made up. Empty triangles without the exact layer. @throw std::bad_alloc
 [[nodiscard]] AdmittedMesh admitted_mesh_of(const model::ModelView& model);
 
-/// What a model says of its making.
+/// A model keeps this text about its making.
 struct Provenance {
     std::string made_by = "sqmap";        ///< program and version
     std::optional<std::string> source{};  ///< absent: that of the mesh

@@ -16,7 +16,7 @@ struct RebakeOptions {
     fit::FitOptions fit{};
 };
 
-/// What was made anew.
+/// The parts that were made anew.
 struct RebakeReport {
     std::size_t changed_triangles = 0;
     std::vector<std::uint32_t> remade;                    ///< parts whose map is new: those whose chart reaches changed triangles

@@ -25,7 +25,7 @@ struct ToolDescription {
     std::uint32_t max_touching = 1200;  ///< points of a denser set in contact
     double radius = 0;                  ///< m, of the impact sphere about a zone's pose; 0: the whole tool is felt
     std::size_t zones = 1;              ///< each carries the whole tool at a pose of its own, where `first` is empty
-    /// Where each zone's points begin, and behind the last one #points: fingers of one hand. The points are in the world then
+    /// Index of each zone's first point, then #points: the zones are fingers of one hand. The points are in the world then
     /// and follow by Tool::probe().move.
     std::vector<std::uint32_t> first{};
 };
