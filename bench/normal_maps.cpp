@@ -1,8 +1,8 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, sections 4.1 and 4.2.
 #include "normal_maps.h"
 
-#include "query/normal/normal_job.h"
-#include "sqmap/bake/bake.h"
+#include "paper/query/job.h"
+#include "sqmap/paper/bake.h"
 #include "sqmap/query/probe.h"
 
 #include <algorithm>
@@ -35,7 +35,8 @@ class NormalQuery final : public Method {
 public:
     NormalQuery(const Setting& setting, std::shared_ptr<const NormalMaps> maps, const NormalMethod& method)
         : maps_(std::move(maps)),
-          options_{.layer = method.layer, .projector = method.projector},
+          reading_(maps_->model(), {.projector = method.projector}),
+          options_{.layer = method.layer},
           one_lane_(method.one_lane),
           probe_(setting.probe.vertices),
           contacts_(probe_.size())
@@ -47,9 +48,9 @@ public:
 
     void run(const Pose& pose) override
     {
-        const query::Body touched{.model = &maps_->model()},
+        const query::Body touched{.model = &reading_.view()},
             collider{.probe = &probe_, .pose = {pose.rotation, pose.translation}};
-        result_ = one_lane_ ? query::run_normal_one_lane({query::ProbeJob(touched, collider, options_, contacts_), options_})
+        result_ = one_lane_ ? paper::run_one_lane({query::ProbeJob(touched, collider, options_, contacts_), options_})
                             : query::query_probe(touched, collider, options_, contacts_);
     }
 
@@ -62,6 +63,7 @@ public:
 
 private:
     std::shared_ptr<const NormalMaps> maps_;
+    paper::Reading reading_;
     query::QueryOptions options_;
     bool one_lane_;
     query::Probe probe_;
@@ -74,14 +76,13 @@ private:
 NormalParts::NormalParts(const Setting& setting) : mesh(bake::model_space(setting.object)), rays(mesh)
 {
     const double start = process_seconds();
-    bake::BakeOptions options;
-    options.projection = model::Projection::Normal;
+    paper::BakeOptions options;
+    options.maps.emplace();
     options.exact = false;
     options.target_error = 100;  // its maps are thrown away: the coarsest will do
     options.threads = setting.threads;
-    bake::BakeResult baked = bake::bake(setting.object, true, options);
-    model = std::move(baked.model);
-    model.normal = {};
+    paper::BakeResult baked = paper::bake(setting.object, true, options);
+    model = std::move(baked.model.common);
     triangles.resize(model.parts.size());
     const std::vector<std::uint32_t>& part_of = baked.report.partition.part_of_triangle;
     for (std::uint32_t t = 0; t < part_of.size(); ++t) triangles[part_of[t]].push_back(t);
@@ -91,33 +92,33 @@ NormalParts::NormalParts(const Setting& setting) : mesh(bake::model_space(settin
 NormalMaps::NormalMaps(std::shared_ptr<const NormalParts> parts, Density density) : parts_(std::move(parts))
 {
     const double start = process_seconds();
-    bake::NormalMapOptions options;
+    paper::MapOptions options;
     options.min_level = options.max_level = density.level + density.subdivisions;
     options.subdivisions = density.subdivisions;
     options.smoothing_radius = 0;
     options.gaps = false;
-    model_ = parts_->model;
+    model_.common = parts_->model;
     double area = 0;
-    for (std::size_t i = 0; i < model_.parts.size(); ++i) {
-        const shape::Superquadricd sq = shape::cast<double>(model::superquadric_of(model_.parts[i]));
-        const bake::NormalMap map = bake::bake_normal_map(parts_->rays, parts_->triangles[i], sq, options);
-        bytes += map.stored_bytes() - sizeof(model::SmoothedSample) * map.smoothed.size();
+    for (std::size_t i = 0; i < model_.common.parts.size(); ++i) {
+        const shape::Superquadricd sq = shape::cast<double>(model::superquadric_of(model_.common.parts[i]));
+        const paper::Map map = paper::bake_map(parts_->rays, parts_->triangles[i], sq, options);
+        bytes += map.stored_bytes() - sizeof(paper::SmoothedSample) * map.smoothed.size();
         samples += std::size_t{map.eta_count} * map.omega_count;
         area += surface_area(sq);
-        bake::append_normal_map(map, model_);
+        paper::append_map(map, model_.maps);
     }
     view_ = model_.view();
     spacing = std::sqrt(area / static_cast<double>(samples));
     build_s = parts_->build_s + process_seconds() - start;
 }
 
-query::ProjectionOptions paper_projection(query::Layer layer)
+paper::ProjectionOptions paper_projection(query::Layer layer)
 {
-    query::ProjectionOptions options;
+    paper::ProjectionOptions options;
     options.layer = layer;
-    options.projector = query::Projector::Pyramid;
+    options.projector = paper::Projector::Pyramid;
     options.nearest_steps = 0;
-    options.use_gaps = false;
+    options.gaps = false;
     return options;
 }
 
@@ -129,10 +130,10 @@ std::unique_ptr<Method> make_normal_query(const Setting& setting, std::shared_pt
 
 ProjectionError projection_error(const NormalMaps& maps, std::span<const Vec3d> points, query::Layer layer)
 {
-    constexpr unsigned k_no_distance = query::k_projection_cap | query::k_projection_miss | query::k_projection_unproven;
+    constexpr unsigned k_no_distance = paper::k_projection_cap | paper::k_projection_miss | paper::k_projection_unproven;
     const NormalParts& parts = maps.parts();
-    const query::ProjectionOptions options = paper_projection(layer);
-    const model::ModelView& model = maps.model();
+    const paper::ProjectionOptions options = paper_projection(layer);
+    const model::ModelView& model = maps.model().common;
     const double r_max = model.header.r_max;
     const double lift = 1e-5 * r_max;  // a surface that touches the superquadric is met too
     std::vector<double> errors;
@@ -142,18 +143,18 @@ ProjectionError projection_error(const NormalMaps& maps, std::span<const Vec3d> 
         for (std::size_t k = 0; k < model.parts.size(); ++k) {
             const float* sphere = model.parts[k].sphere;
             if (norm_sq(p - model::vec3(sphere)) > sphere[3] * sphere[3]) continue;
-            const model::NormalMapView map = model::normal_map_of(model, k);
-            const query::PartAnswer answer = query::project(map, p, options);
-            if (answer.verdict == query::Verdict::Outside) continue;
+            const paper::MapView map = paper::map_of(maps.model(), k);
+            const paper::PartAnswer answer = paper::project(map, p, options);
+            if (answer.verdict == paper::Verdict::Outside) continue;
             ++inside;
             // D at the exact foot, D^ at what the search took for it.
             std::uint8_t flags = 0;
-            const shape::Foot<float> foot = query::find_foot(map, p, query::Projector::Newton, &flags);
-            if ((flags & query::k_projection_unproven) != 0) continue;
+            const shape::Foot<float> foot = paper::find_foot(map, p, paper::Projector::Newton, &flags);
+            if ((flags & paper::k_projection_unproven) != 0) continue;
             const Vec3d n = cast<double>(foot.normal);
-            const bake::MapRays::Surface met = parts.rays.surface_along(cast<double>(foot.point) + lift * n, -n,
-                                                                        {std::numeric_limits<double>::infinity(), lift});
-            const bool on_mesh = met.kind == bake::MapRays::Kind::Hit, on_map = (answer.flags & k_no_distance) == 0;
+            const paper::MapRays::Surface met = parts.rays.surface_along(cast<double>(foot.point) + lift * n, -n,
+                                                                         {std::numeric_limits<double>::infinity(), lift});
+            const bool on_mesh = met.kind == paper::MapRays::Kind::Hit, on_map = (answer.flags & k_no_distance) == 0;
             one_sided += on_mesh != on_map ? 1 : 0;
             if (on_mesh && on_map)
                 errors.push_back(100 * std::abs(met.distance - lift - static_cast<double>(answer.map_distance)) / r_max);

@@ -3,8 +3,8 @@
 
 #include "method.h"
 #include "setting.h"
-#include "sqmap/bake/normal_map.h"
-#include "sqmap/query/normal_projection.h"
+#include "sqmap/paper/bake.h"
+#include "sqmap/paper/projection.h"
 
 #include <cstdint>
 #include <memory>
@@ -21,7 +21,7 @@ struct NormalParts {
     NormalParts& operator=(const NormalParts&) = delete;
 
     const mesh::Mesh mesh;
-    const bake::MapRays rays;
+    const paper::MapRays rays;
     model::ModelData model;                             ///< without maps
     std::vector<std::vector<std::uint32_t>> triangles;  ///< of parts
     double build_s;                                     ///< CPU seconds of decomposition and fit
@@ -47,20 +47,20 @@ public:
     double build_s = 0;       ///< CPU seconds of the maps and of the parts
 
     [[nodiscard]] const NormalParts& parts() const { return *parts_; }
-    [[nodiscard]] const model::ModelView& model() const { return view_; }
+    [[nodiscard]] const paper::ModelView& model() const { return view_; }
 
 private:
     std::shared_ptr<const NormalParts> parts_;
-    model::ModelData model_;
-    model::ModelView view_;
+    paper::ModelData model_;
+    paper::ModelView view_;
 };
 
 /// As the paper asks: the pyramid search, and nothing behind the first surface.
-[[nodiscard]] query::ProjectionOptions paper_projection(query::Layer layer);
+[[nodiscard]] paper::ProjectionOptions paper_projection(query::Layer layer);
 
 struct NormalMethod {
     query::Layer layer;
-    query::Projector projector;
+    paper::Projector projector;
     bool one_lane = false;  ///< the kernel's reference
 };
 /// A probe query of the maps.

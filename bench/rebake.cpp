@@ -64,10 +64,10 @@ int sqmap::bench::measure_rebake(int argc, char** argv)
     for (int i = first; i < argc; ++i) {
         const AdmittedMesh admitted = admit_mesh(argv[i]);
         if (admitted.refused()) return 2;
-        const BakedModel baked = bake_mesh(admitted, {.bake = {.threads = 1}});
+        const BakedModel baked = bake_mesh(admitted, {.bake = {{.threads = 1}}});
         const mesh::Mesh& mesh = baked.mesh.mesh;
         double whole = 0;
-        std::printf("%s: %zu triangles, %zu parts; bake", argv[i], mesh.triangles.size(), baked.model.parts.size());
+        std::printf("%s: %zu triangles, %zu parts; bake", argv[i], mesh.triangles.size(), baked.model.common.parts.size());
         for (const auto& [stage, seconds] : baked.report.seconds) {
             std::printf(" %s %.0f", stage.c_str(), 1e3 * seconds);
             whole += seconds;
@@ -75,9 +75,10 @@ int sqmap::bench::measure_rebake(int argc, char** argv)
         std::printf(" ms, all %.0f ms\n", 1e3 * whole);
         const double r_max = mesh::largest_vertex_distance(mesh);
         std::vector<double> totals;
-        for (std::uint32_t part = 0; part < baked.model.parts.size(); ++part) {
+        for (std::uint32_t part = 0; part < baked.model.common.parts.size(); ++part) {
             const std::vector<Vec3d> moved = bent(mesh, baked.report.partition, part, move * r_max);
-            const bake::RebakeResult again = bake::rebake(baked.model, moved, {.fineness = baked.report.fineness, .threads = 1});
+            const bake::RebakeResult again =
+                bake::rebake(baked.model.common, moved, {.fineness = baked.report.fineness, .threads = 1});
             double sum = 0;
             std::printf("  part %2u: %5zu triangles moved, %2zu maps, %zu fitted;", part, again.report.changed_triangles,
                         again.report.remade.size(), again.report.refitted.size());
@@ -88,10 +89,10 @@ int sqmap::bench::measure_rebake(int argc, char** argv)
             totals.push_back(sum);
             mesh::Mesh posed = mesh;
             for (std::size_t v = 0; v < moved.size(); ++v)
-                posed.vertices[v] = cast<double>(model::to_model_space(baked.model.header, moved[v]));
+                posed.vertices[v] = cast<double>(model::to_model_space(baked.model.common.header, moved[v]));
             const mesh::Solid solid(posed, mesh::find_self_intersections(posed).crossed);
             std::printf(" ms, all %.0f ms; %zu kB of near lists, before %zu;", 1e3 * sum, 2 * again.model.near.size() / 1000,
-                        2 * baked.model.near.size() / 1000);
+                        2 * baked.model.common.near.size() / 1000);
             for (const query::Layer layer :
                  quick ? std::vector<query::Layer>{} : std::vector{query::Layer::Three, query::Layer::Exact}) {
                 bake::EvaluateOptions check;

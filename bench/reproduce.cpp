@@ -7,6 +7,7 @@
 #include "normal_maps.h"
 #include "sqmap/bake/evaluate.h"
 #include "sqmap/io/replace_file.h"
+#include "sqmap/paper/model.h"
 #include "sqmap/shape/surface.h"
 
 #include <CLI/CLI.hpp>
@@ -162,7 +163,7 @@ void add_density(CLI::App& app)
             for (int s = 0; s <= options->subdivisions; ++s) {
                 const query::Layer layer = s == 0 ? query::Layer::Two : query::Layer::Three;
                 auto maps = std::make_shared<const NormalMaps>(parts, Density{level, s});
-                auto method = make_normal_query(*setting, maps, {layer, query::Projector::Pyramid});
+                auto method = make_normal_query(*setting, maps, {layer, paper::Projector::Pyramid});
                 cases.push_back(std::make_unique<Case>(Case{{level, s}, layer, std::move(maps), {}, std::move(method)}));
                 cases.back()->entry.name = "level " + std::to_string(level) + " A_S " + std::to_string(s);
             }

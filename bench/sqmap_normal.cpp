@@ -1,5 +1,6 @@
 // The paper's own projection, a layer and a foot search a name: distances along the superquadrics' normals.
 #include "normal_maps.h"
+#include "sqmap/paper/model.h"
 
 #include <array>
 #include <map>
@@ -15,13 +16,13 @@ std::unique_ptr<Method> make_sqmap_normal(const Setting& setting, int which)
         maps = std::make_shared<const NormalMaps>(std::make_shared<const NormalParts>(setting), Density{});
         made[&setting] = maps;
     }
-    constexpr std::array k_queries{NormalMethod{query::Layer::Two, query::Projector::Printed},
-                                   NormalMethod{query::Layer::One, query::Projector::Newton},
-                                   NormalMethod{query::Layer::Two, query::Projector::Newton},
-                                   NormalMethod{query::Layer::Three, query::Projector::Newton},
-                                   NormalMethod{query::Layer::Two, query::Projector::Pyramid},
-                                   NormalMethod{query::Layer::Three, query::Projector::Pyramid},
-                                   NormalMethod{query::Layer::Three, query::Projector::Newton, true}};
+    constexpr std::array k_queries{NormalMethod{query::Layer::Two, paper::Projector::Printed},
+                                   NormalMethod{query::Layer::One, paper::Projector::Newton},
+                                   NormalMethod{query::Layer::Two, paper::Projector::Newton},
+                                   NormalMethod{query::Layer::Three, paper::Projector::Newton},
+                                   NormalMethod{query::Layer::Two, paper::Projector::Pyramid},
+                                   NormalMethod{query::Layer::Three, paper::Projector::Pyramid},
+                                   NormalMethod{query::Layer::Three, paper::Projector::Newton, true}};
     return make_normal_query(setting, std::move(maps), k_queries[static_cast<std::size_t>(which)]);
 }
 

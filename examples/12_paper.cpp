@@ -1,6 +1,7 @@
 // The paper's own query and force, step by step, on a model of its projection: F, foot, distance map, smoothed map, spring.
-#include <sqmap/io/model_file.h>
-#include <sqmap/query/normal_projection.h>
+#include <sqmap/paper/force.h>
+#include <sqmap/paper/model_file.h>
+#include <sqmap/paper/projection.h>
 #include <sqmap/sqmap.h>
 
 #include <cstdio>
@@ -9,20 +10,20 @@ int main(int argc, char** argv)
 try {
     using namespace sqmap;
     if (argc != 2) return 64;
-    const io::MappedModel file(argv[1]);  // sqmap bake ball.obj -o ball.sqmap --projection normal
-    if (!model::is_normal(file.view())) {
+    const paper::MappedModel file(argv[1]);  // sqmap bake ball.obj -o ball.sqmap --projection normal
+    if (!paper::is_paper(file.view())) {
         std::fprintf(stderr, "%s has the central projection: bake it with --projection normal\n", argv[1]);
         return 65;
     }
     // Section 2: a part's superquadric, F < 1 inside. These functions take model space.
-    const model::NormalMapView map = model::normal_map_of(file.view(), 0);
+    const paper::MapView map = paper::map_of(file.view(), 0);
     const auto scale = static_cast<float>(1 / file.view().header.unit);
     const Vec3f p{0, 0, 0.9f * scale};
     std::printf("F %.2f\n", static_cast<double>(shape::implicit(map.superquadric, p)));
 
     // Section 4.2: the point's foot on the superquadric, and how far below it the map has the surface.
     for (const query::Layer layer : {query::Layer::Two, query::Layer::Three}) {
-        const query::PartAnswer answer = query::project(map, p, {.layer = layer});
+        const paper::PartAnswer answer = paper::project(map, p, {.layer = layer});
         std::printf("layer %d: %.3f below the foot, the surface %.3f: %.2f deep\n", layer == query::Layer::Two ? 2 : 3,
                     static_cast<double>(answer.foot_distance / scale), static_cast<double>(answer.map_distance / scale),
                     static_cast<double>(answer.depth / scale));
@@ -32,8 +33,7 @@ try {
     const model::ModelView ball = haptic::in_metres(file.view(), 0.05);
     const haptic::TouchedBody touched{.model = &ball, .material = {.friction = Friction::None}};
     const query::Probe point(std::vector<Vec3d>(1));
-    const haptic::Zone tip{.probe = &point,
-                           .options = haptic::with_paper_force({.layer = query::Layer::Three, .stiffness = 300})};
+    const haptic::Zone tip{.probe = &point, .options = paper::with_paper_force({.layer = query::Layer::Three, .stiffness = 300})};
     haptic::State state(std::span(&tip, 1));
     const Pose pose{{}, {0, 0, 0.048}};
     haptic::Wrench force;

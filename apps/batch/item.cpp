@@ -5,10 +5,10 @@
 #include "batch/text.h"
 #include "common/program_words.h"
 #include "common/render/pictures.h"
-#include "sqmap/io/model_file.h"
 #include "sqmap/io/model_json.h"
 #include "sqmap/io/read.h"
 #include "sqmap/model/reliability.h"
+#include "sqmap/paper/model_file.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -60,7 +60,7 @@ void say(int channel, const std::string& line)
 /// Draws the model that output holds, as a PNG; empty where there is nothing to draw.
 std::string drawn(const mesh::Mesh& mesh, int output)
 try {
-    io::MappedModel model("/proc/self/fd/" + std::to_string(output));
+    paper::MappedModel model("/proc/self/fd/" + std::to_string(output));
     const bool has_triangles = model::has_exact(model.view());
     const app::Subject subject = app::subject_of_model(std::move(model), has_triangles ? nullptr : &mesh);
     // One thread, because the driver starts a process for each core. Few sky rays, because 96 rays a vertex take a quarter of the
@@ -85,14 +85,14 @@ ordered_json outcome_of(const BakedModel& baked, std::size_t bytes)
     out["verdict"] = lower(mesh::name_of(baked.mesh.admission));
     out["format"] = baked.mesh.format;
     out["notes"] = app::notes_of(baked.mesh);
-    out["moved"] = ordered_json::parse(io::cure_json(baked.model.cure));
-    out["triangles"] = baked.model.header.triangle_count;
-    out["r_max"] = baked.model.header.r_max * baked.model.header.unit;
+    out["moved"] = ordered_json::parse(io::cure_json(baked.model.common.cure));
+    out["triangles"] = baked.model.common.header.triangle_count;
+    out["r_max"] = baked.model.common.header.r_max * baked.model.common.header.unit;
     out["parts"] = baked.report.parts.size();
     out["bytes"] = bytes;
     out["target_met"] = baked.report.target_met;
-    out["doubtful"] = model::is_doubtful(baked.model.measured);
-    out["measured"] = ordered_json::parse(io::measured_json(baked.model.measured));
+    out["doubtful"] = model::is_doubtful(baked.model.common.measured);
+    out["measured"] = ordered_json::parse(io::measured_json(baked.model.common.measured));
     return out;
 }
 

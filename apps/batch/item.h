@@ -15,7 +15,7 @@ namespace sqmap::batch {
 /// The settings of a bake, which are the same for every item of a library.
 struct Settings {
     MeshOptions load;
-    bake::BakeOptions bake;
+    paper::BakeOptions bake;
     std::string made_by;  ///< program and version, as models name them
     std::string options;  ///< every option that may change a model or its picture, as text
     bool pictures = true;

@@ -8,6 +8,8 @@
 #include "sqmap/io/model_file.h"
 #include "sqmap/io/model_json.h"
 #include "sqmap/io/replace_file.h"
+#include "sqmap/paper/bake.h"
+#include "sqmap/paper/model_file.h"
 
 #include <unistd.h>
 #include <nlohmann/json.hpp>
@@ -48,8 +50,8 @@ ordered_json report_json(const BakedModel& baked)
     out["target_met"] = baked.report.target_met;
     out["verdict"] = mesh::name_of(baked.mesh.admission);
     out["notes"] = notes_of(baked.mesh);
-    out["cure"] = ordered_json::parse(io::cure_json(baked.model.cure));
-    out["measured"] = ordered_json::parse(io::measured_json(baked.model.measured));
+    out["cure"] = ordered_json::parse(io::cure_json(baked.model.common.cure));
+    out["measured"] = ordered_json::parse(io::measured_json(baked.model.common.measured));
     return out;
 }
 
@@ -81,7 +83,7 @@ void print(const BakedModel& baked, const Options& o)
         if (std::holds_alternative<OffTargetNote>(note)) std::printf("%s\n", words(note, k_program_settings).c_str());
     std::printf("%s: %zu parts, %.0f kB, baked in %.2f s of CPU time\n", o.model.c_str(), baked.report.parts.size(),
                 static_cast<double>(bytes) / 1000, seconds);
-    print_measured(baked.model.measured);
+    print_measured(baked.model.common.measured);
 }
 
 int run(const Options& o)

@@ -7,8 +7,8 @@ namespace {
 
 constexpr const char* k_no_locator = "--no-locator";
 constexpr const char* k_of_printed_cuts[] = {"--mean-curvature", "--printed-strength", "--printed-curvature"};
-constexpr const char* k_of_normal_maps[] = {"--grid",          "--subdivisions",     "--offset-constant",
-                                            "--offset-radius", "--smoothing-radius", "--smoothing-kernel"};
+constexpr const char* k_of_paper_maps[] = {"--grid",          "--subdivisions",     "--offset-constant",
+                                           "--offset-radius", "--smoothing-radius", "--smoothing-kernel"};
 
 /// Of sections 2 and 3 of the paper.
 void add_paper_options(Command& command, BakeSettings& options)
@@ -62,9 +62,9 @@ void add_paper_options(Command& command, BakeSettings& options)
 }
 
 /// ROWSxCOLUMNS
-bake::GridSize grid_size(const std::string& text)
+paper::GridSize grid_size(const std::string& text)
 {
-    bake::GridSize grid;
+    paper::GridSize grid;
     const char* const end = text.data() + text.size();
     const auto rows = std::from_chars(text.data(), end, grid.rows);
     if (rows.ec == std::errc{} && rows.ptr != end && *rows.ptr == 'x')
@@ -75,56 +75,54 @@ bake::GridSize grid_size(const std::string& text)
 }
 
 /// Of section 4.1.
-void add_map_options(Command& command, bake::NormalMapOptions& map)
+void add_map_options(Command& command, paper::MapOptions& map)
 {
     const char* const k_maps = "Maps of --projection normal (section 4 of the paper)";
     command
         .text(
-            k_of_normal_maps[0], [&map](const std::string& text) { map.grid = grid_size(text); },
+            k_of_paper_maps[0], [&map](const std::string& text) { map.grid = grid_size(text); },
             "eta_d x omega_d: samples of layer 2 a part, as 100x200")
         .group(k_maps)
         .type_name("ROWSxCOLUMNS")
         .shows_default("by the target error");
-    command.option(k_of_normal_maps[1], map.subdivisions, "A_S: layer 3 halves the spacing of layer 2 this often")
+    command.option(k_of_paper_maps[1], map.subdivisions, "A_S: layer 3 halves the spacing of layer 2 this often")
         .in_range(0, 5)
         .group(k_maps)
         .shows_default();
-    command.option(k_of_normal_maps[2], map.offset_constant, "a_N of eq. 12").in_range(0, 100).group(k_maps).shows_default();
+    command.option(k_of_paper_maps[2], map.offset_constant, "a_N of eq. 12").in_range(0, 100).group(k_maps).shows_default();
     command
-        .option(k_of_normal_maps[3], map.offset_radius,
+        .option(k_of_paper_maps[3], map.offset_radius,
                 "Eq. 12 takes the greatest gradient within so many samples of a minimum; 0: its own, as printed")
         .in_range(0, 8)
         .group(k_maps)
         .shows_default();
-    command.option(k_of_normal_maps[4], map.smoothing_radius, "Samples that the smoothed map takes in; 0: none")
+    command.option(k_of_paper_maps[4], map.smoothing_radius, "Samples that the smoothed map takes in; 0: none")
         .in_range(0, 8)
         .group(k_maps)
         .shows_default();
     command
-        .choice<bake::SmoothingKernel>(k_of_normal_maps[5], map.smoothing_kernel,
-                                       {{"binomial", bake::SmoothingKernel::Binomial},
-                                        {"box", bake::SmoothingKernel::Box},
-                                        {"gaussian", bake::SmoothingKernel::Gaussian}},
-                                       "How they are weighted", "binomial|box|gaussian")
+        .choice<paper::SmoothingKernel>(k_of_paper_maps[5], map.smoothing_kernel,
+                                        {{"binomial", paper::SmoothingKernel::Binomial},
+                                         {"box", paper::SmoothingKernel::Box},
+                                         {"gaussian", paper::SmoothingKernel::Gaussian}},
+                                        "How they are weighted", "binomial|box|gaussian")
         .group(k_maps);
 }
 
 /// @throw WrongUsage where an option would change nothing, or the grid is too fine
 void check_together(const BakeSettings& settings)
 {
-    const bool is_normal = settings.projection == "normal";
-    if (is_normal && settings.given(k_no_locator)) throw WrongUsage(k_no_locator, "a model of --projection normal has none");
-    for (const char* const option : k_of_normal_maps)
-        if (!is_normal && settings.given(option))
-            throw WrongUsage(option, "is of the maps of --projection normal: give that too");
+    const bool is_paper = settings.projection == "normal";
+    if (is_paper && settings.given(k_no_locator)) throw WrongUsage(k_no_locator, "a model of --projection normal has none");
+    for (const char* const option : k_of_paper_maps)
+        if (!is_paper && settings.given(option)) throw WrongUsage(option, "is of the maps of --projection normal: give that too");
     for (const char* const option : k_of_printed_cuts)
         if (settings.bake.decompose.cutting != decompose::Cutting::Printed && settings.given(option))
             throw WrongUsage(option, "is of --cuts printed: give that too");
-    if (!bake::is_storable(settings.bake.normal))
-        throw WrongUsage(k_of_normal_maps[0], "with --subdivisions " + std::to_string(settings.bake.normal.subdivisions) +
-                                                  " is finer than a map can be: at most " +
-                                                  std::to_string(model::k_max_map_rows) + " rows and " +
-                                                  std::to_string(model::k_max_map_columns) + " columns at layer 3");
+    if (!paper::is_storable(settings.maps))
+        throw WrongUsage(k_of_paper_maps[0], "with --subdivisions " + std::to_string(settings.maps.subdivisions) +
+                                                 " is finer than a map can be: at most " + std::to_string(paper::k_max_map_rows) +
+                                                 " rows and " + std::to_string(paper::k_max_map_columns) + " columns at layer 3");
 }
 
 }  // namespace
@@ -163,18 +161,18 @@ void add_bake_options(Command& command, BakeSettings& settings)
         .in_range(0, 1)
         .shows_default();
     add_paper_options(command, settings);
-    add_map_options(command, settings.bake.normal);
+    add_map_options(command, settings.maps);
     settings.given = [command](const std::string& option) { return command.given(option); };
 }
 
-bake::BakeOptions bake_options(const BakeSettings& settings)
+paper::BakeOptions bake_options(const BakeSettings& settings)
 {
-    bake::BakeOptions out = settings.bake;
-    out.projection = settings.projection == "normal" ? model::Projection::Normal : model::Projection::Central;
+    paper::BakeOptions out{settings.bake};
+    if (settings.projection == "normal") out.maps = settings.maps;
     check_together(settings);
     out.locator = !settings.no_locator;
-    // A normal model is the paper's maps; triangles are beside them.
-    out.exact = settings.exact || (!settings.no_exact && out.locator && out.projection == model::Projection::Central);
+    // A paper model is its maps; triangles are beside them.
+    out.exact = settings.exact || (!settings.no_exact && out.locator && !out.maps);
     out.fit.allow_taper = !settings.no_taper;
     out.fit.allow_bend = !settings.no_bend;
     if (settings.exact_geodesics) out.decompose.protrusion = decompose::ProtrusionSum::Exact;

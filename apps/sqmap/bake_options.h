@@ -2,7 +2,7 @@
 #pragma once
 
 #include "command_line.h"
-#include "sqmap/bake/bake.h"
+#include "sqmap/paper/bake.h"
 
 #include <functional>
 #include <string>
@@ -12,6 +12,7 @@ namespace sqmap::app {
 /// What the flags set.
 struct BakeSettings {
     bake::BakeOptions bake;
+    paper::MapOptions maps;
     std::string projection = "central";
     bool exact = false, no_exact = false;
     bool no_taper = false, no_bend = false;
@@ -24,6 +25,6 @@ void add_bake_options(Command& command, BakeSettings& settings);
 
 /// What the flags say, put in where bake reads it.
 /// @throw WrongUsage for options that do not go together
-[[nodiscard]] bake::BakeOptions bake_options(const BakeSettings& settings);
+[[nodiscard]] paper::BakeOptions bake_options(const BakeSettings& settings);
 
 }  // namespace sqmap::app

@@ -4,8 +4,9 @@
 #include "common/reports.h"
 #include "load_options.h"
 #include "sqmap/bake/evaluate.h"
-#include "sqmap/io/model_file.h"
 #include "sqmap/mesh/self_intersection.h"
+#include "sqmap/paper/bake.h"
+#include "sqmap/paper/model_file.h"
 
 #include <cstdio>
 #include <memory>
@@ -79,7 +80,7 @@ void measure(const model::ModelView& m, const mesh::Mesh& mesh, const Options& o
         bake::EvaluateOptions evaluate = o.evaluate;
         evaluate.layer = layer;
         if (layer == query::Layer::Exact) evaluate.verdict_band = 1e-5;
-        const bake::Evaluation e = bake::evaluate(m, solid, evaluate);
+        const bake::Evaluation e = paper::evaluate(m, solid, evaluate);
         if (o.json)
             out["layer"][name] = evaluation_json(e);
         else
@@ -105,7 +106,7 @@ int run(const Options& o)
         return 2;
     }
     try {
-        const io::MappedModel file(o.model);
+        const paper::MappedModel file(o.model);
         if (!is_mesh_of(file.view(), loaded.mesh)) {
             print_other_mesh(file.view(), loaded.mesh, o);
             return 2;

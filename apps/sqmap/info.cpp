@@ -1,8 +1,8 @@
 #include "commands.h"
 #include "common/reports.h"
-#include "sqmap/io/model_file.h"
-#include "sqmap/io/model_json.h"
 #include "sqmap/model/parse.h"
+#include "sqmap/paper/model.h"
+#include "sqmap/paper/model_file.h"
 
 #include <cstdio>
 #include <memory>
@@ -15,19 +15,14 @@ struct Options {
     bool json = false;
 };
 
-bool is_central(const model::ModelView& m)
-{
-    return m.header.projection == static_cast<std::uint32_t>(model::Projection::Central);
-}
-
-/// Grids of the normal maps, a line for each run of parts that have the same.
+/// Grids of the paper maps, a line for each run of parts that have the same.
 void print_maps(const model::ModelView& m)
 {
     std::string before;
     for (std::uint32_t i = 0, first = 0; i <= m.parts.size(); ++i) {
         char text[120] = "";
         if (i < m.parts.size()) {
-            const model::NormalMapView map = model::normal_map_of(m, i);
+            const paper::MapView map = paper::map_of(m, i);
             std::snprintf(text, sizeof text, "layer 2 %u x %u samples, layer 3 %u x %u (A_S %u), %s smoothed map",
                           ((map.eta_count - 1) >> map.subdivisions) + 1, map.omega_count >> map.subdivisions, map.eta_count,
                           map.omega_count, map.subdivisions, map.smoothed.empty() ? "no" : "a");
@@ -41,7 +36,7 @@ void print_maps(const model::ModelView& m)
 
 void print(const std::string& name, const model::ModelView& m, const io::SectionBytes& bytes)
 {
-    const bool central = is_central(m);
+    const bool central = !paper::is_paper(m);
     print_doubt(m);
     const std::string source = m.source.empty() ? "" : " from " + std::string(m.source);  // models of libraries name none
     std::printf("%s: %zu parts, %s projection, %u triangles, made by %s%s%s\n", name.c_str(), m.parts.size(),
@@ -50,8 +45,9 @@ void print(const std::string& name, const model::ModelView& m, const io::Section
     print_cure(m.cure);
     std::printf("  baked with %s\n", m.options.empty() ? "the default options" : std::string(m.options).c_str());
     std::printf("  %zu bytes: superquadrics %zu, %smap %zu, locator %zu, exact layer %zu + %zu, distances %zu\n", bytes.total,
-                bytes.superquadrics, central ? "" : "normal ", central ? bytes.map : bytes.normal_map, bytes.locator,
-                bytes.exact + (central ? 0 : bytes.map), bytes.mesh, bytes.distance);
+                bytes.superquadrics, central ? "" : "normal ",
+                central ? bytes.map : model::bytes_of(paper::Reading::of(m).model().maps), bytes.locator, bytes.exact, bytes.mesh,
+                bytes.distance);
     std::printf("  R_max %.6g; 16-bit storage moves a radius by at most %.5f %% of it\n", m.header.r_max * m.header.unit,
                 100 * m.header.quantisation / m.header.r_max);
     print_measured(m.measured);
@@ -73,11 +69,11 @@ void print(const std::string& name, const model::ModelView& m, const io::Section
 int run(const Options& o)
 {
     try {
-        const io::MappedModel file(o.model);
+        const paper::MappedModel file(o.model);
         const model::ModelView& m = file.view();
         const io::SectionBytes bytes = io::section_bytes(m, file.size());
         if (o.json)
-            std::printf("%s\n", io::model_json(m, file.size()).c_str());
+            std::printf("%s\n", paper::model_json(m, file.size()).c_str());
         else
             print(o.model, m, bytes);
         return 0;

@@ -2,9 +2,10 @@
 
 #include "commands.h"
 #include "common/layer_name.h"
-#include "sqmap/io/model_file.h"
 #include "sqmap/io/replace_file.h"
 #include "sqmap/model/reliability.h"
+#include "sqmap/paper/model.h"
+#include "sqmap/paper/model_file.h"
 #include "sqmap/parallel/for_each.h"
 #include "sqmap/query/distance.h"
 
@@ -95,10 +96,15 @@ struct Options {
     double band = query::k_baked_band;  ///< mesh units
 };
 
-query::Projector projector_named(const std::string& name)
+paper::Projector projector_named(const std::string& name)
 {
-    return name == "pyramid" ? query::Projector::Pyramid
-                             : (name == "printed" ? query::Projector::Printed : query::Projector::Newton);
+    return name == "pyramid" ? paper::Projector::Pyramid
+                             : (name == "printed" ? paper::Projector::Printed : paper::Projector::Newton);
+}
+
+paper::QueryOptions paper_options(const Options& o)
+{
+    return {projector_named(o.projector), o.nearest_steps, !o.no_gaps, !o.no_pruning};
 }
 
 /// A row for each point, in their order.
@@ -111,26 +117,23 @@ std::string answers(const model::ModelView& m, const std::vector<Vec3d>& points,
                                       .tolerance = o.tolerance,
                                       .gate = o.gate,
                                       .offset = o.offset,
-                                      .smoothing = o.smoothing,
-                                      .projector = projector_named(o.projector),
-                                      .nearest_steps = o.nearest_steps,
-                                      .gaps = !o.no_gaps,
-                                      .pruning = !o.no_pruning};
-    if ((o.no_gaps || o.no_pruning || o.nearest_steps != query::QueryOptions{}.nearest_steps) && !model::is_normal(m))
+                                      .smoothing = o.smoothing};
+    const paper::QueryOptions paper = paper_options(o);
+    if ((o.no_gaps || o.no_pruning || o.nearest_steps != paper::QueryOptions{}.nearest_steps) && !paper::is_paper(m))
         throw BadPoints(o.model +
                         " has the central projection: --no-gaps, --no-pruning and --nearest-steps are of the normal one");
-    if (options.projector != query::Projector::Newton && !model::is_normal(m))
+    if (paper.projector != paper::Projector::Newton && !paper::is_paper(m))
         throw BadPoints(o.model + " has the central projection, which searches no foot: --projector is of the normal one");
     if (options.layer == query::Layer::Exact && !model::has_exact(m))
         throw BadPoints(o.model + " was baked without the exact layer: bake it with --exact");
     if (options.layer == query::Layer::Auto && query::query_point(m, {}, options).status == query::k_no_exact)
         std::fprintf(stderr, "%s: no layer is within %g, and it was baked without the exact layer: layer 3 answers\n",
                      o.model.c_str(), o.tolerance);
-    if (options.offset && options.layer == query::Layer::Exact && model::is_normal(m))
+    if (options.offset && options.layer == query::Layer::Exact && paper::is_paper(m))
         throw BadPoints(o.model + " has the normal projection, whose offset is the maps': ask layer 2 or 3 for it");
-    if (options.projector != query::Projector::Newton && options.layer == query::Layer::Exact)
+    if (paper.projector != paper::Projector::Newton && options.layer == query::Layer::Exact)
         throw BadPoints("--projector is of layers 2 and 3: the exact layer searches no foot");
-    if (options.smoothing && !model::has_smoothed_map(m))
+    if (options.smoothing && !paper::has_smoothed_map(m))
         throw BadPoints(o.model + " has no smoothed map: bake it with --smoothing-radius 1 or more");
     const double size = m.header.r_max * m.header.unit;
     std::string text;
@@ -158,7 +161,7 @@ std::string answers(const model::ModelView& m, const std::vector<Vec3d>& points,
 /// The same for signed distances.
 std::string distances(const model::ModelView& m, const std::vector<Vec3d>& points, const Options& o)
 {
-    if (model::is_normal(m) && !model::has_distance(m))
+    if (paper::is_paper(m) && !model::has_distance(m))
         throw BadPoints(o.model + " has the normal projection and no triangles, so no distances: bake it with --exact");
     constexpr std::size_t k_slice = 16384;
     std::vector<query::SignedDistance> answers(points.size());
@@ -198,7 +201,8 @@ int run(const Options& o)
     }
     try {
         io::refuse_to_replace(o.output, {o.model, o.points});
-        const io::MappedModel file(o.model);
+        paper::MappedModel file(o.model);
+        file.set_options(paper_options(o));
         const std::vector<Vec3d> points = read_points(o.points);
         const std::string text = o.distance ? distances(file.view(), points, o) : answers(file.view(), points, o);
         io::replace_file(o.output, std::as_bytes(std::span(text)));
@@ -224,7 +228,7 @@ void add_query(CommandLine& line)
         command
             .option(
                 "--layer", options->layer,
-                "1 superquadrics; 2 and 3 the locator's planes, coarse and fine, or of a normal model the map's base and finest "
+                "1 superquadrics; 2 and 3 the locator's planes, coarse and fine, or of a paper model the map's base and finest "
                 "samples; exact: triangles; gate: 2 or 3 by k_L; auto: the cheapest within --tolerance, or without one as "
                 "gate; exact where layer 3 is in doubt")
             .one_of({"1", "2", "3", "exact", "auto", "gate"})
@@ -246,20 +250,19 @@ void add_query(CommandLine& line)
     Option smoothing = command.flag("--smooth", options->smoothing, "Depth and normal of the smoothed map, for force");
     Option projector = command
                            .option("--projector", options->projector,
-                                   "Foot search of a normal model's layers 2 and 3: newton, pyramid (eqs. 16 to 19, corrected), "
+                                   "Foot search of a paper model's layers 2 and 3: newton, pyramid (eqs. 16 to 19, corrected), "
                                    "printed (to the letter)")
                            .one_of({"newton", "pyramid", "printed"})
                            .shows_default();
-    Option steps =
-        command
-            .option("--nearest-steps", options->nearest_steps,
-                    "Steps to the nearest surface after the foot of a normal model's layer 3 (newton); 0: depth to the "
-                    "tangent plane on the foot's line")
-            .in_range(0, 16)
-            .shows_default();
-    Option gaps = command.flag("--no-gaps", options->no_gaps, "A normal model's first surfaces alone, as the paper has them");
+    Option steps = command
+                       .option("--nearest-steps", options->nearest_steps,
+                               "Steps to the nearest surface after the foot of a paper model's layer 3 (newton); 0: depth to the "
+                               "tangent plane on the foot's line")
+                       .in_range(0, 16)
+                       .shows_default();
+    Option gaps = command.flag("--no-gaps", options->no_gaps, "A paper model's first surfaces alone, as the paper has them");
     Option pruning =
-        command.flag("--no-pruning", options->no_pruning, "Of a normal model: contact where any part claims it (section 2)");
+        command.flag("--no-pruning", options->no_pruning, "Paper models: contact where any part claims it (section 2)");
     Option distance =
         command.flag("--distance", options->distance, "Signed distances on both sides instead, exact within the model's band");
     for (Option other : {layer, gate, tolerance, certain, status, offset, smoothing, projector, steps, gaps, pruning})

@@ -4,6 +4,7 @@
 #include "common/render/pictures.h"
 #include "load_options.h"
 #include "sqmap/io/replace_file.h"
+#include "sqmap/paper/model_file.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -79,7 +80,7 @@ Image pictures(const Arguments& a)
         mesh = loaded(a.mesh, a.load);
     const bool needs_parts =
         std::any_of(kinds.begin(), kinds.end(), [](const auto& kind) { return kind == "parts" || kind == "superquadrics"; });
-    const Subject subject = is_model      ? subject_of_model(io::MappedModel(a.input), mesh ? &*mesh : nullptr)
+    const Subject subject = is_model      ? subject_of_model(paper::MappedModel(a.input), mesh ? &*mesh : nullptr)
                             : needs_parts ? subject_of_mesh(*mesh)
                                           : bare_subject(*mesh);
 

@@ -3,9 +3,9 @@
 #include "common/program_words.h"
 
 #ifdef SQMAP_HAVE_VIEWER
-#include "sqmap/io/model_file.h"
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/shapes.h"
+#include "sqmap/paper/model_file.h"
 #include "viewer/server/http/kept_token.h"
 #include "viewer/server/http/page.h"
 #include "viewer/server/http/server.h"
@@ -38,7 +38,7 @@ struct Arguments {
 std::shared_ptr<viewer::Object> open_file(const std::string& file, const viewer::SceneOptions& options)
 {
     if (file.ends_with(".sqmap")) {
-        const io::MappedModel model(file);
+        const paper::MappedModel model(file);
         auto object = viewer::object_from_model({model.bytes().begin(), model.bytes().end()}, file, options.size,
                                                 viewer::words_beside(file));
         object->names_file = viewer::names_file_of(file);
@@ -157,7 +157,7 @@ void add_view(CommandLine& line)
         "taken, 64 "
         "wrong usage, 70 internal error.");
     command.run([arguments] {
-        if (arguments->projection == "normal") arguments->viewer.bake.projection = model::Projection::Normal;
+        if (arguments->projection == "normal") arguments->viewer.bake.maps.emplace();
         return view(*arguments);
     });
 #else

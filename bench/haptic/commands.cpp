@@ -22,7 +22,7 @@ struct SlideCommand {
     std::filesystem::path csv;
     SlideOptions options;
     int positions = 500;
-    bake::NormalMapOptions maps;
+    paper::MapOptions maps;
     bool paper = false;
 };
 
@@ -103,15 +103,15 @@ void run_paper_slide(const SlideCommand& c)
 
 void add_maps(CLI::App& command, SlideCommand& c)
 {
-    command.add_flag("--paper", c.paper, "The paper's force on normal models instead");
+    command.add_flag("--paper", c.paper, "The paper's force on paper models instead");
     command.add_option("--map-smoothing", c.maps.smoothing_radius, "Radius of the smoothed map's kernel, base samples")
         ->check(CLI::Range(0, 8))
         ->capture_default_str();
     command.add_option("--map-kernel", c.maps.smoothing_kernel, "binomial, box or gaussian")
-        ->transform(
-            CLI::CheckedTransformer(std::map<std::string, bake::SmoothingKernel>{{"binomial", bake::SmoothingKernel::Binomial},
-                                                                                 {"box", bake::SmoothingKernel::Box},
-                                                                                 {"gaussian", bake::SmoothingKernel::Gaussian}}));
+        ->transform(CLI::CheckedTransformer(
+            std::map<std::string, paper::SmoothingKernel>{{"binomial", paper::SmoothingKernel::Binomial},
+                                                          {"box", paper::SmoothingKernel::Box},
+                                                          {"gaussian", paper::SmoothingKernel::Gaussian}}));
 }
 
 void add_slide(CLI::App& app)
@@ -176,7 +176,7 @@ void add_energy(CLI::App& app)
         }
         std::printf("\n");
         for (const std::filesystem::path& file : c->meshes) {
-            const TouchObject object(file, paper ? TouchObject::Models::Normal : TouchObject::Models::Central, c->maps);
+            const TouchObject object(file, paper ? TouchObject::Models::Paper : TouchObject::Models::Central, c->maps);
             std::printf("%-18s", file.stem().string().c_str());
             for (int i = 0; i < 2; ++i) {
                 c->options.zone.shading = i == 0 ? haptic::Shading::Consistent : haptic::Shading::Levelled;
@@ -212,7 +212,7 @@ HandPath hand_path(const HandCommand& c, const std::filesystem::path& path)
                  c.touching,
                  c.divide,
                  {},
-                 c.paper ? model::Projection::Normal : model::Projection::Central};
+                 c.paper};
     for (const std::string& by : c.by)
         if (by != name.substr(0, a)) out.by.push_back(c.meshes / (by + ".obj"));
     return out;
@@ -238,7 +238,7 @@ void add_hand(CLI::App& app)
             ->capture_default_str();
     }
     tick->add_option("--by", c->by, "Names of objects that stand by, 40 cm away; the path's own is left out");
-    tick->add_flag("--paper", c->paper, "The paper's force on normal models instead");
+    tick->add_flag("--paper", c->paper, "The paper's force on paper models instead");
     tick->add_option("--passes", c->passes, "Times that every path is run")->check(CLI::Range(1, 10000))->capture_default_str();
     tick->add_option("--series", c->series, "CSV of every tick of the last path: medians over the passes");
     tick->callback([c] {

@@ -9,6 +9,9 @@
 #include "sqmap/haptic/tool.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/model/parse.h"
+#include "sqmap/paper/bake.h"
+#include "sqmap/paper/force.h"
+#include "sqmap/paper/model_file.h"
 
 #include <algorithm>
 #include <cmath>
@@ -44,18 +47,24 @@ mesh::Mesh divided(mesh::Mesh mesh, int times)
     return mesh;
 }
 
+std::vector<std::byte> baked(const mesh::Mesh& mesh, bool is_paper)
+{
+    paper::BakeOptions options;
+    if (is_paper) options.maps.emplace();
+    return paper::serialize(paper::bake(mesh, true, options).model);
+}
+
 /// A bystander: a baked object, 40 cm from the one that the hand moves over and from its neighbours.
 struct Bystander {
-    Bystander(const Files& files, int number, model::Projection projection)
-        : bytes(io::serialize(bake::bake(load_setting(files)->object, true, {.projection = projection}).model))
+    Bystander(const Files& files, int number, bool is_paper) : bytes(baked(load_setting(files)->object, is_paper))
     {
-        model::ModelView parsed;
-        (void)model::parse(bytes, parsed);
-        view = haptic::in_metres(parsed, k_scale);
+        (void)model.parse(bytes);
+        view = haptic::in_metres(model.view(), k_scale);
         const double angle = 1.2566 * number;
         pose.translation = {0.4 * std::cos(angle), 0.4 * std::sin(angle), 0};
     }
     std::vector<std::byte> bytes;
+    paper::AnyModel model;
     model::ModelView view;
     sqmap::Pose pose{};
 };
@@ -64,16 +73,16 @@ struct Bystander {
 struct Scene {
     explicit Scene(const HandPath& hand) : setting(load_setting(hand.files))
     {
-        bytes = io::serialize(bake::bake(setting->object, true, {.projection = hand.projection}).model);
-        model::ModelView parsed;
-        (void)model::parse(bytes, parsed);
-        view = haptic::in_metres(parsed, k_scale);
+        bytes = baked(setting->object, hand.paper);
+        (void)model.parse(bytes);
+        view = haptic::in_metres(model.view(), k_scale);
         for (const Pose& p : read_path(hand.path)) poses.push_back({p.rotation, k_scale * p.translation});
         solid.model = &view;
-        if (hand.projection == model::Projection::Normal) solid.material.friction = Friction::Paper;
+        if (hand.paper) solid.material.friction = Friction::Paper;
     }
     std::unique_ptr<Setting> setting;
     std::vector<std::byte> bytes;
+    paper::AnyModel model;
     model::ModelView view;
     std::vector<sqmap::Pose> poses;
     haptic::TouchedBody solid;
@@ -87,8 +96,8 @@ struct Hand {
         haptic::ToolDescription d{.max_touching = static_cast<std::uint32_t>(path.touching)};
         haptic::take_surface(d, mesh.vertices, mesh.triangles, path.spacing, path.touching > 0);
         if (!weighted) d.weights.clear();
-        if (path.projection == model::Projection::Normal) {
-            d.force = haptic::with_paper_force(d.force);
+        if (path.paper) {
+            d.force = paper::with_paper_force(d.force);
             d.force.blend_time = 0;
         }
         tool = haptic::Tool(std::move(d));
@@ -131,7 +140,7 @@ TickCost tick_cost(const HandPath& path, int passes)
     std::vector<std::unique_ptr<Bystander>> by;
     std::vector<haptic::TouchedBody> solids{scene.solid};
     for (const std::filesystem::path& file : path.by) {
-        by.push_back(std::make_unique<Bystander>(Files{file, path.files.probe}, static_cast<int>(by.size()), path.projection));
+        by.push_back(std::make_unique<Bystander>(Files{file, path.files.probe}, static_cast<int>(by.size()), path.paper));
         solids.push_back({.model = &by.back()->view, .pose = by.back()->pose});
     }
     haptic::StepResult result;

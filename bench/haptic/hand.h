@@ -17,7 +17,7 @@ struct HandPath {
     int touching = 0;                         ///< most points that touch of a denser set (haptic::Zone::denser); 0: no such sets
     int divide = 0;                           ///< times that every triangle of the hand is split in four before anything else
     std::vector<std::filesystem::path> by{};  ///< objects that stand by in the scene
-    model::Projection projection = model::Projection::Central;  ///< of the objects; Normal: the paper's force
+    bool paper = false;                       ///< the objects are paper models, and force is the paper's
 };
 
 /// CPU time of a whole tick, us: query, force, torque and friction of one zone, safety filter.

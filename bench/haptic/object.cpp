@@ -79,7 +79,7 @@ std::vector<Corner> longest_outline(const mesh::Mesh& mesh, Vec3d n, double offs
 
 }  // namespace
 
-TouchObject::TouchObject(const std::filesystem::path& file, Models models, const bake::NormalMapOptions& maps)
+TouchObject::TouchObject(const std::filesystem::path& file, Models models, const paper::MapOptions& maps)
 {
     AdmittedMesh admitted = admit_mesh(file);
     if (admitted.refused())
@@ -88,12 +88,14 @@ TouchObject::TouchObject(const std::filesystem::path& file, Models models, const
     const double scale = k_object_size / mesh::largest_vertex_distance(mesh);
     for (Vec3d& v : mesh.vertices) v = scale * v;
     solid = std::make_unique<mesh::Solid>(mesh, admitted.crossed);
-    const auto bake = [&](model::Projection projection, std::vector<std::byte>& bytes, model::ModelView& view) {
-        bytes = io::serialize(bake::bake(mesh, true, {.projection = projection, .normal = maps}).model);
-        if (model::parse(bytes, view) != model::ParseStatus::Ok) throw BenchError(file.string() + ": the model does not parse");
+    const auto bake = [&](const paper::BakeOptions& options, Opened& opened, model::ModelView& view) {
+        opened.bytes = paper::serialize(paper::bake(mesh, true, options).model);
+        if (opened.model.parse(opened.bytes) != model::ParseStatus::Ok)
+            throw BenchError(file.string() + ": the model does not parse");
+        view = opened.model.view();
     };
-    if (models != Models::Normal) bake(model::Projection::Central, central_bytes_, central);
-    if (models != Models::Central) bake(model::Projection::Normal, normal_bytes_, normal);
+    if (models != Models::Paper) bake({}, central_, central);
+    if (models != Models::Central) bake({{}, maps}, paper_, paper);
 
     vertex_normals.resize(mesh.vertices.size());
     std::unordered_map<std::uint64_t, std::uint32_t> first;

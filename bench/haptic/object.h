@@ -1,10 +1,11 @@
 // A mesh as something to touch: 0.3 m large, with its model, its exact solid and both reference forces.
 #pragma once
 
-#include "sqmap/bake/normal_map_options.h"
 #include "sqmap/haptic/step.h"
 #include "sqmap/mesh/solid.h"
 #include "sqmap/model/model.h"
+#include "sqmap/paper/bake.h"
+#include "sqmap/paper/model_file.h"
 
 #include <cstddef>
 #include <filesystem>
@@ -18,10 +19,9 @@ inline constexpr double k_object_size = 0.3;  ///< R_max, m
 class TouchObject {
 public:
     /// Which models of it are baked.
-    enum class Models { Central, Normal, Both };
+    enum class Models { Central, Paper, Both };
     /// Reads, scales and bakes. @throw BenchError where the mesh is refused
-    explicit TouchObject(const std::filesystem::path& file, Models models = Models::Central,
-                         const bake::NormalMapOptions& maps = {});
+    explicit TouchObject(const std::filesystem::path& file, Models models = Models::Central, const paper::MapOptions& maps = {});
     TouchObject(const TouchObject&) = delete;
     TouchObject& operator=(const TouchObject&) = delete;
 
@@ -39,12 +39,16 @@ public:
     mesh::Mesh mesh;  ///< m
     std::vector<Vec3d> face_normals, vertex_normals;
     std::unique_ptr<mesh::Solid> solid;
-    model::ModelView central, normal;  ///< m; of those that are baked
+    model::ModelView central, paper;  ///< m; of those that are baked
 
 private:
     mesh::Mesh sharp_;  ///< slivers along the edges that turn by 45 degrees or more
     std::unique_ptr<mesh::Bvh> sharp_bvh_;
-    std::vector<std::byte> central_bytes_, normal_bytes_;
+    struct Opened {
+        std::vector<std::byte> bytes;
+        paper::AnyModel model;
+    };
+    Opened central_, paper_;
 };
 
 /// Positions of a point that slides along the outline of a plane section, 0.1 mm a step, `depth` below the surface along a

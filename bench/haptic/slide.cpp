@@ -4,6 +4,7 @@
 #include "sqmap/haptic/safety.h"
 #include "sqmap/haptic/tool.h"
 #include "sqmap/math/random.h"
+#include "sqmap/paper/force.h"
 
 #include <algorithm>
 #include <cmath>
@@ -21,7 +22,7 @@ public:
     Tool(const TouchObject& object, const SlideOptions& options, Force force = Force::Full)
         : tool_(description(options, force)), state_(tool_.state())
     {
-        solid_.model = force == Force::Full ? &object.central : &object.normal;
+        solid_.model = force == Force::Full ? &object.central : &object.paper;
         solid_.material.friction = Friction::None;
         per_depth_ = options.stiffness;
     }
@@ -51,7 +52,7 @@ private:
         }
         o.blend_time = 0;
         o.layer = query::Layer::Three;
-        o = haptic::with_paper_force(o);
+        o = paper::with_paper_force(o);
         o.smoothed_map = force != Force::Unsmoothed;
         const bool is_single = force == Force::Unsmoothed || force == Force::Smoothed;
         return {.force = o, .points = is_single ? std::vector<Vec3d>(1) : haptic::stencil_points(o.smoothing)};
@@ -95,7 +96,7 @@ Slide slide(const TouchObject& object, const SlideOptions& options)
 {
     Slide out;
     Tool tool(object, options);
-    const bool has_maps = !object.normal.parts.empty();
+    const bool has_maps = !object.paper.parts.empty();
     std::optional<Tool> unsmoothed, smoothed, averaged;
     if (has_maps) {
         unsmoothed.emplace(object, options, Force::Unsmoothed);

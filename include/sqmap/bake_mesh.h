@@ -6,10 +6,9 @@
 // Any number of threads, on inputs of their own.
 #pragma once
 
-#include "sqmap/bake/bake.h"
 #include "sqmap/io/read.h"
 #include "sqmap/mesh/admit.h"
-#include "sqmap/model/model_data.h"
+#include "sqmap/paper/bake.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -17,6 +16,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -100,25 +100,32 @@ struct Provenance {
 /// How a mesh becomes a model.
 struct BakeMeshOptions {
     MeshOptions mesh{};
-    bake::BakeOptions bake{};  ///< its `cured` is filled in
+    paper::BakeOptions bake{};  ///< its `cured` is filled in; with `maps` a paper model is baked
     Provenance provenance{};
 };
 
-/// A model with the mesh that it was baked from. Several threads may read one at a time.
+/// A model of either kind with the mesh that it was baked from. Several threads may read one at a time.
 struct BakedModel {
-    model::ModelData model;
-    AdmittedMesh mesh;  ///< with the admission, the deviation from the input and the format
+    BakedModel() = default;
+    BakedModel(BakedModel&& other) noexcept { *this = std::move(other); }
+    BakedModel& operator=(BakedModel&& other) noexcept;
+    ~BakedModel() = default;
+
+    paper::ModelData model;  ///< a central one has no paper maps
+    AdmittedMesh mesh;       ///< with the admission, the deviation from the input and the format
     bake::BakeReport report;
     std::vector<Note> notes;  ///< of the mesh, then of the model
 
     /// Answers queries. Valid until the model is moved, changed or destroyed.
-    [[nodiscard]] model::ModelView view() const { return model.view(); }
+    [[nodiscard]] model::ModelView view() const { return reading ? reading->view() : model.common.view(); }
     /// The rung of the ladder of cures that gave the solid.
-    [[nodiscard]] model::Rung rung() const { return model.cure.rung; }
+    [[nodiscard]] model::Rung rung() const { return model.common.cure.rung; }
     /// The model file's bytes. @throw std::bad_alloc
     [[nodiscard]] std::vector<std::byte> bytes() const;
     /// Writes the model file; path is never partly written. @throw io::ModelFileError
     void save(const std::filesystem::path& path) const;
+
+    std::optional<paper::Reading> reading;  ///< answers for a paper model; bake_mesh and moves make it
 };
 
 /// Reads, admits and bakes a mesh.

@@ -34,7 +34,7 @@ constexpr double k_max_growth = 1.03;  ///< of a superquadric's axes, until it i
 
 void check(const model::ModelData& before, std::span<const Vec3d> vertices)
 {
-    if (before.header.solid == 0 || model::is_normal(before.view()) || before.triangle_part.empty() || before.bricks.empty())
+    if (before.header.solid == 0 || before.samples.empty() || before.triangle_part.empty() || before.bricks.empty())
         throw mesh::InvalidInput("rebake needs a solid with central maps, the exact layer and a locator");
     if (3 * vertices.size() != before.vertices.size())
         throw mesh::InvalidInput("rebake needs a position for each of the model's " + std::to_string(before.vertices.size() / 3) +
@@ -392,7 +392,7 @@ RebakeResult rebake(const model::ModelData& before, std::span<const Vec3d> verti
     mark_made_up(meshes.now, made_up, result.model);
     lap("near");
     const double band = 100 * static_cast<double>(before.distance.header.band) / before.header.r_max;
-    bake_distance(solid, band, options.threads, result.model);
+    bake_distance(solid, {band, options.threads}, result.model);
     lap("distance");
     result.model.mesh_hash = mesh::content_hash({{vertices.begin(), vertices.end()}, meshes.now.triangles});
     return result;

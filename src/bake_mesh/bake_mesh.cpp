@@ -1,8 +1,9 @@
 #include "sqmap/bake_mesh.h"
 
-#include "sqmap/io/model_file.h"
+#include "sqmap/io/replace_file.h"
 #include "sqmap/model/made_up.h"
 #include "sqmap/model/reliability.h"
+#include "sqmap/paper/model_file.h"
 
 #include <cstdio>
 #include <utility>
@@ -186,16 +187,21 @@ BakedModel bake_mesh(const MeshInput& input, const BakeMeshOptions& options)
 BakedModel bake_mesh(AdmittedMesh mesh, const BakeMeshOptions& options)
 {
     if (mesh.refused()) throw mesh::RefusedMesh(mesh.diagnosis);
-    bake::BakeOptions bake = options.bake;
+    paper::BakeOptions bake = options.bake;
     bake.cured = cured(mesh);
-    bake::BakeResult result = bake::bake(mesh.mesh, mesh.solid, bake);
-    BakedModel out{std::move(result.model), std::move(mesh), std::move(result.report), {}};
-    out.model.made_by = options.provenance.made_by;
-    out.model.source = options.provenance.source.value_or(out.mesh.source);
-    out.model.options = options.provenance.options;
+    paper::BakeResult result = paper::bake(mesh.mesh, mesh.solid, bake);
+    BakedModel out;
+    out.model = std::move(result.model);
+    out.mesh = std::move(mesh);
+    out.report = std::move(result.report);
+    model::ModelData& model = out.model.common;
+    model.made_by = options.provenance.made_by;
+    model.source = options.provenance.source.value_or(out.mesh.source);
+    model.options = options.provenance.options;
+    if (bake.maps) out.reading.emplace(out.model.view());
     out.notes = out.mesh.notes();
-    if (out.model.measured.depth_p99 > bake.target_error)
-        out.notes.emplace_back(OffTargetNote{bake.target_error, out.model.measured.depth_p99});
+    if (model.measured.depth_p99 > bake.target_error)
+        out.notes.emplace_back(OffTargetNote{bake.target_error, model.measured.depth_p99});
     if (const std::optional<Note> doubt = doubt_of(out.view())) out.notes.push_back(*doubt);
     return out;
 }
@@ -207,8 +213,21 @@ std::optional<Note> doubt_of(const model::ModelView& model)
     return DoubtNote{m.missed + m.false_contacts, m.points, m.depth_p99, model::has_exact(model)};
 }
 
-std::vector<std::byte> BakedModel::bytes() const { return io::serialize(model); }
+BakedModel& BakedModel::operator=(BakedModel&& other) noexcept
+{
+    model = std::move(other.model);
+    mesh = std::move(other.mesh);
+    report = std::move(other.report);
+    notes = std::move(other.notes);
+    // Short strings move with their object, so a reading of the other's model would look at freed memory.
+    reading.reset();
+    if (other.reading) reading.emplace(model.view(), other.reading->options());
+    other.reading.reset();
+    return *this;
+}
 
-void BakedModel::save(const std::filesystem::path& path) const { io::write_model(model, path); }
+std::vector<std::byte> BakedModel::bytes() const { return paper::serialize(model); }
+
+void BakedModel::save(const std::filesystem::path& path) const { io::replace_file(path, bytes()); }
 
 }  // namespace sqmap

@@ -90,9 +90,9 @@ mesh::AdmitOptions admit_options(const sqmap_bake_options& o)
     return out;
 }
 
-bake::BakeOptions bake_options(const sqmap_bake_options& o)
+paper::BakeOptions bake_options(const sqmap_bake_options& o)
 {
-    bake::BakeOptions out;
+    paper::BakeOptions out;
     if (o.projection != 0 && o.projection != 1)
         throw Failure{SQMAP_E_ARGUMENT, "options.projection", "is " + std::to_string(o.projection), "take 0 or 1"};
     if (o.threads > 1024)
@@ -100,7 +100,7 @@ bake::BakeOptions bake_options(const sqmap_bake_options& o)
     if (o.target_error != 0) out.target_error = checked(o.target_error, 1e-3, 100, "options.target_error");
     if (o.band != 0) out.band = checked(o.band, 0, 100, "options.band");
     if (o.max_parts != 0) out.max_parts = o.max_parts;
-    out.projection = o.projection == 1 ? model::Projection::Normal : model::Projection::Central;
+    if (o.projection == 1) out.maps.emplace();
     out.exact = o.without_exact == 0;
     out.threads = o.threads;
     if (o.progress != nullptr)
@@ -130,8 +130,6 @@ std::shared_ptr<Model> baked(const MeshInput& input, const sqmap_bake_options& o
 }
 
 }  // namespace
-
-void refuse_unanswered(const model::ModelView&) {}  // whatever is baked is answered
 
 }  // namespace sqmap::capi
 

@@ -2,7 +2,6 @@
 #include "objects.h"
 #include "sqmap/bake/rebake.h"
 #include "sqmap/io/model_archive.h"
-#include "sqmap/io/model_json.h"
 #include "sqmap/io/replace_file.h"
 #include "sqmap/model/reliability.h"
 #include "structs.h"
@@ -10,29 +9,12 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <optional>
 #include <string_view>
 #include <utility>
 
 namespace sqmap::capi {
 namespace {
-
-[[noreturn]] void refuse_bytes(model::ParseStatus status, const std::string& element)
-{
-    const bool is_other = status == model::ParseStatus::WrongVersion;
-    throw Failure{is_other ? SQMAP_E_VERSION : SQMAP_E_MODEL, element, model::to_string(status),
-                  is_other ? "bake the mesh again with this version" : "bake the mesh again, or get the whole file"};
-}
-
-model::ModelView parsed(std::span<const std::byte> bytes, const std::string& element)
-{
-    model::ModelView view;
-    const model::ParseStatus status = model::parse(bytes, view);
-    if (status != model::ParseStatus::Ok) refuse_bytes(status, element);
-    return view;
-}
 
 /// The text of an error without the path, which is the failure's element.
 std::string words_of(const io::ModelFileError& error, const std::string& path)
@@ -43,40 +25,28 @@ std::string words_of(const io::ModelFileError& error, const std::string& path)
     return out.substr(std::min(out.find_first_not_of(": "), out.size()));
 }
 
-/// Says why a file is not a model, which its bytes know best.
-[[noreturn]] void refuse_file(const char* path, const io::ModelFileError& error)
-{
-    std::error_code ignored;
-    if (std::filesystem::is_regular_file(path, ignored)) {
-        std::ifstream in(path, std::ios::binary);
-        const std::vector<char> text{std::istreambuf_iterator<char>(in), {}};
-        if (!text.empty()) (void)parsed(std::as_bytes(std::span(text)), path);
-    }
-    throw Failure{SQMAP_E_FILE, path, words_of(error, path), "give the path of a model that can be read"};
-}
-
-io::MappedModel mapped(const char* path)
+io::MappedBytes mapped(const char* path)
 {
     try {
-        return io::MappedModel(path);
+        return io::MappedBytes(path);
     } catch (const io::ModelFileError& e) {
-        refuse_file(path, e);
+        throw Failure{SQMAP_E_FILE, path, words_of(e, path), "give the path of a model that can be read"};
     }
 }
 
-io::MappedModel mapped(const char* path, std::string_view key)
+io::MappedBytes mapped(const char* path, std::string_view key)
 {
     std::optional<io::ModelArchive> archive;
     try {
         archive.emplace(path);
-        if (!archive->find(key))
-            throw Failure{SQMAP_E_ARGUMENT, "key", "the archive holds no such model", "take one of 'sqmap batch list'"};
-        return archive->open(key);
+        const auto found = archive->find(key);
+        if (!found) throw Failure{SQMAP_E_ARGUMENT, "key", "the archive holds no such model", "take one of 'sqmap batch list'"};
+        (void)archive->bytes(found->offset, found->size);
+        if (found->size == 0) throw io::ModelFileError(std::string(path) + ": holds no model of key " + std::string(key));
+        return io::MappedBytes(path, found->offset, found->size);
     } catch (const io::ModelArchiveError& e) {
         throw Failure{archive ? SQMAP_E_MODEL : SQMAP_E_FILE, path, e.why(), e.cure()};
     } catch (const io::ModelFileError& e) {
-        if (const auto found = archive ? archive->find(key) : std::nullopt)
-            (void)parsed(std::as_bytes(std::span(archive->bytes(found->offset, found->size))), path);
         throw Failure{SQMAP_E_FILE, path, words_of(e, path), "give the path of an archive that can be read"};
     }
 }
@@ -94,19 +64,28 @@ mesh::Mesh mesh_of(const model::ModelView& view)
 
 Surface::Surface(const model::ModelView& view) : mesh(mesh_of(view)), bvh(mesh) {}
 
-Model::Model(const char* path) : Model(mapped(path)) {}
+void refuse_bytes(model::ParseStatus status, const std::string& element)
+{
+    const bool is_other = status == model::ParseStatus::WrongVersion;
+    throw Failure{is_other ? SQMAP_E_VERSION : SQMAP_E_MODEL, element, model::to_string(status),
+                  is_other ? "bake the mesh again with this version" : "bake the mesh again, or get the whole file"};
+}
 
-Model::Model(io::MappedModel file) : file_(std::move(file)), view_(file_->view()) { refuse_unanswered(view_); }
+Model::Model(const char* path) : Model(mapped(path), path) {}
+
+Model::Model(io::MappedBytes file, const std::string& element)
+    : file_(std::move(file)), opened_(open_model(file_->bytes(), element))
+{
+}
 
 Model::Model(std::vector<std::byte> bytes, std::string notes)
-    : bytes_(std::move(bytes)), notes_(std::move(notes)), view_(parsed(bytes_, "bytes"))
+    : bytes_(std::move(bytes)), notes_(std::move(notes)), opened_(open_model(bytes_, "bytes"))
 {
-    refuse_unanswered(view_);
 }
 
 const Surface& Model::surface() const
 {
-    std::call_once(once_, [this] { surface_ = std::make_unique<Surface>(view_); });
+    std::call_once(once_, [this] { surface_ = std::make_unique<Surface>(view()); });
     return *surface_;
 }
 
@@ -134,8 +113,8 @@ sqmap_code sqmap_open_archived(const char* archive, const char* key, sqmap_model
     return guarded([&] {
         sqmap_model& out = needed(model, "model");
         out = {};
-        out.id =
-            capi::models().open(std::make_shared<capi::Model>(capi::mapped(&needed(archive, "archive"), &needed(key, "key"))));
+        const char* const path = &needed(archive, "archive");
+        out.id = capi::models().open(std::make_shared<capi::Model>(capi::mapped(path, &needed(key, "key")), path));
     });
 }
 
@@ -182,7 +161,7 @@ sqmap_code sqmap_model_facts(sqmap_model model, sqmap_facts* facts)
         out.triangles = h.triangle_count;
         out.is_solid = h.solid != 0 ? 1 : 0;
         out.has_exact = model::has_exact(view) ? 1 : 0;
-        out.is_normal = model::is_normal(view) ? 1 : 0;
+        out.is_normal = m.is_paper() ? 1 : 0;
         out.is_doubtful = model::is_doubtful(view.measured) ? 1 : 0;
         capi::give(facts, out);
     });
@@ -192,7 +171,7 @@ sqmap_code sqmap_info(sqmap_model model, sqmap_text* json)
 {
     return guarded([&] {
         const capi::Model& m = *capi::model_of(model);
-        capi::give_text(json, io::model_json(m.view(), m.bytes().size()));
+        capi::give_text(json, capi::json_of(m.view(), m.bytes().size()));
     });
 }
 

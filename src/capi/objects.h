@@ -85,29 +85,42 @@ struct Surface {
     mesh::Bvh bvh;
 };
 
-/// Each library has its own: @throw Failure for a model whose kernels it leaves out.
-void refuse_unanswered(const model::ModelView& view);
+/// A model over bytes that stay where they are. Each library says which kinds it opens: libsqmap in opened.cpp,
+/// libsqmap_query in opened_central.cpp.
+struct Opened {
+    model::ModelView view;
+    bool is_paper = false;
+    std::shared_ptr<const void> kept{};  ///< what view points to beside the bytes
+};
+/// element: names the bytes. @throw Failure for bytes that are no model, or one whose kernels the library leaves out
+[[nodiscard]] Opened open_model(std::span<const std::byte> bytes, const std::string& element);
+/// Says why bytes are no model. @throw Failure
+[[noreturn]] void refuse_bytes(model::ParseStatus status, const std::string& element);
+/// As io::model_json, of the kinds that the library opens.
+[[nodiscard]] std::string json_of(const model::ModelView& view, std::size_t bytes);
 
 /// A model, mapped from a file or owned.
 class Model {
 public:
     /// @throw Failure
     explicit Model(const char* path);
-    explicit Model(io::MappedModel file);
+    /// element: names the file. @throw Failure
+    Model(io::MappedBytes file, const std::string& element);
     /// @throw Failure
     Model(std::vector<std::byte> bytes, std::string notes);
 
-    [[nodiscard]] const model::ModelView& view() const { return view_; }
+    [[nodiscard]] const model::ModelView& view() const { return opened_.view; }
+    [[nodiscard]] bool is_paper() const { return opened_.is_paper; }
     [[nodiscard]] std::span<const std::byte> bytes() const { return file_ ? file_->bytes() : std::span(bytes_); }
     [[nodiscard]] const std::string& notes() const { return notes_; }
     /// Built by the first call. @throw Failure without the exact layer
     [[nodiscard]] const Surface& surface() const;
 
 private:
-    std::optional<io::MappedModel> file_;
+    std::optional<io::MappedBytes> file_;
     std::vector<std::byte> bytes_;
     std::string notes_;
-    model::ModelView view_;
+    Opened opened_;
     mutable std::once_flag once_;
     mutable std::unique_ptr<Surface> surface_;
 };

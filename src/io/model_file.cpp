@@ -1,64 +1,18 @@
 #include "sqmap/io/model_file.h"
 
-#include "model/schema.h"
+#include "model_table.h"
 #include "platform/files.h"
 #include "sqmap/io/replace_file.h"
 
 #include <cstring>
 #include <string>
+#include <utility>
 
 namespace sqmap::io {
 
 namespace fb = model::fb;
 
 namespace {
-
-/// Offsets of a table's vectors, strings and tables, by field.
-class TableWriter {
-public:
-    TableWriter(flatbuffers::FlatBufferBuilder& builder, const flatbuffers::TypeTable& fields)
-        : builder_(builder), fields_(fields), offsets_(fields.num_elems, 0)
-    {
-    }
-    /// A vector: in the visits of model/arrays.h.
-    template <class T>
-    void operator()(const char* name, const std::vector<T>& values)
-    {
-        // Numbers too are written as structs are; FlatBuffers' lower functions differ between its versions.
-        offsets_.at(model::field_of(fields_, name)) = builder_.CreateVectorOfStructs(values.data(), values.size()).o;
-    }
-    template <class T>
-    void set(const char* name, flatbuffers::Offset<T> offset)
-    {
-        offsets_.at(model::field_of(fields_, name)) = offset.o;
-    }
-    /// As generated writers do, from the last field to the first. add(field): fields that are no offsets.
-    template <class Add>
-    void add_fields(Add&& add)
-    {
-        for (std::size_t field = offsets_.size(); field-- > 0;) {
-            if (offsets_[field] != 0)
-                builder_.AddOffset(model::directory_offset(field), flatbuffers::Offset<void>(offsets_[field]));
-            else
-                add(model::directory_offset(field));
-        }
-    }
-
-private:
-    flatbuffers::FlatBufferBuilder& builder_;
-    const flatbuffers::TypeTable& fields_;
-    std::vector<flatbuffers::uoffset_t> offsets_;
-};
-
-flatbuffers::Offset<fb::NormalMaps> write_normal_maps(flatbuffers::FlatBufferBuilder& builder, const model::ModelData& data)
-{
-    if (data.normal.parts.empty()) return {};
-    TableWriter writer(builder, *fb::NormalMapsTypeTable());
-    model::NormalArrays<model::ArrayData>::each(writer, data.normal);
-    fb::NormalMapsBuilder table(builder);
-    writer.add_fields([](flatbuffers::voffset_t) {});
-    return table.Finish();
-}
 
 flatbuffers::Offset<fb::Distance> write_distance(flatbuffers::FlatBufferBuilder& builder, const model::ModelData& data)
 {
@@ -85,13 +39,11 @@ flatbuffers::Offset<fb::Cure> write_cure(flatbuffers::FlatBufferBuilder& builder
 
 }  // namespace
 
-std::vector<std::byte> serialize(const model::ModelData& data)
+flatbuffers::Offset<fb::Model> write_table(flatbuffers::FlatBufferBuilder& builder, const model::ModelData& data)
 {
-    flatbuffers::FlatBufferBuilder builder(1 << 20);
     TableWriter writer(builder, *fb::ModelTypeTable());
-    model::each_array_before_normal(writer, data);
-    writer.set("normal_maps", write_normal_maps(builder, data));
-    model::each_array_behind_normal(writer, data);
+    model::each_surface_array(writer, data);
+    model::each_cell_array(writer, data);
     writer.set("distance", write_distance(builder, data));
     writer.set("cure", write_cure(builder, data));
     const model::Measured& m = data.measured;
@@ -118,9 +70,20 @@ std::vector<std::byte> serialize(const model::ModelData& data)
         if (field == fb::Model::VT_HEADER) table.add_header(&header);
         if (field == fb::Model::VT_VERSION) table.add_version(model::k_format_version);
     });
-    fb::FinishModelBuffer(builder, table.Finish());
+    return table.Finish();
+}
+
+std::vector<std::byte> bytes_of(const flatbuffers::FlatBufferBuilder& builder)
+{
     const auto* begin = reinterpret_cast<const std::byte*>(builder.GetBufferPointer());
     return {begin, begin + builder.GetSize()};
+}
+
+std::vector<std::byte> serialize(const model::ModelData& data)
+{
+    flatbuffers::FlatBufferBuilder builder(1 << 20);
+    fb::FinishModelBuffer(builder, write_table(builder, data));
+    return bytes_of(builder);
 }
 
 SectionBytes section_bytes(const model::ModelView& v, std::size_t total)
@@ -128,7 +91,6 @@ SectionBytes section_bytes(const model::ModelView& v, std::size_t total)
     SectionBytes s;
     s.total = total;
     s.superquadrics = v.parts.size_bytes();
-    s.normal_map = model::bytes_of(v.normal);
     s.map = model::bytes_of<model::CentralArrays<model::ArrayView>>(v);
     s.locator = model::bytes_of<model::LocatorArrays<model::ArrayView>>(v);
     s.distance = model::bytes_of(v.distance);
@@ -139,9 +101,7 @@ SectionBytes section_bytes(const model::ModelView& v, std::size_t total)
 
 void write_model(const model::ModelData& data, const std::filesystem::path& path) { replace_file(path, serialize(data)); }
 
-MappedModel::MappedModel(const std::filesystem::path& path) : MappedModel(path, 0, 0) {}
-
-MappedModel::MappedModel(const std::filesystem::path& path, std::uint64_t offset, std::uint64_t size)
+MappedBytes::MappedBytes(const std::filesystem::path& path, std::uint64_t offset, std::uint64_t size)
 {
     const platform::Mapping file = platform::map_file(path, offset, size);
     if (file.error == std::errc::invalid_argument)
@@ -156,21 +116,25 @@ MappedModel::MappedModel(const std::filesystem::path& path, std::uint64_t offset
     mapping_ = file.pages;
     skip_ = file.skip;
     size_ = file.size;
-    const model::ParseStatus status = model::parse(bytes(), view_);
-    if (status != model::ParseStatus::Ok) {
-        platform::unmap(file);
-        mapping_ = nullptr;
-        throw ModelFileError(path.string() + ": " + model::to_string(status) +
-                             (status == model::ParseStatus::NotAModel ? ": bake a mesh with 'sqmap bake MESH -o MODEL'" : ""));
-    }
 }
 
-MappedModel::~MappedModel() { platform::unmap({mapping_, skip_, size_, {}, true}); }
+MappedBytes::~MappedBytes() { platform::unmap({mapping_, skip_, size_, {}, true}); }
 
-MappedModel::MappedModel(MappedModel&& other) noexcept
-    : mapping_(other.mapping_), skip_(other.skip_), size_(other.size_), view_(other.view_)
+MappedBytes::MappedBytes(MappedBytes&& other) noexcept
+    : mapping_(std::exchange(other.mapping_, nullptr)), skip_(other.skip_), size_(other.size_)
 {
-    other.mapping_ = nullptr;
+}
+
+void check(model::ParseStatus status, const std::filesystem::path& path)
+{
+    if (status == model::ParseStatus::Ok) return;
+    throw ModelFileError(path.string() + ": " + model::to_string(status) +
+                         (status == model::ParseStatus::NotAModel ? ": bake a mesh with 'sqmap bake MESH -o MODEL'" : ""));
+}
+
+MappedModel::MappedModel(const std::filesystem::path& path, std::uint64_t offset, std::uint64_t size) : file_(path, offset, size)
+{
+    check(model::parse(bytes(), view_), path);
 }
 
 }  // namespace sqmap::io

@@ -60,15 +60,6 @@ ordered_json part_json(const model::Part& p, std::size_t index, const model::Hea
     return out;
 }
 
-/// The map of the paper's projection.
-ordered_json map_json(const model::NormalMapView& map)
-{
-    return {{"rows", ((map.eta_count - 1) >> map.subdivisions) + 1},
-            {"columns", map.omega_count >> map.subdivisions},
-            {"subdivisions", map.subdivisions},
-            {"smoothed", !map.smoothed.empty()}};
-}
-
 ordered_json json_of(const model::Measured& m)
 {
     return {{"points", m.points},
@@ -95,7 +86,6 @@ ordered_json json_of(const model::Cure& c)
 std::string model_json(const model::ModelView& m, std::size_t total)
 {
     const SectionBytes bytes = section_bytes(m, total);
-    const bool central = !model::is_normal(m);
     ordered_json out;
     out["format_version"] = model::k_format_version;
     char hash[20];
@@ -106,7 +96,7 @@ std::string model_json(const model::ModelView& m, std::size_t total)
     out["made_by"] = m.made_by;
     out["source"] = m.source;
     out["options"] = m.options;
-    out["projection"] = central ? "central" : "normal";
+    out["projection"] = "central";
     out["solid"] = m.header.solid != 0;
     // Every part's certificate covers the caps that close it, and closed parts tile the solid.
     const bool contained = std::all_of(m.parts.begin(), m.parts.end(), [](const model::Part& p) { return p.largest_f <= 1.f; });
@@ -121,21 +111,17 @@ std::string model_json(const model::ModelView& m, std::size_t total)
     out["bytes"] = {{"total", bytes.total},
                     {"superquadrics", bytes.superquadrics},
                     {"map", bytes.map},
-                    {"normal_map", bytes.normal_map},
+                    {"normal_map", 0},
                     {"locator", bytes.locator},
                     {"exact_lists", bytes.exact},
                     {"exact_mesh", bytes.mesh},
                     {"distance", bytes.distance},
-                    {"without_exact", bytes.total - bytes.exact - bytes.mesh - (central ? 0 : bytes.map)}};
+                    {"without_exact", bytes.total - bytes.exact - bytes.mesh}};
     out["band"] = static_cast<double>(m.distance.header.band) * m.header.unit;
     out["cure"] = json_of(m.cure);
     out["measured"] = json_of(m.measured);
     out["parts"] = ordered_json::array();
-    for (std::uint32_t i = 0; i < m.parts.size(); ++i) {
-        ordered_json part = part_json(m.parts[i], i, m.header);
-        if (!central) part["map"] = map_json(model::normal_map_of(m, i));
-        out["parts"].push_back(std::move(part));
-    }
+    for (std::uint32_t i = 0; i < m.parts.size(); ++i) out["parts"].push_back(part_json(m.parts[i], i, m.header));
     return out.dump(2);
 }
 

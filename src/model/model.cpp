@@ -3,7 +3,6 @@
 
 #include "model/central_cells.h"
 #include "model/flags.h"
-#include "model/normal_codes.h"
 #include "sqmap/math/assert.h"
 
 #include <algorithm>
@@ -31,39 +30,6 @@ ModelView normalized(const ModelView& view) noexcept
     for (double& coordinate : out.header.origin) coordinate = 0;
     out.header.unit = 1;
     return out;
-}
-
-NormalMapView normal_map_of(const ModelView& view, std::size_t part) noexcept
-{
-    SQMAP_ASSERT(part < view.normal.parts.size());
-    const NormalPart& p = view.normal.parts[part];
-    const NormalArrays<ArrayView>& a = view.normal;
-    const std::size_t samples = static_cast<std::size_t>(p.eta_count) * p.omega_count;
-    NormalMapView map;
-    map.superquadric = superquadric_of(view.parts[part]);
-    map.eta_count = p.eta_count;
-    map.omega_count = p.omega_count;
-    map.subdivisions = p.subdivisions;
-    map.vertex_count = p.vertex_count;
-    map.distance_scale = p.distance_scale;
-    map.offset_scale = p.offset_scale;
-    map.quantization_error = p.quantization_error;
-    map.distance = a.distance.subspan(p.first_sample, samples);
-    map.normal = a.normal.subspan(p.first_base, p.base_count);
-    map.cuts = a.cuts.subspan(p.first_cut, p.cut_count);
-    map.correction_rows = a.correction_rows.subspan(p.first_correction_row, p.correction_row_count);
-    map.corrections = a.corrections.subspan(p.first_correction, p.correction_count);
-    map.gap_rows = a.gap_rows.subspan(p.first_gap_row, p.gap_row_count);
-    map.gaps = a.gaps.subspan(p.first_gap, p.gap_count);
-    map.offset = a.offset.subspan(p.first_offset, offset_bytes(p.base_count));
-    if (!a.smoothed.empty()) map.smoothed = a.smoothed.subspan(p.first_base, p.base_count);
-    map.seed_count = p.seeds_along;
-    map.seeds_mirrored = p.seeds_mirrored != 0;
-    const std::size_t along = std::min<std::uint32_t>(p.seeds_along, 256), starts = along * along * along;
-    const std::span<const FootSeed> seeds = a.seeds.subspan(p.first_seed, p.seed_count);
-    map.seeds = seeds.first(std::min(starts, seeds.size()));
-    map.surface_seeds = seeds.subspan(map.seeds.size());
-    return map;
 }
 
 bool centre_inside(const Part& part) noexcept { return (part.flags & k_centre_inside) != 0; }

@@ -5,8 +5,7 @@
 #include "model/check_distance.h"
 #include "model/flags.h"
 #include "model/locator_cells.h"
-#include "model/normal_codes.h"
-#include "model/schema.h"
+#include "model/parse_steps.h"
 
 #include <algorithm>
 #include <bit>
@@ -19,11 +18,6 @@ namespace {
 
 static_assert(sizeof(Part) == sizeof(fb::Part) && alignof(Part) == alignof(fb::Part));
 static_assert(sizeof(Header) == sizeof(fb::Header) && alignof(Header) == alignof(fb::Header));
-static_assert(sizeof(NormalPart) == sizeof(fb::NormalPart) && alignof(NormalPart) == alignof(fb::NormalPart));
-static_assert(sizeof(VertexCorrection) == sizeof(fb::VertexCorrection) &&
-              alignof(VertexCorrection) == alignof(fb::VertexCorrection));
-static_assert(sizeof(MapGap) == sizeof(fb::MapGap) && alignof(MapGap) == alignof(fb::MapGap));
-static_assert(sizeof(FootSeed) == sizeof(fb::FootSeed) && alignof(FootSeed) == alignof(fb::FootSeed));
 static_assert(sizeof(Seed) == sizeof(fb::Seed) && alignof(Seed) == alignof(fb::Seed));
 static_assert(sizeof(HierarchyNode) == sizeof(fb::HierarchyNode) && sizeof(HierarchyGroup) == sizeof(fb::HierarchyGroup));
 static_assert(sizeof(SurfaceSample) == sizeof(fb::SurfaceSample));
@@ -35,34 +29,12 @@ constexpr std::uint32_t k_max_base = 256;
 constexpr float k_max_taper = 0.951f;
 constexpr std::int32_t k_max_winding = 1 << 20;  // sums of it and any list's crossings stay within 32 bits
 
-/// Sets spans to the vectors of a verified table that are called so; a field that is not there makes an empty span.
-class TableReader {
-public:
-    TableReader(const void* table, const flatbuffers::TypeTable& fields)
-        : table_(static_cast<const flatbuffers::Table*>(table)), fields_(fields)
-    {
-    }
-    template <class T>
-    void operator()(const char* name, std::span<const T>& to) const
-    {
-        const auto* vector =
-            table_->GetPointer<const flatbuffers::Vector<std::uint8_t>*>(directory_offset(field_of(fields_, name)));
-        if (vector != nullptr) to = {reinterpret_cast<const T*>(vector->Data()), vector->size()};
-    }
-
-private:
-    const flatbuffers::Table* table_;
-    const flatbuffers::TypeTable& fields_;
-};
-
 bool finite(std::span<const float> values)
 {
     for (const float v : values)
         if (!std::isfinite(v)) return false;
     return true;
 }
-
-bool within(std::uint32_t first, std::uint64_t count, std::size_t size) { return std::uint64_t(first) + count <= size; }
 
 /// Checks one cell and all that hangs on it.
 bool valid_cell(const Part& part, const ModelView& view, CentralCell cell, int depth)
@@ -83,7 +55,8 @@ bool valid_cell(const Part& part, const ModelView& view, CentralCell cell, int d
     return within(offset, LayeredHead{pool[offset]}.record_size(), part.pool_count);
 }
 
-ParseStatus check_part(const Part& part, const ModelView& view)
+/// Checks a part's superquadric and its bounds.
+ParseStatus check_superquadric(const Part& part)
 {
     const float* floats = part.a;
     if (!finite({floats, offsetof(Part, base) / sizeof(float)}) || !std::isfinite(part.area)) return ParseStatus::BadValue;
@@ -99,9 +72,13 @@ ParseStatus check_part(const Part& part, const ModelView& view)
             if (!(std::abs(dot(vec3(part.rotation + 3 * i), vec3(part.rotation + 3 * j)) - (i == j ? 1.f : 0.f)) < 1e-4f))
                 return ParseStatus::BadValue;
     if (part.centre_winding > k_max_winding || part.centre_winding < -k_max_winding) return ParseStatus::BadValue;
+    return ParseStatus::Ok;
+}
+
+/// Checks a part's central map.
+ParseStatus check_chart(const Part& part, const ModelView& view)
+{
     const std::uint32_t n = part.base;
-    // A model is of one projection; those that were not have to be baked again.
-    if (is_normal(view)) return n == 0 ? ParseStatus::Ok : ParseStatus::WrongVersion;
     if (!(part.w_step > 0) || !(part.w_min >= 0)) return ParseStatus::BadValue;
     if (!std::isfinite(part.w_min + 65535.f * part.w_step)) return ParseStatus::BadValue;
     for (int i = 0; i < 9; ++i)
@@ -127,25 +104,6 @@ ParseStatus check_part(const Part& part, const ModelView& view)
     for (std::uint32_t i = 0; i < part.cell_count; ++i)
         if (!valid_cell(part, view, {view.cells[part.first_cell + i]}, 0)) return ParseStatus::BadStructure;
     return ParseStatus::Ok;
-}
-
-/// Checks that a part's normal map lies within the arrays, and then what it says.
-ParseStatus check_normal_part(const ModelView& view, std::size_t index)
-{
-    const NormalPart& p = view.normal.parts[index];
-    const NormalArrays<ArrayView>& a = view.normal;
-    const std::uint64_t samples = std::uint64_t(p.eta_count) * p.omega_count;
-    const bool inside = p.eta_count < 0x10000 && p.omega_count < 0x10000 && within(p.first_sample, samples, a.distance.size()) &&
-                        within(p.first_base, p.base_count, a.normal.size()) && within(p.first_cut, p.cut_count, a.cuts.size()) &&
-                        within(p.first_correction_row, p.correction_row_count, a.correction_rows.size()) &&
-                        within(p.first_correction, p.correction_count, a.corrections.size()) &&
-                        within(p.first_gap_row, p.gap_row_count, a.gap_rows.size()) &&
-                        within(p.first_gap, p.gap_count, a.gaps.size()) &&
-                        within(p.first_offset, offset_bytes(p.base_count), a.offset.size()) &&
-                        (a.smoothed.empty() || within(p.first_base, p.base_count, a.smoothed.size())) &&
-                        within(p.first_seed, p.seed_count, a.seeds.size());
-    if (!inside) return ParseStatus::BadStructure;
-    return is_consistent(normal_map_of(view, index)) ? ParseStatus::Ok : ParseStatus::BadValue;
 }
 
 /// Seeds of existing parts up to the last; where several are searched from, choices among them in the word before.
@@ -176,7 +134,6 @@ bool valid_divisions(const ModelView& v, LocatorCell cell, int left)
 /// A list, and planes of its parts or a seed, that exist.
 bool valid_contents(const ModelView& v, LocatorCell cell)
 {
-    if (is_normal(v)) return cell.is_free() || (cell.word & ~LocatorCell::k_kind_mask) == 0;
     if (cell.is_free() || cell.is_divided()) return true;
     if (cell.list() >= v.part_lists.size()) return false;
     if (cell.has_seeds()) return cell.first() < v.seeds.size();
@@ -186,37 +143,9 @@ bool valid_contents(const ModelView& v, LocatorCell cell)
     return true;
 }
 
-ParseStatus check_locator(const ModelView& v)
+/// Checks planes, seeds and lists of parts, to which the cells of a locator lead. @pre check_cells
+ParseStatus check_contents(const ModelView& v)
 {
-    const Locator& l = v.locator;
-    if (v.bricks.empty())
-        return l.bricks[0] == 0 && v.locator_cells.empty() && v.part_lists.empty() && v.planes.empty() && v.seeds.empty()
-                   ? ParseStatus::Ok
-                   : ParseStatus::BadStructure;
-    if (!finite(l.origin) || !std::isfinite(l.cell) || !(l.cell > 0) || !std::isfinite(l.plane_reach) || !(l.plane_reach > 0))
-        return ParseStatus::BadValue;
-    // A byte names a part, and a cell leads to a central map.
-    if (v.parts.size() >= k_no_part || v.locator_cells.empty()) return ParseStatus::BadStructure;
-    if (is_normal(v) && !(has_exact(v) && v.part_lists.empty() && v.planes.empty() && v.seeds.empty()))
-        return ParseStatus::BadStructure;
-    for (const Part& part : v.parts)
-        if (!is_normal(v) && part.base == 0) return ParseStatus::BadStructure;
-    for (const std::uint32_t n : l.bricks)
-        if (n == 0 || n > 256) return ParseStatus::BadStructure;
-    if (std::uint64_t(l.bricks[0]) * l.bricks[1] * l.bricks[2] != v.bricks.size()) return ParseStatus::BadStructure;
-    for (const std::uint32_t word : v.bricks) {
-        const LocatorBrick brick{word};
-        if (brick.is_free()) continue;
-        if (!within(brick.first(), brick.cell_count(), v.locator_cells.size())) return ParseStatus::BadStructure;
-        if (brick.is_deep() && LocatorCell{v.locator_cells[brick.first()]}.is_free()) return ParseStatus::BadStructure;
-    }
-    for (const std::uint32_t word : v.bricks) {
-        const LocatorBrick brick{word};
-        if (brick.is_free()) continue;
-        for (std::uint32_t k = 0; k < brick.cell_count(); ++k)
-            if (!valid_divisions(v, {v.locator_cells[brick.first() + k]}, brick.is_deep() ? 0 : k_max_divisions))
-                return ParseStatus::BadStructure;
-    }
     for (const std::uint32_t word : v.locator_cells)
         if (!valid_contents(v, {word})) return ParseStatus::BadStructure;
     for (const std::uint32_t list : v.part_lists)
@@ -225,8 +154,7 @@ ParseStatus check_locator(const ModelView& v)
     // Every chain ends.
     if (!v.seeds.empty() && !is_last_seed(v.seeds.back())) return ParseStatus::BadStructure;
     for (const std::uint32_t word : v.locator_cells)
-        if (const LocatorCell cell{word}; !is_normal(v) && cell.has_seeds() && !valid_chain(v, cell.first()))
-            return ParseStatus::BadStructure;
+        if (const LocatorCell cell{word}; cell.has_seeds() && !valid_chain(v, cell.first())) return ParseStatus::BadStructure;
     return ParseStatus::Ok;
 }
 
@@ -277,18 +205,6 @@ bool valid_candidates(const ModelView& v, std::size_t index)
     return true;
 }
 
-/// The exact layer's lists: all or none.
-ParseStatus check_candidates(const ModelView& v)
-{
-    if (v.bricks.empty() || !has_exact(v))
-        return v.near_bricks.empty() && v.near.empty() && v.rises.empty() ? ParseStatus::Ok : ParseStatus::BadStructure;
-    if (v.near_bricks.size() != v.bricks.size() || v.rises.size() != (is_normal(v) ? 0 : padded_rises(v.locator_cells.size())))
-        return ParseStatus::BadStructure;
-    for (std::size_t i = 0; i < v.bricks.size(); ++i)
-        if (!valid_candidates(v, i)) return ParseStatus::BadStructure;
-    return ParseStatus::Ok;
-}
-
 /// False where it says what no cure does.
 bool read_cure(const fb::Cure* c, ModelView& view)
 {
@@ -302,23 +218,6 @@ bool read_cure(const fb::Cure* c, ModelView& view)
     return view.cure.rung == Rung::Closed || view.cure.rung == Rung::Wrapped;
 }
 
-template <class T>
-void hash_bytes(std::uint64_t& hash, std::span<const T> values)
-{
-    const auto* bytes = reinterpret_cast<const unsigned char*>(values.data());
-    std::size_t size = values.size_bytes();
-    hash = (hash ^ size) * 0x100000001b3ull;
-    for (; size >= 8; bytes += 8, size -= 8) {
-        std::uint64_t word;
-        std::memcpy(&word, bytes, 8);
-        hash = (hash ^ word) * 0x100000001b3ull;
-        hash ^= hash >> 29;
-    }
-    std::uint64_t word = 0;
-    if (size > 0) std::memcpy(&word, bytes, size);
-    hash = (hash ^ word) * 0x100000001b3ull;
-}
-
 }  // namespace
 
 const char* to_string(ParseStatus status) noexcept
@@ -330,6 +229,8 @@ const char* to_string(ParseStatus status) noexcept
             return "truncated or malformed";
         case ParseStatus::NotAModel:
             return "not a .sqmap file";
+        case ParseStatus::PaperModel:
+            return "a paper model (--projection normal): open it with sqmap::paper";
         case ParseStatus::WrongVersion:
             return "made by another format version: bake it again with 'sqmap bake MESH -o MODEL'";
         case ParseStatus::BadHash:
@@ -347,10 +248,11 @@ std::uint64_t content_hash(const ModelView& view) noexcept
     std::uint64_t hash = 0xcbf29ce484222325ull;
     hash_bytes(hash, std::span<const Header>(&view.header, 1));
     const auto add = [&](const char*, const auto& array) { hash_bytes(hash, array); };
-    each_array_before_normal(add, view);
-    NormalArrays<ArrayView>::each(add, view.normal);
+    each_surface_array(add, view);
+    // Format 11 had as many arrays here, empty in a central model.
+    for (int i = 0; i < 11; ++i) hash_bytes(hash, std::span<const std::byte>());
     hash_bytes(hash, std::span<const Locator>(&view.locator, 1));
-    each_array_behind_normal(add, view);
+    each_cell_array(add, view);
     hash_bytes(hash, std::span<const DistanceHeader>(&view.distance.header, 1));
     DistanceArrays<ArrayView>::each(add, view.distance);
     const Measured& m = view.measured;
@@ -373,54 +275,46 @@ std::uint64_t content_hash(const ModelView& view) noexcept
     return hash;
 }
 
-ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
+ParseStatus read_model(const fb::Model& model, const std::byte* end, ModelView& v) noexcept
 {
-    const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
-    if (bytes.size() < 16) return ParseStatus::Truncated;
-    if (!fb::ModelBufferHasIdentifier(data)) return ParseStatus::NotAModel;
-    flatbuffers::Verifier verifier(data, bytes.size(), 16, 100000);
-    if (!fb::VerifyModelBuffer(verifier)) return ParseStatus::Truncated;
-    const fb::Model* model = fb::GetModel(data);
-    if (model->version() != k_format_version) return ParseStatus::WrongVersion;
-    if (model->header() == nullptr) return ParseStatus::BadStructure;
-
-    ModelView v;
-    std::memcpy(&v.header, model->header(), sizeof(Header));
-    const TableReader read(model, *fb::ModelTypeTable());
-    each_array_before_normal(read, v);
-    if (const fb::NormalMaps* n = model->normal_maps(); n != nullptr)
-        NormalArrays<ArrayView>::each(TableReader(n, *fb::NormalMapsTypeTable()), v.normal);
-    if (model->locator() != nullptr) std::memcpy(&v.locator, model->locator(), sizeof(Locator));
-    each_array_behind_normal(read, v);
-    if (const fb::Distance* d = model->distance(); d != nullptr && d->header() != nullptr) {
+    if (model.version() != k_format_version || model.former_maps() != nullptr) return ParseStatus::WrongVersion;
+    if (model.header() == nullptr) return ParseStatus::BadStructure;
+    std::memcpy(&v.header, model.header(), sizeof(Header));
+    const TableReader read(&model, *fb::ModelTypeTable());
+    each_surface_array(read, v);
+    if (model.locator() != nullptr) std::memcpy(&v.locator, model.locator(), sizeof(Locator));
+    each_cell_array(read, v);
+    if (const fb::Distance* d = model.distance(); d != nullptr && d->header() != nullptr) {
         std::memcpy(&v.distance.header, d->header(), sizeof(DistanceHeader));
         DistanceArrays<ArrayView>::each(TableReader(d, *fb::DistanceTypeTable()), v.distance);
     }
-
-    if (const fb::Measured* m = model->measured(); m != nullptr)
+    if (const fb::Measured* m = model.measured(); m != nullptr)
         v.measured = {m->points(),        m->missed(),       m->false_contacts(),   m->eq35_mean(),       m->eq35_p99(),
                       m->eq35_max(),      m->depth_median(), m->depth_p95(),        m->depth_p99(),       m->depth_max(),
                       m->normal_median(), m->q2_share(),     m->layer1_depth_p99(), m->layer2_depth_p99()};
-    if (!read_cure(model->cure(), v)) return ParseStatus::BadValue;
+    if (!read_cure(model.cure(), v)) return ParseStatus::BadValue;
     const auto text = [](const flatbuffers::String* s) { return s == nullptr ? std::string_view() : s->string_view(); };
-    v.made_by = text(model->made_by());
-    v.source = text(model->source());
-    v.options = text(model->options());
-    v.mesh_hash = model->mesh_hash();
+    v.made_by = text(model.made_by());
+    v.source = text(model.source());
+    v.options = text(model.options());
+    v.mesh_hash = model.mesh_hash();
 
     const Header& h = v.header;
     for (const double value : {h.origin[0], h.origin[1], h.origin[2], h.unit, h.r_max, h.quantisation})
         if (!std::isfinite(value)) return ParseStatus::BadValue;
     if (!(h.unit > 0) || !(h.r_max > 0) || !finite(h.sphere) || !(h.sphere[3] >= 0)) return ParseStatus::BadValue;
-    if (h.projection > 1 || v.parts.empty() || v.parts.size() > k_max_parts) return ParseStatus::BadStructure;
+    if (v.parts.empty() || v.parts.size() > k_max_parts) return ParseStatus::BadStructure;
     const std::size_t corners = v.triangles16.size() + v.triangles32.size();
     if ((!v.triangles16.empty() && !v.triangles32.empty()) || v.vertices.size() % 3 != 0 || corners != 3 * v.triangle_part.size())
         return ParseStatus::BadStructure;
     if (v.offsets.size() != v.samples.size() || v.smoothing.size() != v.samples.size()) return ParseStatus::BadStructure;
     // The writer builds from the end: the parts come last, and nothing stands behind them.
-    if (reinterpret_cast<const std::byte*>(v.parts.data() + v.parts.size()) != bytes.data() + bytes.size())
-        return ParseStatus::BadStructure;
-    if (content_hash(v) != model->content_hash()) return ParseStatus::BadHash;
+    if (reinterpret_cast<const std::byte*>(v.parts.data() + v.parts.size()) != end) return ParseStatus::BadStructure;
+    return content_hash(v) == model.content_hash() ? ParseStatus::Ok : ParseStatus::BadHash;
+}
+
+ParseStatus check_surface(const ModelView& v) noexcept
+{
     if (!finite(v.vertices)) return ParseStatus::BadValue;
     for (const std::uint32_t i : v.triangles16)
         if (i >= v.vertices.size() / 3) return ParseStatus::BadStructure;
@@ -433,18 +327,70 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
         return ParseStatus::BadStructure;
     if (!finite(v.pieces)) return ParseStatus::BadValue;
     for (const Part& part : v.parts)
-        if (const ParseStatus status = check_part(part, v); status != ParseStatus::Ok) return status;
-    if (v.normal.parts.size() != (h.projection == static_cast<std::uint32_t>(Projection::Normal) ? v.parts.size() : 0))
-        return ParseStatus::BadStructure;
-    for (std::size_t i = 0; i < v.normal.parts.size(); ++i)
-        if (const ParseStatus status = check_normal_part(v, i); status != ParseStatus::Ok) return status;
-    if (const ParseStatus status = check_locator(v); status != ParseStatus::Ok) return status;
+        if (const ParseStatus status = check_superquadric(part); status != ParseStatus::Ok) return status;
     if (!v.made_up_cells.empty() && v.made_up_cells.size() != (v.locator_cells.size() + 31) / 32)
         return ParseStatus::BadStructure;
-    if (const ParseStatus status = check_candidates(v); status != ParseStatus::Ok) return status;
-    if (const ParseStatus status = check_distance(v); status != ParseStatus::Ok) return status;
-    view = v;
+    return check_distance(v);
+}
+
+ParseStatus check_cells(const ModelView& v) noexcept
+{
+    const Locator& l = v.locator;
+    if (v.bricks.empty())
+        return l.bricks[0] == 0 && v.locator_cells.empty() && v.part_lists.empty() && v.planes.empty() && v.seeds.empty()
+                   ? ParseStatus::Ok
+                   : ParseStatus::BadStructure;
+    if (!finite(l.origin) || !std::isfinite(l.cell) || !(l.cell > 0) || !std::isfinite(l.plane_reach) || !(l.plane_reach > 0))
+        return ParseStatus::BadValue;
+    // A byte names a part.
+    if (v.parts.size() >= k_no_part || v.locator_cells.empty()) return ParseStatus::BadStructure;
+    for (const std::uint32_t n : l.bricks)
+        if (n == 0 || n > 256) return ParseStatus::BadStructure;
+    if (std::uint64_t(l.bricks[0]) * l.bricks[1] * l.bricks[2] != v.bricks.size()) return ParseStatus::BadStructure;
+    for (const std::uint32_t word : v.bricks) {
+        const LocatorBrick brick{word};
+        if (brick.is_free()) continue;
+        if (!within(brick.first(), brick.cell_count(), v.locator_cells.size())) return ParseStatus::BadStructure;
+        if (brick.is_deep() && LocatorCell{v.locator_cells[brick.first()]}.is_free()) return ParseStatus::BadStructure;
+    }
+    for (const std::uint32_t word : v.bricks) {
+        const LocatorBrick brick{word};
+        if (brick.is_free()) continue;
+        for (std::uint32_t k = 0; k < brick.cell_count(); ++k)
+            if (!valid_divisions(v, {v.locator_cells[brick.first() + k]}, brick.is_deep() ? 0 : k_max_divisions))
+                return ParseStatus::BadStructure;
+    }
     return ParseStatus::Ok;
+}
+
+ParseStatus check_candidates(const ModelView& v, std::size_t rises) noexcept
+{
+    if (v.bricks.empty() || !has_exact(v))
+        return v.near_bricks.empty() && v.near.empty() && v.rises.empty() ? ParseStatus::Ok : ParseStatus::BadStructure;
+    if (v.near_bricks.size() != v.bricks.size() || v.rises.size() != rises) return ParseStatus::BadStructure;
+    for (std::size_t i = 0; i < v.bricks.size(); ++i)
+        if (!valid_candidates(v, i)) return ParseStatus::BadStructure;
+    return ParseStatus::Ok;
+}
+
+ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
+{
+    const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
+    if (bytes.size() < 16) return ParseStatus::Truncated;
+    if (flatbuffers::BufferHasIdentifier(data, k_paper_identifier)) return ParseStatus::PaperModel;
+    if (!fb::ModelBufferHasIdentifier(data)) return ParseStatus::NotAModel;
+    flatbuffers::Verifier verifier(data, bytes.size(), 16, 100000);
+    if (!fb::VerifyModelBuffer(verifier)) return ParseStatus::Truncated;
+    ModelView v;
+    ParseStatus status = read_model(*fb::GetModel(data), bytes.data() + bytes.size(), v);
+    if (status == ParseStatus::Ok && v.header.projection != 0) status = ParseStatus::BadStructure;
+    if (status == ParseStatus::Ok) status = check_surface(v);
+    for (std::size_t i = 0; i < v.parts.size() && status == ParseStatus::Ok; ++i) status = check_chart(v.parts[i], v);
+    if (status == ParseStatus::Ok) status = check_cells(v);
+    if (status == ParseStatus::Ok) status = check_contents(v);
+    if (status == ParseStatus::Ok) status = check_candidates(v, padded_rises(v.locator_cells.size()));
+    if (status == ParseStatus::Ok) view = v;
+    return status;
 }
 
 }  // namespace sqmap::model

@@ -12,19 +12,6 @@ namespace sqmap::query {
     return part.base * part.base * model::k_faces < std::uint64_t{gate} * part.vertex_count;
 }
 
-/// The locator leads to what answers. Otherwise the exhaustive search does, or the paper's maps.
-[[nodiscard]] inline bool is_located(const model::ModelView& model, Layer layer)
-{
-    return model::has_locator(model) && (!model::is_normal(model) || layer == Layer::Exact);
-}
-
-/// What options name and the model's projection does not give: a moved surface of a normal model's triangles, a margin.
-[[nodiscard]] inline bool lacks_projection(const model::ModelView& model, const QueryOptions& options)
-{
-    return model::is_normal(model) && (options.margin > 0 || (options.offset && chosen_layer(model, options) == Layer::Exact) ||
-                                       (options.smoothing && !model::has_smoothed_map(model)));
-}
-
 /// The exact layer is what options stand for, and the model has none.
 [[nodiscard]] bool lacks_exact(const model::ModelView& model, const QueryOptions& options) noexcept;
 

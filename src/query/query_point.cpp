@@ -3,7 +3,6 @@
 #include "query/dispatch/model_point.h"
 #include "query/exact/exact_layer.h"
 #include "query/layer.h"
-#include "query/normal/normal_query.h"
 #include "sqmap/math/assert.h"
 #include "sqmap/query/point.h"
 
@@ -89,8 +88,8 @@ std::optional<double> distance_along_projection(const ModelView& model, std::uin
     SQMAP_ASSERT(part < model.parts.size());
     const Vec3f at = model::to_model_space(model.header, point);
     float distance = 0;
-    const bool found = model::is_normal(model) ? distance_along_normal(model, part, at, layer, distance)
-                                               : distance_along_central(model, part, at, layer, distance);
+    const bool found = model.answers != nullptr ? model.answers->along(model, part, at, layer, distance)
+                                                : distance_along_central(model, part, at, layer, distance);
     if (!found) return std::nullopt;
     return model.header.unit * static_cast<double>(distance);
 }

@@ -2,6 +2,7 @@
 
 #include "frames.h"
 #include "settings.h"
+#include "sqmap/paper/model.h"
 
 #include <gtest/gtest.h>
 
@@ -22,7 +23,7 @@ protected:
         parts_.reset();
         setting_.reset();
     }
-    static Record run(query::Layer layer, Density density, query::Projector projector = query::Projector::Pyramid)
+    static Record run(query::Layer layer, Density density, paper::Projector projector = paper::Projector::Pyramid)
     {
         const auto maps = std::make_shared<const NormalMaps>(parts_, density);
         const auto method = make_normal_query(*setting_, maps, {layer, projector});
@@ -68,7 +69,7 @@ TEST_F(NormalMapsTest, ErrorFallsAndBytesGrowWithDensity)
 
 TEST_F(NormalMapsTest, ThePrintedSearchFindsContactsToo)
 {
-    const Record record = run(query::Layer::Two, {}, query::Projector::Printed);
+    const Record record = run(query::Layer::Two, {}, paper::Projector::Printed);
     EXPECT_GT(record.contacts, 0);
     EXPECT_LT(record.accuracy->missed_pct, 50);
 }

@@ -147,6 +147,8 @@ const Lie k_lies[] = {
     {"sphere_nan", [](ModelData& m) { m.header.sphere[3] = k_nan; }},
     {"sphere_radius_negative", [](ModelData& m) { m.header.sphere[3] = -1; }},
     {"projection_unknown", [](ModelData& m) { m.header.projection = 2; }},
+    {"projection_of_a_paper_model", [](ModelData& m) { m.header.projection = 1; }},
+    {"part_without_a_central_map", [](ModelData& m) { m.parts[0].base = 0; }},
     {"quantisation_nan", [](ModelData& m) { m.header.quantisation = std::numeric_limits<double>::quiet_NaN(); }},
     {"a_zero", [](ModelData& m) { m.parts[0].a[0] = 0; }},
     {"a_negative", [](ModelData& m) { m.parts[0].a[2] = -m.parts[0].a[2]; }},
@@ -413,34 +415,6 @@ const Lie k_lies[] = {
          while (m.parts.size() < 300) m.parts.push_back(m.parts[0]);
      }},
 };
-
-TEST(ModelFile, ALocatorOverPartsWithoutACentralMapIsRefused)
-{
-    test::Baked normal = test::baked(test::small_torus(), {.projection = model::Projection::Normal, .exact = false});
-    ModelData& m = normal.result.model;
-    const ModelData& central = torus_model();
-    m.locator = central.locator;
-    m.bricks = central.bricks;
-    m.locator_cells = central.locator_cells;
-    m.part_lists = central.part_lists;
-    m.planes = central.planes;
-    m.seeds = central.seeds;
-    // Whatever that model's parts: the first alone.
-    for (std::uint32_t& list : m.part_lists) list = 0xffffff00u;
-    for (model::Seed& seed : m.seeds) seed.direction &= ~0xffu;
-    for (std::uint32_t& plane : m.planes) plane &= ~(3u << 29);
-    for (std::uint32_t& p : m.locator_cells)
-        if (model::LocatorCell{p}.is_divided()) {
-            p = 0;
-        } else if (!model::LocatorCell{p}.is_free() && model::LocatorCell{p}.planes() == 0) {
-            std::uint32_t last = model::LocatorCell{p}.first();
-            while (!model::is_last_seed(m.seeds[last])) ++last;
-            p = (p & 0x3fffu) | last << 14;
-        }
-    for (model::Part& part : m.parts) part.base = 0;
-    const ParseStatus status = parse_and_query(serialize(m));
-    EXPECT_TRUE(status == ParseStatus::BadStructure || status == ParseStatus::BadValue) << model::to_string(status);
-}
 
 INSTANTIATE_TEST_SUITE_P(Format, InconsistentModel, testing::ValuesIn(k_lies),
                          [](const auto& lie) { return std::string(lie.param.name); });

@@ -3,9 +3,9 @@
 #include "decompose/saliency.h"
 #include "fit/problems.h"
 #include "sqmap/bake/evaluate.h"
-#include "sqmap/bake/normal_map.h"
 #include "sqmap/mesh/shapes.h"
-#include "sqmap/query/normal_projection.h"
+#include "sqmap/paper/bake.h"
+#include "sqmap/paper/projection.h"
 #include "sqmap/shape/superquadric.h"
 #include "support/parsed.h"
 
@@ -139,13 +139,13 @@ TEST(Paper, Eq20SurfacePointsAreTheirFeetMovedInByTheMap)
     sq.a = {0.7, 0.8, 1.0};
     std::vector<std::uint32_t> all(m.triangles.size());
     std::iota(all.begin(), all.end(), 0u);
-    const bake::NormalMap map = bake::bake_normal_map(bake::MapRays(m), all, sq, {.min_level = 5, .max_level = 5});
+    const paper::Map map = paper::bake_map(paper::MapRays(m), all, sq, {.min_level = 5, .max_level = 5});
     int count = 0;
     for (double eta = -1.4; eta < 1.5; eta += 0.2)
         for (double omega = -3; omega < 3.1; omega += 0.3) {
             const Vec3d direction{std::cos(eta) * std::cos(omega), std::cos(eta) * std::sin(omega), std::sin(eta)};
-            const auto answer = query::project(map.view(), cast<float>(0.6 * direction), {.use_corrections = false});
-            if (answer.verdict == query::Verdict::Outside) continue;
+            const auto answer = paper::project(map.view(), cast<float>(0.6 * direction), {.corrections = false});
+            if (answer.verdict == paper::Verdict::Outside) continue;
             // depth_along is what eq. 20 misses the point by: the stored distance against the point's own.
             EXPECT_NEAR(static_cast<double>(answer.depth_along), 0, 2e-3);
             ++count;

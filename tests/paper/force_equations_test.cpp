@@ -2,8 +2,9 @@
 #include "sqmap/haptic/step.h"
 #include "sqmap/haptic/texture.h"
 #include "sqmap/math/friction.h"
+#include "sqmap/paper/force.h"
 #include "sqmap/query/point.h"
-#include "support/parsed.h"
+#include "support/paper_model.h"
 
 #include <gtest/gtest.h>
 
@@ -18,7 +19,7 @@ protected:
     [[nodiscard]] Vec3d force_at(Vec3d p) const
     {
         const query::Probe probe(std::vector<Vec3d>(1));
-        haptic::Zone zone{.probe = &probe, .options = haptic::with_paper_force({.stiffness = 300, .blend_time = 0})};
+        haptic::Zone zone{.probe = &probe, .options = paper::with_paper_force({.stiffness = 300, .blend_time = 0})};
         haptic::State state(std::span(&zone, 1));
         haptic::TouchedBody ball{.model = &model.view()};
         ball.material.friction = Friction::None;
@@ -27,7 +28,7 @@ protected:
         (void)haptic::step(state, {.touched = std::span(&ball, 1), .poses = std::span(&pose, 1)}, std::span(&wrench, 1));
         return wrench.force;
     }
-    const test::Parsed model{mesh::sphere(0.8, 5), true, {.projection = model::Projection::Normal, .exact = false}};
+    const test::PaperModel model{mesh::sphere(0.8, 5), {.exact = false}};
     const std::vector<Vec3d> points{{0.6, 0.3, 0.2}, {-0.1, 0.7, -0.3}, {0.2, -0.4, 0.6}, {-0.5, -0.5, -0.3}};
 };
 

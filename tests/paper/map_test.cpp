@@ -1,8 +1,8 @@
 // Equations 11, 12 and 17 to 22, the lemma of section 5 and its corollaries, on the baked normal map.
 #include "model/normal_codes.h"
-#include "sqmap/bake/normal_map.h"
 #include "sqmap/mesh/shapes.h"
-#include "sqmap/query/normal_projection.h"
+#include "sqmap/paper/bake.h"
+#include "sqmap/paper/projection.h"
 
 #include <gtest/gtest.h>
 
@@ -14,8 +14,8 @@ namespace sqmap {
 namespace {
 
 constexpr double pi = std::numbers::pi;
-using bake::MapRays;
-using bake::NormalMap;
+using paper::Map;
+using paper::MapRays;
 using shape::Superquadricd;
 
 std::vector<std::uint32_t> all_triangles(const mesh::Mesh& m)
@@ -28,8 +28,7 @@ std::vector<std::uint32_t> all_triangles(const mesh::Mesh& m)
 NormalMap at_level(const mesh::Mesh& m, const Superquadricd& sq, int level, bool corrections = false)
 {
     const MapRays rays(m);
-    return bake::bake_normal_map(rays, all_triangles(m), sq,
-                                 {.min_level = level, .max_level = level, .corrections = corrections});
+    return paper::bake_map(rays, all_triangles(m), sq, {.min_level = level, .max_level = level, .corrections = corrections});
 }
 
 // Fig. 4: two balls in one superquadric.
@@ -70,7 +69,7 @@ TEST(Paper, Fig4MapOfTwoSpheresMatchesTheClosedForm)
                 if (q >= 0) expected = std::min(expected, -b - std::sqrt(q));
             }
             const std::uint16_t code = map.distance[std::size_t{i} * map.omega_count + j];
-            ASSERT_EQ(model::ray_of(code), model::MapRay::Surface);
+            ASSERT_EQ(paper::ray_of(code), paper::MapRay::Surface);
             const double stored = double(map.distance_scale) * code;
             mean += std::abs(stored - expected);
             largest = std::max(largest, stored);
@@ -129,8 +128,8 @@ TEST(Paper, Eq12OffsetIsOffUnlessAskedForAndOnlyBringsContactEarlier)
     for (int n = 0; n < 3000; ++n) {
         const shape::SurfaceAnglesf at{static_cast<float>(1.5 * std::sin(0.37 * n)),
                                        static_cast<float>(3.1 * std::sin(0.11 * n))};
-        const float plain = query::sample_map(map.view(), at, {}).distance;
-        const float offset = query::sample_map(map.view(), at, {.use_offset = true}).distance;
+        const float plain = paper::sample_map(map.view(), at, {}).distance;
+        const float offset = paper::sample_map(map.view(), at, {.offset = true}).distance;
         EXPECT_LE(offset, plain);
         nearer += offset < plain;
     }
@@ -141,8 +140,8 @@ TEST(Paper, Eq17To19PyramidCosts8EvaluationsALevelAndOneMore)
 {
     const NormalMap map = at_level(mesh::sphere(0.5, 3), Superquadricd{}, 8);
     // Base grid 129 by 256: N_L = int(max(log2(129/16), log2(256/32))) = 3.
-    const query::GridFoot printed =
-        query::pyramid_search(map.view(), {0.3f, 0.5f, 0.4f},
+    const paper::GridFoot printed =
+        paper::pyramid_search(map.view(), {0.3f, 0.5f, 0.4f},
                               {.both_directions = false, .compare_distance = false, .wide_fallback = false, .seeded = false});
     EXPECT_EQ(printed.evaluations, 8 * 3 + 1);
     EXPECT_GT(printed.collinearity, 0.99f);
@@ -163,8 +162,8 @@ double map_error(const NormalMap& map, const mesh::Mesh& m)
         const shape::SurfaceAngles<double> at{std::asin(0.98 * std::sin(0.37 * n)), 3.1 * std::sin(0.11 * n)};
         const auto s = shape::surface_point(sq, at);
         const MapRays::Surface exact = rays.surface_along(s.point, -s.normal, {10, 1e-6});
-        const query::MapSample stored =
-            query::sample_map(map.view(), {static_cast<float>(at.eta), static_cast<float>(at.omega)}, {});
+        const paper::MapSample stored =
+            paper::sample_map(map.view(), {static_cast<float>(at.eta), static_cast<float>(at.omega)}, {});
         if (exact.kind != MapRays::Kind::Hit || !std::isfinite(stored.distance)) continue;
         sum += std::abs(exact.distance - double(stored.distance));
         ++count;
@@ -178,8 +177,8 @@ double representation_error(const NormalMap& map, const mesh::Mesh& m)
     double sum = 0, area = 0;
     for (std::uint32_t t = 0; t < m.triangles.size(); ++t) {
         const double w = mesh::triangle_area(m, t);
-        const auto a = query::project(map.view(), cast<float>(mesh::triangle_centroid(m, t)), {.use_corrections = false});
-        if (a.verdict == query::Verdict::Outside) continue;
+        const auto a = paper::project(map.view(), cast<float>(mesh::triangle_centroid(m, t)), {.corrections = false});
+        if (a.verdict == paper::Verdict::Outside) continue;
         sum += w * std::min(std::abs(static_cast<double>(a.depth_along)), 1.0);
         area += w;
     }

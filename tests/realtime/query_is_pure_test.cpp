@@ -112,15 +112,13 @@ std::vector<Vec3d> points_about(const model::ModelView& view)
     return out;
 }
 
-/// As files hold them: all small shapes, and one of normal maps.
+/// As files hold them: all small shapes, and a paper model.
 const std::vector<std::vector<std::byte>>& models()
 {
     static const std::vector<std::vector<std::byte>> k_models = [] {
         std::vector<std::vector<std::byte>> out;
         for (const test::Shape& shape : test::small_shapes()) out.push_back(test::baked_bytes(shape.mesh, true));
-        bake::BakeOptions normal;
-        normal.projection = model::Projection::Normal;
-        out.push_back(io::serialize(bake::bake(test::small_hand(), true, normal).model));
+        out.push_back(paper::serialize(paper::bake(test::small_hand(), true, {{}, paper::MapOptions{}}).model));
         return out;
     }();
     return k_models;

@@ -2,6 +2,7 @@
 #include "viewer/server/scene/inspect.h"
 
 #include "sqmap/mesh/shapes.h"
+#include "sqmap/paper/model.h"
 #include "viewer/server/scene/edits.h"
 #include "viewer/server/scene/facts.h"
 #include "viewer/server/scene/fields.h"
@@ -25,24 +26,24 @@ using nlohmann::ordered_json;
 
 constexpr double k_radius = 0.1;  // m, of the ball in the world
 
-std::shared_ptr<Object> baked(const mesh::Mesh& mesh, model::Projection projection)
+std::shared_ptr<Object> baked(const mesh::Mesh& mesh, bool is_paper)
 {
     AdmittedMesh loaded;
     loaded.admission = mesh::Admission::Accept;
     loaded.solid = true;
     loaded.mesh = mesh;
-    bake::BakeOptions options;
-    options.projection = projection;
+    paper::BakeOptions options;
+    if (is_paper) options.maps.emplace();
     return object_from_mesh(loaded, "ball", 2 * k_radius, options);
 }
 const Object& central_ball()
 {
-    static const auto object = baked(mesh::sphere(1, 4), model::Projection::Central);
+    static const auto object = baked(mesh::sphere(1, 4), false);
     return *object;
 }
 const Object& normal_ball()
 {
-    static const auto object = baked(mesh::sphere(1, 4), model::Projection::Normal);
+    static const auto object = baked(mesh::sphere(1, 4), true);
     return *object;
 }
 
@@ -232,11 +233,11 @@ TEST(MadeUp, IsShownAndKeptByAnotherBakeOfEitherProjection)
     const ordered_json facts = facts_json(*object, object->parts, false);
     EXPECT_EQ(facts["cure"]["rung"], "CLOSED");
 
-    for (const model::Projection projection : {model::Projection::Central, model::Projection::Normal}) {
-        bake::BakeOptions options;
-        options.projection = projection;
+    for (const bool is_paper : {false, true}) {
+        paper::BakeOptions options;
+        if (is_paper) options.maps.emplace();
         const auto after = rebaked(*object, object->parts, options, {});
-        EXPECT_EQ(model::is_normal(after->view), projection == model::Projection::Normal);
+        EXPECT_EQ(paper::is_paper(after->view), is_paper);
         EXPECT_EQ(made_up_triangles(*after), made_up);
         EXPECT_EQ(facts_json(*after, after->parts, false)["cure"], facts["cure"]);
         EXPECT_TRUE(are_of_one_mesh(*object, *after));

@@ -3,8 +3,8 @@
 #include "sqmap/bake/rebake.h"
 #include "sqmap/bake/skin_lattice.h"
 #include "sqmap/bake_mesh.h"
-#include "sqmap/io/model_file.h"
 #include "sqmap/mesh/shapes.h"
+#include "sqmap/paper/model_file.h"
 
 #include <algorithm>
 #include <cmath>
@@ -16,8 +16,9 @@ namespace {
 
 void take_model(AvatarPart& part)
 {
-    if (const auto status = model::parse(part.bytes, part.model); status != model::ParseStatus::Ok)
+    if (const auto status = part.opened.parse(part.bytes); status != model::ParseStatus::Ok)
         throw io::ModelFileError(part.name + ": " + model::to_string(status));
+    part.model = part.opened.view();
 }
 
 double height_of(const Avatar& avatar)
@@ -107,7 +108,7 @@ bool is_cycle(const io::SkinnedSoup& skin, const io::SkinAnimation& animation)
 
 Avatar still_avatar(const std::filesystem::path& path)
 {
-    const io::MappedModel mapped(path);
+    const paper::MappedModel mapped(path);
     Avatar avatar;
     AvatarPart& part = avatar.parts.emplace_back();
     part.name = path.stem().string();
@@ -138,7 +139,7 @@ Avatar walking_avatar(double height, const sim::Gait& gait, double spacing, doub
         AvatarPart& part = avatar.parts.emplace_back();
         part.name = bone.name;
         part.mesh = mesh::polygonized(solid, spacing);
-        part.bytes = bake_mesh(part.mesh, {.bake = {.target_error = target_error}}).bytes();
+        part.bytes = bake_mesh(part.mesh, {.bake = {{.target_error = target_error}}}).bytes();
         take_model(part);
     }
     avatar.pose = [bones, gait](double time, std::span<sqmap::Pose> poses) { sim::walk(*bones, gait, time, poses); };
@@ -162,7 +163,7 @@ Avatar skinned_avatar(const std::filesystem::path& file, bool walk, const std::s
     AvatarPart& part = avatar.parts.emplace_back();
     part.name = file.stem().string();
     part.mesh = body.bound;
-    part.bytes = bake_mesh(part.mesh, {.bake = {.target_error = target_error}}).bytes();
+    part.bytes = bake_mesh(part.mesh, {.bake = {{.target_error = target_error}}}).bytes();
     take_model(part);
     try {
         body.lattice = bake::skin_lattice(body.bound, body.influences);

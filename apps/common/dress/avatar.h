@@ -4,6 +4,7 @@
 #include "sqmap/io/read_skin.h"
 #include "sqmap/mesh/mesh.h"
 #include "sqmap/mesh/skin.h"
+#include "sqmap/paper/model_file.h"
 #include "sqmap/query/probe.h"
 #include "sqmap/query/skin.h"
 #include "sqmap/sim/walker.h"
@@ -22,7 +23,8 @@ namespace sqmap::app {
 struct AvatarPart {
     std::string name;
     std::vector<std::byte> bytes;
-    model::ModelView model;  ///< over the bytes
+    paper::AnyModel opened;  ///< over the bytes
+    model::ModelView model;  ///< of opened
     mesh::Mesh mesh;
 };
 

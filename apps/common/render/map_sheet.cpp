@@ -67,7 +67,7 @@ int draw_legend(Image& image, int top, int dot, const std::vector<Swatch>& entri
 Image map_picture(const Subject& subject, int width, int height)
 {
     const model::ModelView& model = subject.model->view();
-    const bool central = static_cast<model::Projection>(model.header.projection) == model::Projection::Central;
+    const bool central = !paper::is_paper(model);
     const int count = static_cast<int>(model.parts.size());
     Image image(width, height, srgb(0xffffff));
     const Rgb no_surface = srgb(0x3d5a80), cap = srgb(0xb5652b), line = srgb(0x9aa0a6);

@@ -4,6 +4,7 @@
 #include "sqmap/decompose/decompose.h"
 #include "sqmap/fit/fit.h"
 #include "sqmap/mesh/bvh.h"
+#include "sqmap/paper/model_file.h"
 #include "sqmap/query/point.h"
 
 #include <limits>
@@ -70,7 +71,7 @@ Subject subject_of_mesh(const mesh::Mesh& mesh)
     return subject;
 }
 
-Subject subject_of_model(io::MappedModel mapped, const mesh::Mesh* mesh)
+Subject subject_of_model(paper::MappedModel mapped, const mesh::Mesh* mesh)
 {
     Subject subject;
     subject.model.emplace(std::move(mapped));

@@ -1,8 +1,8 @@
 // The subject of a picture, from a mesh or a model: triangles, their parts, superquadrics.
 #pragma once
 
-#include "sqmap/io/model_file.h"
 #include "sqmap/mesh/mesh.h"
+#include "sqmap/paper/model_file.h"
 #include "sqmap/shape/superquadric.h"
 
 #include <cstdint>
@@ -18,7 +18,7 @@ struct Subject {
     double r_max = 0;                                 ///< the largest distance between two of its vertices
     std::vector<std::uint32_t> part_of_triangle;      ///< #triangles
     std::vector<shape::Superquadricd> superquadrics;  ///< #parts
-    std::optional<io::MappedModel> model;             ///< when it was drawn from a model
+    std::optional<paper::MappedModel> model;          ///< when it was drawn from a model
 };
 
 /// A picture that was asked of the wrong input.
@@ -37,6 +37,6 @@ public:
 /// A model's parts. mesh (mesh units; may be null) is drawn instead of the model's own triangles, and is needed where the
 /// model was baked without its exact layer: each triangle then goes to the part that owns the surface nearest to it.
 /// @throw SubjectError for a model without triangles and no mesh
-[[nodiscard]] Subject subject_of_model(io::MappedModel model, const mesh::Mesh* mesh);
+[[nodiscard]] Subject subject_of_model(paper::MappedModel model, const mesh::Mesh* mesh);
 
 }  // namespace sqmap::app

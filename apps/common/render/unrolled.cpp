@@ -1,5 +1,6 @@
 #include "common/render/unrolled.h"
 
+#include "sqmap/paper/model.h"
 #include "sqmap/query/point.h"
 
 #include <algorithm>
@@ -111,7 +112,7 @@ std::optional<MapPosition> position_on_cross(const model::Part& part, Vec3f poin
 
 Unrolled unrolled_normal(const model::ModelView& model, std::uint32_t part, int width, int height)
 {
-    const model::NormalMapView map = model::normal_map_of(model, part);
+    const paper::MapView map = paper::map_of(model, part);
     Unrolled out{.width = width, .height = height, .distance = {}};
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
@@ -119,16 +120,16 @@ Unrolled unrolled_normal(const model::ModelView& model, std::uint32_t part, int 
                 static_cast<std::uint32_t>(height - 1 - y) * map.eta_count / static_cast<std::uint32_t>(height);
             const std::uint32_t column = static_cast<std::uint32_t>(x) * map.omega_count / static_cast<std::uint32_t>(width);
             const std::uint16_t stored = map.distance[std::size_t{row} * map.omega_count + column];
-            const model::MapRay ray = model::ray_of(stored);
-            out.distance.push_back(ray == model::MapRay::Miss  ? k_no_hit
-                                   : ray == model::MapRay::Cap ? k_cap
+            const paper::MapRay ray = paper::ray_of(stored);
+            out.distance.push_back(ray == paper::MapRay::Miss  ? k_no_hit
+                                   : ray == paper::MapRay::Cap ? k_cap
                                                                : map.distance_scale * static_cast<float>(stored));
             out.surface.push_back(mapped_sample(map, row, column).value_or(Vec3f{}));
         }
     return out;
 }
 
-MapPosition position_on_grid(const model::NormalMapView& map, shape::SurfaceAnglesf angles)
+MapPosition position_on_grid(const paper::MapView& map, shape::SurfaceAnglesf angles)
 {
     const auto rows = static_cast<float>(map.eta_count), columns = static_cast<float>(map.omega_count);
     // Sample (row, column) is the middle of its cell of the picture.
@@ -137,10 +138,10 @@ MapPosition position_on_grid(const model::NormalMapView& map, shape::SurfaceAngl
     return {x - std::floor(x), 1 - (row + 0.5f) / rows};
 }
 
-std::optional<Vec3f> mapped_sample(const model::NormalMapView& map, std::uint32_t row, std::uint32_t column)
+std::optional<Vec3f> mapped_sample(const paper::MapView& map, std::uint32_t row, std::uint32_t column)
 {
     const std::uint16_t stored = map.distance[std::size_t{row} * map.omega_count + column];
-    if (model::ray_of(stored) != model::MapRay::Surface) return std::nullopt;
+    if (paper::ray_of(stored) != paper::MapRay::Surface) return std::nullopt;
     const shape::SurfaceAnglesf angles{k_pi * (static_cast<float>(row) / static_cast<float>(map.eta_count - 1) - 0.5f),
                                        2 * k_pi * static_cast<float>(column) / static_cast<float>(map.omega_count) - k_pi};
     const shape::SurfacePoint<float> s = shape::surface_point(map.superquadric, angles);

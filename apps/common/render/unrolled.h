@@ -3,6 +3,7 @@
 #pragma once
 
 #include "sqmap/model/model.h"
+#include "sqmap/paper/model.h"
 #include "sqmap/shape/surface.h"
 
 #include <cstdint>
@@ -34,9 +35,9 @@ struct MapPosition {
 
 /// The finest grid, thinned or repeated to a size. @pre the model is normal, width and height are above 0
 [[nodiscard]] Unrolled unrolled_normal(const model::ModelView& model, std::uint32_t part, int width, int height);
-[[nodiscard]] MapPosition position_on_grid(const model::NormalMapView& map, shape::SurfaceAnglesf angles);
+[[nodiscard]] MapPosition position_on_grid(const paper::MapView& map, shape::SurfaceAnglesf angles);
 
 /// Eq. 22 at a sample of the paper's map, model space; nothing where its ray meets no surface.
-[[nodiscard]] std::optional<Vec3f> mapped_sample(const model::NormalMapView& map, std::uint32_t row, std::uint32_t column);
+[[nodiscard]] std::optional<Vec3f> mapped_sample(const paper::MapView& map, std::uint32_t row, std::uint32_t column);
 
 }  // namespace sqmap::app

@@ -61,7 +61,7 @@ void add_force_options(Command& command, TouchOptions& o)
             "full|paper")
         .group(group);
     command
-        .choice("--projector", o.zone.projector, k_projectors, "How feet are found on models baked with --projection normal",
+        .choice("--projector", o.paper.projector, k_projectors, "How feet are found on models baked with --projection normal",
                 "newton|pyramid|printed")
         .group(group);
     command.flag("--offset", o.zone.offset, "Move the surface out by eq. 12, against tunnelling").group(group);

@@ -3,6 +3,7 @@
 
 #include "common/layer_name.h"
 #include "sqmap/haptic/step.h"
+#include "sqmap/paper/model.h"
 
 #include <algorithm>
 #include <map>
@@ -15,8 +16,8 @@ inline const std::map<std::string, haptic::Mode> k_modes{
 inline const std::map<std::string, haptic::Shading> k_shadings{
     {"levelled", haptic::Shading::Levelled}, {"consistent", haptic::Shading::Consistent}, {"mean", haptic::Shading::Mean}};
 inline const std::map<std::string, bool> k_forces{{"full", false}, {"paper", true}};
-inline const std::map<std::string, query::Projector> k_projectors{
-    {"newton", query::Projector::Newton}, {"pyramid", query::Projector::Pyramid}, {"printed", query::Projector::Printed}};
+inline const std::map<std::string, paper::Projector> k_projectors{
+    {"newton", paper::Projector::Newton}, {"pyramid", paper::Projector::Pyramid}, {"printed", paper::Projector::Printed}};
 inline const std::map<std::string, Friction> k_frictions{
     {"none", Friction::None}, {"coulomb", Friction::Coulomb}, {"paper", Friction::Paper}};
 inline const std::map<std::string, haptic::Kernel> k_kernels{{"ball", haptic::Kernel::Ball}, {"shell", haptic::Kernel::Shell}};

@@ -131,7 +131,7 @@ std::string setup_text(const TouchOptions& o)
     out["shading"] = name_of(k_shadings, o.zone.shading);
     out["layer"] = name_of(k_touch_layers, o.zone.layer);
     out["force"] = name_of(k_forces, o.paper_force);
-    out["projector"] = name_of(k_projectors, o.zone.projector);
+    out["projector"] = name_of(k_projectors, o.paper.projector);
     out["offset"] = o.zone.offset;
     out["friction"] = name_of(k_frictions, o.material.friction);
     out["kernel"] = name_of(k_kernels, o.kernel);
@@ -167,7 +167,7 @@ TouchOptions setup_from(const std::string& text)
         // A trace from before something was there has what was done then.
         each_later_number(o, [&](const char* name, double& value) { value = in.value(name, value); });
         if (in.contains("force")) o.paper_force = k_forces.at(in.at("force"));
-        if (in.contains("projector")) o.zone.projector = k_projectors.at(in.at("projector"));
+        if (in.contains("projector")) o.paper.projector = k_projectors.at(in.at("projector"));
         o.zone.offset = in.value("offset", o.zone.offset);
         if (in.contains("kernel")) o.kernel = k_kernels.at(in.at("kernel"));
         o.texture.kind = in.value("texture", o.texture.kind);

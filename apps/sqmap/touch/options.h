@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sqmap/haptic/step.h"
+#include "sqmap/paper/model.h"
 #include "touch/surface_texture.h"
 
 #include <cstdint>
@@ -49,7 +50,8 @@ struct TouchOptions {
     bool touching_wished = true;  ///< tool_touching is the user's; else fewer suffice where the models answer slowly
     std::uint64_t tool_hash = 0;  ///< of its points; 0: any
     haptic::ZoneOptions zone{.layer = query::Layer::Auto};  ///< Auto: Exact for a sphere or a point, Three for a mesh
-    bool paper_force = false;                               ///< haptic::with_paper_force, on normal models
+    bool paper_force = false;                               ///< paper::with_paper_force, on paper models
+    paper::QueryOptions paper{};                            ///< how paper models are read
     double zone_radius = 0;                                 ///< m, of the impact sphere; 0: the whole tool
     haptic::Material material{};
     haptic::Kernel kernel = haptic::Kernel::Ball;  ///< of a sphere's or point's smoothing

@@ -1,6 +1,7 @@
 #include "touch/setup.h"
 
 #include "common/hash_text.h"
+#include "sqmap/paper/model.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,20 +16,22 @@ TouchSetup::TouchSetup(const TouchOptions& options, std::size_t zones, const std
     models_.reserve(options_.objects.size());
     views_.reserve(options_.objects.size());
     for (TouchObject& object : options_.objects) {
-        const model::ModelView& view = models_.emplace_back(found(object.file, beside)).view();
-        const std::uint64_t hash = model::content_hash(view);
+        paper::MappedModel& model = models_.emplace_back(found(object.file, beside));
+        model.set_options(options_.paper);
+        const model::ModelView& view = model.view();
+        const std::uint64_t hash = paper::content_hash(view);
         if (object.hash != 0 && object.hash != hash)
             throw BadTouch(object.file + " is not the model that was recorded: its content hash is " + hash_text(hash) +
                            ", the trace has " + hash_text(object.hash) + "\n  cure: bring that model, or compare with --against");
-        if (options_.paper_force && !model::is_normal(view))
+        if (options_.paper_force && !paper::is_paper(view))
             throw BadTouch(object.file +
                            " has the central projection: the paper's force is that of its own maps\n  cure: bake it with "
                            "--projection normal, or --force full");
-        if (options_.paper_force && !model::has_smoothed_map(view))
+        if (options_.paper_force && !paper::has_smoothed_map(view))
             notes_.push_back("warning: " + object.file +
                              " was baked with --smoothing-radius 0: the force is that of the unsmoothed map");
         object.hash = hash;
-        object.projection = model::is_normal(view) ? "normal" : "central";
+        object.projection = paper::is_paper(view) ? "normal" : "central";
         if (!(object.metres_per_unit > 0) || !std::isfinite(object.metres_per_unit))
             throw BadTouch(object.file + ": metres a unit must be above zero");
         views_.push_back(haptic::in_metres(view, object.metres_per_unit));

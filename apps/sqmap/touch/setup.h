@@ -6,8 +6,8 @@
 #include "sqmap/haptic/step.h"
 #include "sqmap/haptic/stiffness.h"
 #include "sqmap/haptic/tool.h"
-#include "sqmap/io/model_file.h"
 #include "sqmap/mesh/mesh.h"
+#include "sqmap/paper/model_file.h"
 #include "touch/objects.h"
 #include "touch/options.h"
 
@@ -63,7 +63,7 @@ private:
     [[nodiscard]] haptic::ZoneOptions options_of(std::size_t zone) const;
 
     TouchOptions options_;
-    std::vector<io::MappedModel> models_;
+    std::vector<paper::MappedModel> models_;
     std::vector<model::ModelView> views_;  // in metres
     std::vector<haptic::TouchedBody> solids_;
     haptic::Tool tool_;

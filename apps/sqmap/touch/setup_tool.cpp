@@ -3,6 +3,8 @@
 #include "common/program_words.h"
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/model/reliability.h"
+#include "sqmap/paper/force.h"
+#include "sqmap/paper/model.h"
 #include "touch/hand_file.h"
 #include "touch/setup.h"
 
@@ -62,14 +64,14 @@ void TouchSetup::load_tool(const std::filesystem::path& beside)
 {
     haptic::ToolDescription tool{.radius = options_.zone_radius, .zones = zones_};
     std::vector<Vec3d> flat;  // of a hand: the file's points
-    if (!options_.touching_wished && std::any_of(views_.begin(), views_.end(), model::is_normal))
+    if (!options_.touching_wished && std::any_of(views_.begin(), views_.end(), paper::is_paper))
         options_.tool_touching = std::min(options_.tool_touching, k_touching_on_normal_maps);
     options_.zone.averaging = haptic::Averaging::Patch;
     haptic::Smoothing ball = haptic::ball_of(k_default_radius), point;
     if (options_.tolerance >= 0) ball.tolerance = point.tolerance = options_.tolerance;
     ball.kernel = point.kernel = options_.kernel;
     const double max = views_.front().header.r_max * views_.front().header.unit;
-    if (options_.paper_force) options_.zone = haptic::with_paper_force(options_.zone);
+    if (options_.paper_force) options_.zone = paper::with_paper_force(options_.zone);
     if (options_.paper_force && is_shape(options_.tool, "sphere", max, ball.radius)) {
         tool.points = mesh::sphere(ball.radius, 2).vertices;
         reach_ = ball.radius;

@@ -7,6 +7,7 @@
 #include "sqmap/device/servo.h"
 #include "sqmap/device/trace.h"
 #include "sqmap/haptic/safety.h"
+#include "sqmap/paper/model_file.h"
 #include "three_numbers.h"
 #include "touch/force_options.h"
 #include "touch/over_model.h"
@@ -94,7 +95,7 @@ TouchOptions options_of(const Arguments& arguments)
     check(options, "");
     for (const std::string& text : arguments.objects) options.objects.push_back(object_from(text));
     for (TouchObject& object : options.objects) {
-        const io::MappedModel model(object.file);
+        const paper::MappedModel model(object.file);
         const model::Header& h = model.view().header;
         // One scale for all, so that objects keep their sizes to each other.
         if (&object == &options.objects.front())

@@ -1,7 +1,6 @@
 // From a validated mesh to a baked model: decompose, fit, map, and refine until the error is met.
 #pragma once
 
-#include "sqmap/bake/normal_map_options.h"
 #include "sqmap/decompose/decompose.h"
 #include "sqmap/fit/fit.h"
 #include "sqmap/mesh/admit.h"
@@ -26,15 +25,13 @@ struct Cured {
 
 /// How bake() works. The defaults are those of `sqmap bake`.
 struct BakeOptions {
-    model::Projection projection = model::Projection::Central;
     double target_error = 0.5;  ///< percent of R_max: layer-3 depth error, 99th percentile
     std::uint32_t max_parts = 24;
     double max_looseness = 1.3;  ///< a part is split while its superquadric has more than this times its solid's volume
     double max_q2_share = 0.1;   ///< or while more than this share of its area is hidden from its projection
     double split_gain = 0.05;    ///< a split stays if it saves this share of the part's cost
-    NormalMapOptions normal{};   ///< of the normal projection; its target_error is taken from the one above
     bool exact = true;           ///< store the exact layer
-    bool locator = true;         ///< central: store the locator, which the exact layer needs; without it charts alone answer
+    bool locator = true;         ///< store the locator, which the exact layer needs; without it charts alone answer
     double band = 5;             ///< percent of R_max, 0 to 100: how far on either side signed distances are exact
     unsigned threads = 0;        ///< 0: one a core; the result does not depend on it
     decompose::DecomposeOptions decompose{};

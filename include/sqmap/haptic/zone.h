@@ -63,13 +63,12 @@ struct ZoneOptions {
     /// that friction does not swing between the few points that it rests on.
     double entry_depth = 0.0005;
     query::Layer layer = query::Layer::Three;  ///< One is answered by Two: a superquadric pushes from outside the surface
-    /// Normal models: depths and normals of the smoothed map, and the surface moved out by eq. 12.
+    /// Paper models: depths and normals of the smoothed map, and the surface moved out by eq. 12.
     bool smoothed_map = false, offset = false;
-    query::Projector projector = query::Projector::Newton;  ///< normal models: how feet are found
-    double stiffness = 500;                                 ///< k of eqs. 21 and 32, N/m (errata 10)
-    double damping = 0;                                     ///< N s/m along the normal while pressing in; never pulls
-    double tangential_stiffness = 500;                      ///< of the sticking spring of Coulomb friction, N/m
-    double torque_share = 1;                                ///< of the torque that goes out; 0: force only
+    double stiffness = 500;             ///< k of eqs. 21 and 32, N/m (errata 10)
+    double damping = 0;                 ///< N s/m along the normal while pressing in; never pulls
+    double tangential_stiffness = 500;  ///< of the sticking spring of Coulomb friction, N/m
+    double torque_share = 1;            ///< of the torque that goes out; 0: force only
     /// Pre-contact braking: N s/m against the approach, from where the zone will be after brake_ahead seconds; 0: none. Costs
     /// a second query.
     double brake = 0, brake_ahead = 0.005;
@@ -92,16 +91,6 @@ struct ZoneOptions {
     double mass = 0.005, inertia = 2e-6;                                ///< kg, kg m^2 about every axis
     double coupling_damping = 0.2, coupling_rotational_damping = 8e-5;  ///< N s/m, N m s/rad
 };
-
-/// The paper's force: each contact's spring by eqs. 21, 26 and 32 on the smoothed map of a normal model, averaged over the zone.
-[[nodiscard]] inline ZoneOptions with_paper_force(ZoneOptions options)
-{
-    options.averaging = Averaging::Patch;
-    options.shading = Shading::Mean;
-    options.entry_depth = 0;
-    options.smoothed_map = true;
-    return options;
-}
 
 /// The same surface with more points.
 struct DenserPoints {

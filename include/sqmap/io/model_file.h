@@ -26,8 +26,7 @@ public:
 /// Bytes of a serialized model by section, for reports.
 struct SectionBytes {
     std::size_t total = 0, superquadrics = 0;
-    std::size_t map = 0;         ///< central maps; in a model of the normal projection they serve the exact layer
-    std::size_t normal_map = 0;  ///< the paper's own maps
+    std::size_t map = 0;  ///< central maps
     std::size_t locator = 0;
     std::size_t exact = 0, mesh = 0;
     std::size_t distance = 0;  ///< signed distance on both sides
@@ -39,27 +38,43 @@ struct SectionBytes {
 /// @throw ModelFileError where the folder cannot be written or the disk is full.
 void write_model(const model::ModelData& data, const std::filesystem::path& path);
 
-/// A model file mapped into memory, verified. Movable; the view lives as long as the object.
-/// Thread safety: any number of threads may read it; moving and destroying it by its owner alone.
-class MappedModel {
+/// A file's bytes mapped into memory, or those of a part of it that begins at a multiple of eight bytes, as members of an archive
+/// do. Movable. Thread safety: any number of threads may read them; moving and destroying by the owner alone.
+class MappedBytes {
 public:
-    /// @throw ModelFileError where the file cannot be opened or does not verify.
-    explicit MappedModel(const std::filesystem::path& path);
-    /// A model that stands within a file, at a multiple of eight bytes, as members of an archive do.
-    MappedModel(const std::filesystem::path& path, std::uint64_t offset, std::uint64_t size);
-    ~MappedModel();
-    MappedModel(MappedModel&& other) noexcept;
-    MappedModel& operator=(MappedModel&&) = delete;
+    /// size 0: to the end of the file. @throw ModelFileError where there are no such bytes
+    explicit MappedBytes(const std::filesystem::path& path, std::uint64_t offset = 0, std::uint64_t size = 0);
+    ~MappedBytes();
+    MappedBytes(MappedBytes&& other) noexcept;
+    MappedBytes& operator=(MappedBytes&&) = delete;
 
-    [[nodiscard]] const model::ModelView& view() const { return view_; }  ///< valid as long as this
-    [[nodiscard]] std::size_t size() const { return size_; }              ///< of the model, bytes
-    /// The model's own bytes, without those before it in the file.
+    /// Valid as long as this, wherever it is moved.
     [[nodiscard]] std::span<const std::byte> bytes() const { return {static_cast<const std::byte*>(mapping_) + skip_, size_}; }
 
 private:
     const void* mapping_ = nullptr;  ///< whole pages
-    std::size_t skip_ = 0;           ///< bytes before the model in its first page
+    std::size_t skip_ = 0;           ///< bytes before the part in its first page
     std::size_t size_ = 0;
+};
+
+/// @throw ModelFileError that names path and the cure, unless the status is Ok
+void check(model::ParseStatus status, const std::filesystem::path& path);
+
+/// A model file mapped into memory, verified. Movable; the view lives as long as the object.
+/// Thread safety: any number of threads may read it; moving and destroying it by its owner alone.
+class MappedModel {
+public:
+    /// offset and size: see MappedBytes.
+    /// @throw ModelFileError where the file cannot be opened or does not verify; for a paper model, which sqmap::paper opens
+    explicit MappedModel(const std::filesystem::path& path, std::uint64_t offset = 0, std::uint64_t size = 0);
+
+    [[nodiscard]] const model::ModelView& view() const { return view_; }     ///< valid as long as this
+    [[nodiscard]] std::size_t size() const { return file_.bytes().size(); }  ///< of the model, bytes
+    /// The model's own, without what stands before it in the file.
+    [[nodiscard]] std::span<const std::byte> bytes() const { return file_.bytes(); }
+
+private:
+    MappedBytes file_;
     model::ModelView view_;
 };
 

@@ -6,7 +6,6 @@
 #pragma once
 
 #include "sqmap/model/distance.h"
-#include "sqmap/model/normal_map.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -36,20 +35,6 @@ struct Locator {
 struct Seed {
     std::uint32_t direction;  ///< part and outward normal
     std::uint32_t extent;     ///< distance and reach
-};
-
-/// Where one part's normal map lies in the arrays; see NormalMapView for what each holds. Layout equals the FlatBuffers struct
-/// NormalPart.
-struct NormalPart {
-    std::uint32_t eta_count, omega_count, subdivisions, vertex_count;
-    float distance_scale, offset_scale, quantization_error;
-    std::uint32_t first_sample;  ///< of distance: eta_count * omega_count
-    std::uint32_t first_cut, cut_count;
-    std::uint32_t first_correction_row, correction_row_count, first_correction, correction_count;
-    std::uint32_t first_gap_row, gap_row_count, first_gap, gap_count;
-    std::uint32_t first_base, base_count;  ///< of normal and smoothed: samples of the base grid
-    std::uint32_t first_offset;            ///< bytes, two samples each
-    std::uint32_t seeds_along, seeds_mirrored, first_seed, seed_count;
 };
 
 // Each group's each(visit, of...) calls visit(name, array of every of...) for its arrays, in the file's order.
@@ -99,35 +84,6 @@ struct MeshArrays {
         visit("triangle_part", of.triangle_part...);
         visit("piece_triangle", of.piece_triangle...);
         visit("pieces", of.pieces...);
-    }
-};
-
-/// The paper's normal maps of all parts.
-template <template <class> class Array>
-struct NormalArrays {
-    Array<NormalPart> parts;
-    Array<std::uint16_t> distance, normal;
-    Array<std::uint8_t> cuts, offset;
-    Array<std::uint32_t> correction_rows, gap_rows;
-    Array<VertexCorrection> corrections;
-    Array<MapGap> gaps;
-    Array<FootSeed> seeds;
-    Array<SmoothedSample> smoothed;  ///< beside offset
-    /// In the file's order.
-    template <class Visit, class... Of>
-    static constexpr void each(Visit&& visit, Of&... of)
-    {
-        visit("parts", of.parts...);
-        visit("distance", of.distance...);
-        visit("normal", of.normal...);
-        visit("cuts", of.cuts...);
-        visit("offset", of.offset...);
-        visit("correction_rows", of.correction_rows...);
-        visit("gap_rows", of.gap_rows...);
-        visit("corrections", of.corrections...);
-        visit("gaps", of.gaps...);
-        visit("seeds", of.seeds...);
-        visit("smoothed", of.smoothed...);
     }
 };
 
@@ -195,17 +151,17 @@ struct DistanceArrays {
     }
 };
 
-/// visit(name, array of every of...) for the arrays of a model before the normal maps, and behind them.
+/// visit(name, array of every of...) for the arrays of parts, maps and mesh.
 template <class Visit, class... Of>
-constexpr void each_array_before_normal(Visit&& visit, Of&... of)
+constexpr void each_surface_array(Visit&& visit, Of&... of)
 {
     visit("parts", of.parts...);
     CentralArrays<ArrayView>::each(visit, of...);
     MeshArrays<ArrayView>::each(visit, of...);
 }
-/// See each_array_before_normal.
+/// visit(name, array of every of...) for the arrays of the locator and the exact layer's lists.
 template <class Visit, class... Of>
-constexpr void each_array_behind_normal(Visit&& visit, Of&... of)
+constexpr void each_cell_array(Visit&& visit, Of&... of)
 {
     LocatorArrays<ArrayView>::each(visit, of...);
     CandidateArrays<ArrayView>::each(visit, of...);

@@ -4,7 +4,6 @@
 #include "sqmap/math/assert.h"
 #include "sqmap/math/vec.h"
 #include "sqmap/model/arrays.h"
-#include "sqmap/model/normal_map.h"
 #include "sqmap/shape/superquadric.h"
 
 #include <cstddef>
@@ -12,13 +11,14 @@
 #include <optional>
 #include <string_view>
 
+namespace sqmap::query {
+struct Answers;
+}
+
 namespace sqmap::model {
 
 /// Version of the model format. Other versions are refused: bake again.
 inline constexpr std::uint32_t k_format_version = 11;
-
-/// How a part's surface is projected (fixed at bake).
-enum class Projection : std::uint32_t { Central = 0, Normal = 1 };
 
 /// One part: its superquadric, certificate, central chart and where its data lies in the model's arrays.
 /// Model space throughout. Layout equals the FlatBuffers struct Part of sqmap.fbs.
@@ -40,7 +40,7 @@ struct Part {
     float chart_lo[9], chart_hi[9];  ///< where the chart answers: bounds of x', y', z', x'+y', x'-y', x'+z', x'-z', y'+z', y'-z'
     float offset_step, smoothing_step;  ///< what one step of offsets (model units) and of smoothing (in w) means
     float w_min, w_step;                ///< a stored value v means w = 1/rho = w_min + w_step v, rho the largest coordinate
-    std::uint32_t base;                 ///< cells along a face's side, even; 0: no central map
+    std::uint32_t base;                 ///< cells along a face's side, even; 0: a part of a model without central maps
     std::uint32_t flags;                ///< see centre_inside and is_fallback
     std::int32_t centre_winding;        ///< winding number of the mesh about the chart's centre
     std::uint32_t triangle_count, vertex_count;  ///< of the surface that belongs to the part
@@ -58,11 +58,11 @@ struct Part {
 struct Header {
     double origin[3];  ///< mesh units; model = (mesh - origin) / unit
     double unit;
-    double r_max;         ///< largest distance between two vertices, model units
-    double quantisation;  ///< largest error that 16-bit storage added to a radius, model units
-    float sphere[4];      ///< bounding sphere of the object, model units
-    std::uint32_t solid;  ///< 1 a closed solid, 0 a surface
-    std::uint32_t projection;
+    double r_max;              ///< largest distance between two vertices, model units
+    double quantisation;       ///< largest error that 16-bit storage added to a radius, model units
+    float sphere[4];           ///< bounding sphere of the object, model units
+    std::uint32_t solid;       ///< 1 a closed solid, 0 a surface
+    std::uint32_t projection;  ///< 0; 1 within a paper model
     std::uint32_t triangle_count, vertex_count;
     std::uint32_t self_intersecting;  ///< 1 if some exact triangles cross each other
     std::uint32_t reserved;
@@ -99,25 +99,22 @@ struct Cure {
 struct ModelView : CentralArrays<ArrayView>, MeshArrays<ArrayView>, LocatorArrays<ArrayView>, CandidateArrays<ArrayView> {
     Header header{};
     ArrayView<Part> parts;
-    NormalArrays<ArrayView> normal;  ///< empty in a model of the central projection
     DistanceArrays<ArrayView> distance;
     Measured measured{};  ///< by bake
     Cure cure{};
     ArrayView<std::uint32_t> made_up_cells;     ///< a bit for each of locator_cells; empty where nothing was made up
     std::string_view made_by, source, options;  ///< provenance
     std::uint64_t mesh_hash = 0;                ///< mesh::content_hash of the mesh that was baked; 0: not known
+    /// Who answers queries of a model whose maps are those of another library, as sqmap::paper's are; null: the central maps do.
+    /// Outlives the view.
+    const query::Answers* answers = nullptr;
 };
 
-/// The model holds the paper's own maps, and answers from nothing else but on the exact layer.
-[[nodiscard]] constexpr bool is_normal(const ModelView& view)
-{
-    return view.header.projection == static_cast<std::uint32_t>(Projection::Normal);
-}
-/// False of a normal model that was baked without its smoothed map.
-[[nodiscard]] constexpr bool has_smoothed_map(const ModelView& view) { return !is_normal(view) || !view.normal.smoothed.empty(); }
-/// False of a view that was not baked as a whole: what signed distances need is not there.
+/// False where parts have no central maps, as in what a paper model shares with every model.
+[[nodiscard]] constexpr bool has_central_maps(const ModelView& view) { return !view.samples.empty(); }
+/// False for a view that was not baked as a whole: the tree that signed distances need is missing.
 [[nodiscard]] constexpr bool has_distance(const ModelView& view) { return !view.distance.bounds.empty(); }
-/// False of a surface and of normal models without triangles. The cells of a normal model with triangles have no planes.
+/// False for a surface.
 [[nodiscard]] constexpr bool has_locator(const ModelView& view) { return !view.bricks.empty(); }
 /// False where the model was baked without its exact layer.
 [[nodiscard]] constexpr bool has_exact(const ModelView& view) { return !view.triangle_part.empty(); }
@@ -141,8 +138,6 @@ struct ModelView : CentralArrays<ArrayView>, MeshArrays<ArrayView>, LocatorArray
 /// Surface point, model space, of the i-th sample of a part's central map; nothing where its ray meets no surface.
 /// @pre i < part.sample_count
 [[nodiscard]] std::optional<Vec3f> sample_point(const ModelView& view, const Part& part, std::uint32_t i) noexcept;
-/// The part's normal map, over the view's arrays. @pre the model has normal maps and the part exists
-[[nodiscard]] NormalMapView normal_map_of(const ModelView& view, std::size_t part) noexcept;
 
 /// The same model with model space for its mesh frame: origin zero, unit one. Shares the model's bytes.
 [[nodiscard]] ModelView normalized(const ModelView& view) noexcept;

@@ -16,7 +16,6 @@ using ArrayData = std::vector<T>;
 struct ModelData : CentralArrays<ArrayData>, MeshArrays<ArrayData>, LocatorArrays<ArrayData>, CandidateArrays<ArrayData> {
     Header header{};
     ArrayData<Part> parts;
-    NormalArrays<ArrayData> normal;
     DistanceArrays<ArrayData> distance;
     Measured measured;
     Cure cure;
@@ -29,9 +28,8 @@ struct ModelData : CentralArrays<ArrayData>, MeshArrays<ArrayData>, LocatorArray
     {
         ModelView view;
         const auto look = [](const char*, auto& span, const auto& array) { span = array; };
-        each_array_before_normal(look, view, *this);
-        NormalArrays<ArrayView>::each(look, view.normal, normal);
-        each_array_behind_normal(look, view, *this);
+        each_surface_array(look, view, *this);
+        each_cell_array(look, view, *this);
         DistanceArrays<ArrayView>::each(look, view.distance, distance);
         view.distance.header = distance.header;
         view.header = header;

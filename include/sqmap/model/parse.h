@@ -14,6 +14,7 @@ enum class ParseStatus {
     Ok,
     Truncated,     ///< too short, or the structure runs past the end of the bytes
     NotAModel,     ///< the file identifier is missing
+    PaperModel,    ///< a paper model: paper::parse reads it
     WrongVersion,  ///< made by another format version: bake again
     BadHash,       ///< the content differs from what was written
     BadStructure,  ///< sizes or indices that contradict each other

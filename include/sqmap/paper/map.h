@@ -1,4 +1,5 @@
-// One part's normal map as the runtime sees it: spans over arrays that someone else owns (section 4.1, steps 2 and 3).
+// The paper's own map of one part, along the normals of its superquadric (section 4.1, steps 2 and 3): spans over arrays that
+// someone else owns.
 #pragma once
 
 #include "sqmap/shape/superellipse.h"
@@ -7,19 +8,19 @@
 #include <cstdint>
 #include <span>
 
-namespace sqmap::model {
+namespace sqmap::paper {
 
-/// What the ray of a sample met on its way in.
+/// The ray of a sample, on its way in, meets one of these.
 enum class MapRay {
     Surface,  ///< the surface, at the stored distance
     Cap,      ///< none: it starts inside the solid, which is solid from depth 0
     Miss,     ///< none: all of it is free
 };
-/// Of a value of NormalMapView::distance. Any thread.
+/// Says what a value of MapView::distance stands for. Any thread.
 [[nodiscard]] MapRay ray_of(std::uint16_t stored) noexcept;
 
 /// A mesh vertex seen by step 3, as a correction of the interpolated map: a pyramid over its cell, 1 at the vertex and 0
-/// on the border, times correction. Sorted by row (normal map: correction_rows) and column.
+/// on the border, times correction. Sorted by row (correction_rows) and column.
 struct VertexCorrection {
     std::uint16_t column;     ///< of the cell
     std::uint8_t eta, omega;  ///< position in the cell, in 1/256
@@ -51,16 +52,58 @@ struct FootSeed {
     std::uint8_t eta, omega;
     friend constexpr bool operator==(const FootSeed&, const FootSeed&) = default;
 };
-/// Of NormalMapView::surface_seeds along each axis.
+/// MapView::surface_seeds has so many seeds along each axis.
 inline constexpr std::uint32_t k_surface_seeds = 12;
 
-/// Of the finest level.
+/// The finest level has at most so many rows and columns.
 inline constexpr std::uint32_t k_max_map_rows = 4097, k_max_map_columns = 8192;
 
-/// One part's normal map. Grids are row-major, #eta_count by #omega_count, omega fastest; eta_i = pi (i / (eta_count - 1)
+/// Where one part's map lies in the arrays of a model; see MapView for what each holds. Layout equals the FlatBuffers struct
+/// MapRecord.
+struct MapRecord {
+    std::uint32_t eta_count, omega_count, subdivisions, vertex_count;
+    float distance_scale, offset_scale, quantization_error;
+    std::uint32_t first_sample;  ///< of distance: eta_count * omega_count
+    std::uint32_t first_cut, cut_count;
+    std::uint32_t first_correction_row, correction_row_count, first_correction, correction_count;
+    std::uint32_t first_gap_row, gap_row_count, first_gap, gap_count;
+    std::uint32_t first_base, base_count;  ///< of normal and smoothed: samples of the base grid
+    std::uint32_t first_offset;            ///< bytes, two samples each
+    std::uint32_t seeds_along, seeds_mirrored, first_seed, seed_count;
+};
+
+/// The maps of all parts. each(visit, of...) calls visit(name, array of every of...) for the arrays, in the file's order.
+template <template <class> class Array>
+struct MapArrays {
+    Array<MapRecord> records;  ///< #parts
+    Array<std::uint16_t> distance, normal;
+    Array<std::uint8_t> cuts, offset;
+    Array<std::uint32_t> correction_rows, gap_rows;
+    Array<VertexCorrection> corrections;
+    Array<MapGap> gaps;
+    Array<FootSeed> seeds;
+    Array<SmoothedSample> smoothed;  ///< beside offset
+    template <class Visit, class... Of>
+    static constexpr void each(Visit&& visit, Of&... of)
+    {
+        visit("records", of.records...);
+        visit("distance", of.distance...);
+        visit("normal", of.normal...);
+        visit("cuts", of.cuts...);
+        visit("offset", of.offset...);
+        visit("correction_rows", of.correction_rows...);
+        visit("gap_rows", of.gap_rows...);
+        visit("corrections", of.corrections...);
+        visit("gaps", of.gaps...);
+        visit("seeds", of.seeds...);
+        visit("smoothed", of.smoothed...);
+    }
+};
+
+/// One part's paper map. Grids are row-major, #eta_count by #omega_count, omega fastest; eta_i = pi (i / (eta_count - 1)
 /// - 1/2), omega_j = 2 pi j / omega_count - pi are equal-spaced angles (eqs. 9 and 10). The grid is the finest level;
 /// the base grid of Layer 2 is every 2^subdivisions-th row and column. Lengths in model units, frame of the model.
-struct NormalMapView {
+struct MapView {
     shape::Superquadricf superquadric;
     std::uint32_t eta_count = 0, omega_count = 0;  ///< multiples of 2^subdivisions: eta_count - 1 and omega_count
     std::uint32_t subdivisions = 0;                ///< A_S of section 4.2.3
@@ -86,8 +129,8 @@ struct NormalMapView {
     std::span<const FootSeed> surface_seeds;
 };
 
-/// True where no query can read outside the view's arrays and every number is finite and in its range: to be asked once
-/// of a view over untrusted bytes. Cost: linear in corrections and gaps.
-[[nodiscard]] bool is_consistent(const NormalMapView& map) noexcept;
+/// True where no query can read outside the view's arrays and every number is finite and in its range: to be checked once
+/// for a view over untrusted bytes. Cost: linear in corrections and gaps.
+[[nodiscard]] bool is_consistent(const MapView& map) noexcept;
 
-}  // namespace sqmap::model
+}  // namespace sqmap::paper

@@ -2,30 +2,28 @@
 // Pure functions and plain data: any number of threads.
 #pragma once
 
-#include "sqmap/model/normal_map.h"
-#include "sqmap/query/options.h"
+#include "sqmap/paper/model.h"
 #include "sqmap/shape/foot_point.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
-namespace sqmap::query {
+namespace sqmap::paper {
 
-using model::NormalMapView;
-
-/// How a normal map is read.
+/// How a paper map is read.
 struct ProjectionOptions {
     /// Two reads the nearest base sample; Three the finest level and the vertices of step 3. Gate is the gate of section
     /// 4.2 step 4; Exact has no data here and is answered by Three.
-    Layer layer = Layer::Three;
-    std::uint32_t layer3_gate = k_layer3_gate;  ///< k_L of the gate
+    query::Layer layer = query::Layer::Three;
+    std::uint32_t gate = query::k_layer3_gate;  ///< k_L of the gate
     Projector projector = Projector::Newton;
-    bool use_offset = false;      ///< subtract delta of eq. 12: for probes made of triangles, not for points
-    bool use_corrections = true;  ///< step 3 data in layer 3
+    bool offset = false;      ///< subtract delta of eq. 12: for probes made of triangles, not for points
+    bool corrections = true;  ///< step 3 data in layer 3
     /// Layer 3 contacts with a surface: how often the surface point is looked up again at the point's projection on its tangent
     /// plane, so that depth and normal are those of the nearest surface, not of the one along the line to the foot.
     int nearest_steps = 2;
-    bool use_gaps = true;  ///< openings behind the first surface in layer 3 (beyond the paper)
+    bool gaps = true;  ///< openings behind the first surface in layer 3 (beyond the paper)
 };
 
 /// Bits of PartAnswer::flags.
@@ -64,7 +62,7 @@ struct PartAnswer {
 /// Layer 1, then the asked-for layer for points inside the superquadric. Layer One answers Contact for all of those. This is the
 /// template of probe queries with one lane, and has their bits.
 /// Total: a point that is not finite is Outside. @pre is_consistent(map)
-[[nodiscard]] PartAnswer project(const NormalMapView& map, Vec3f p, const ProjectionOptions& options = {}) noexcept;
+[[nodiscard]] PartAnswer project(const MapView& map, Vec3f p, const ProjectionOptions& options = {}) noexcept;
 
 /// True where an answer proves its point free, whatever other parts claim (errata 15).
 [[nodiscard]] constexpr bool is_witness(const PartAnswer& answer) noexcept
@@ -85,7 +83,7 @@ struct CombinedAnswer {
 [[nodiscard]] CombinedAnswer combine(std::span<const PartAnswer> answers) noexcept;
 
 /// The foot point alone.
-[[nodiscard]] shape::Foot<float> find_foot(const NormalMapView& map, Vec3f p, Projector projector,
+[[nodiscard]] shape::Foot<float> find_foot(const MapView& map, Vec3f p, Projector projector,
                                            std::uint8_t* flags = nullptr) noexcept;
 
 /// Where the search departs from the paper's.
@@ -106,7 +104,7 @@ struct GridFoot {
 
 /// The pyramid search on the base grid (eqs. 17 to 19, Fig. 7) around the sample on p's own ray; with all options false
 /// it is the paper's. p in the model frame, inside the superquadric.
-[[nodiscard]] GridFoot pyramid_search(const NormalMapView& map, Vec3f p, const PyramidOptions& options = {}) noexcept;
+[[nodiscard]] GridFoot pyramid_search(const MapView& map, Vec3f p, const PyramidOptions& options = {}) noexcept;
 
 /// What a map holds; also what the bake measures itself with.
 struct MapSample {
@@ -114,12 +112,25 @@ struct MapSample {
     Vec3f normal;        ///< unit, outward, model frame; zero for caps and misses
     std::uint8_t flags = 0;
 };
-/// At given angles, model frame. Of the options the layer, its gate, use_offset and use_corrections count. Total.
-[[nodiscard]] MapSample sample_map(const NormalMapView& map, shape::SurfaceAnglesf angles,
-                                   const ProjectionOptions& options) noexcept;
+/// At given angles, model frame. Of the options the layer, its gate, offset and corrections count. Total.
+[[nodiscard]] MapSample sample_map(const MapView& map, shape::SurfaceAnglesf angles, const ProjectionOptions& options) noexcept;
 
 /// The smoothed map (section 6) at given angles: layer 3 plus what smoothing adds, with the smoothed surface's normal; layer
 /// 3 as it is where the smoothed map has a hole.
-[[nodiscard]] MapSample sample_smoothed(const NormalMapView& map, shape::SurfaceAnglesf angles) noexcept;
+[[nodiscard]] MapSample sample_smoothed(const MapView& map, shape::SurfaceAnglesf angles) noexcept;
 
-}  // namespace sqmap::query
+/// A position of the superquadric that a search has looked at.
+struct FootSearchStep {
+    shape::SurfaceAnglesf angles;
+    float distance = 0;        ///< to the point, model units
+    float collinearity = 0;    ///< I_S of eq. 19
+    std::uint32_t stride = 0;  ///< samples of the finest grid between neighbours of this level; 0: a step of Newton's method
+    bool better = false;       ///< the best so far
+};
+
+/// Every step of the search that project() makes for a point, in order; the last one that was better is where it ends, to the
+/// bit. options: the projector counts; layer Three. Returns how many there were, of which as many as the span holds are written:
+/// 0 where the superquadric does not hold the point. Total. @pre is_consistent(map)
+std::size_t record_foot_search(const MapView& map, Vec3f p, Projector projector, std::span<FootSearchStep> steps) noexcept;
+
+}  // namespace sqmap::paper

@@ -20,7 +20,6 @@ enum Status : std::uint8_t {
     k_made_up = 16,
     k_coarse = 32,   ///< swept: SweptOptions::max_steps did not suffice
     k_crowded = 64,  ///< skins: more than SkinWorkspace::k_max positions of the bound solid at one point: the rest was left out
-    k_not_given = 128,  ///< the model's projection does not give what the options name (a margin, say): answered without it
 };
 
 /// A point of a probe inside a body. Frame and units are those in which the query's poses were given.

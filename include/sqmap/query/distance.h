@@ -32,10 +32,10 @@ struct [[nodiscard]] SignedDistance {
 
 /// The signed distance at a point in the frame of the touched body's pose. band: how far on either side it is to be exact;
 /// beyond, a lower bound suffices, but an exact distance may be given. Without the exact layer it is approximate within the baked
-/// band (status k_no_exact). A normal model knows distances by its triangles; without them all it gives is a lower bound by the
-/// object's sphere (k_not_given). A point or a pose that is not finite: distance 0, LowerBound, k_not_finite. A body without a
-/// model is nowhere: the greatest double, LowerBound. Total, noexcept, no allocation, the same bits on every instruction set;
-/// thread-safe. Cost: about a microsecond within the band, a fifth of it beyond.
+/// band (status k_no_exact). A paper model knows distances by its triangles; without them all it gives is a lower bound by the
+/// object's sphere (paper::k_not_given). A point or a pose that is not finite: distance 0, LowerBound, k_not_finite. A body
+/// without a model is nowhere: the greatest double, LowerBound. Total, noexcept, no allocation, the same bits on every
+/// instruction set; thread-safe. Cost: about a microsecond within the band, a fifth of it beyond.
 /// @pre touched.model came from model::parse
 [[nodiscard]] SignedDistance distance(const Body& touched, Vec3d point, double band = k_baked_band) noexcept;
 

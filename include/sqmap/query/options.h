@@ -22,16 +22,8 @@ enum class Layer : std::uint8_t {
 /// vertices.
 inline constexpr std::uint32_t k_layer3_gate = 10;
 
-/// How a normal model's query finds the foot of a point, where its line to the superquadric is a normal of it.
-enum class Projector : std::uint8_t {
-    Newton,   ///< Newton's method from a table of starts: the exact foot
-    Pyramid,  ///< the multiresolution search of eqs. 16 to 19, corrected (errata 5 to 7): a sample of the grid
-    Printed,  ///< the same to the letter: one direction, greatest I_S, no fallback; the sample's own distance, no closest-point
-              ///< steps
-};
-
 /// Options of every query: points, probes, pairs, scenes, skins, swept motion. offset and margin are for probes made of
-/// triangles, smoothing is for force.
+/// triangles, smoothing is for force. What only paper models answer is in paper::QueryOptions.
 struct QueryOptions {
     Layer layer = Layer::Three;
     double tolerance = 0;                ///< of Layer::Auto: a depth error, the mesh's units; 0: always Exact
@@ -43,15 +35,8 @@ struct QueryOptions {
     /// Length in the mesh's units by which the surface is moved out everywhere, or by the offset where that is more. Not above
     /// zero, or NaN: none. Central maps. As slow.
     double margin = 0;
-    /// Points, and probes of normal models, all layers but One and Exact: depth and normal of the smoothed map.
+    /// Points, and probes against paper models, all layers but One and Exact: depth and normal of the smoothed map.
     bool smoothing = false;
-    Projector projector = Projector::Newton;  ///< normal models, layers 2 and 3
-    /// Normal models, layer 3, Projector::Newton: how often a contact's surface is looked up again at the point's projection on
-    /// its tangent plane. 0: depth to the tangent plane where the foot's line meets the surface.
-    int nearest_steps = 2;
-    bool gaps = true;  ///< normal models, layer 3: openings behind the first surface; false: the paper's map, with its Q2 limit
-    /// Normal models: a part that proves a point free outweighs those that claim it (section 2). False: any claim is a contact.
-    bool pruning = true;
 };
 
 /// The layer that options stand for: Auto is resolved by the errors that bake measured (ModelView::measured), Exact of a model

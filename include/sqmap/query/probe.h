@@ -84,8 +84,8 @@ struct ProbeResult {
 };
 
 /// The points of the collider's probe that are inside the touched body's model, in an order that depends on nothing else; in
-/// the frame in which the poses are given (see Body). Where either is missing, none. A model without a locator (a surface, or
-/// only normal maps) is queried point by point. Total, noexcept, no allocation, the same bits on every instruction set;
+/// the frame in which the poses are given (see Body). Where either is missing, none. A model without a locator (a surface)
+/// is queried point by point. Total, noexcept, no allocation, the same bits on every instruction set;
 /// thread-safe.
 /// @pre the model came from model::parse: its arrays lie in one blob
 [[nodiscard]] ProbeResult query_probe(const Body& touched, const Body& collider, const QueryOptions& options,

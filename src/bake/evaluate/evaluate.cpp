@@ -1,8 +1,7 @@
-#include "sqmap/bake/evaluate.h"
+#include "along.h"
 
 #include "sqmap/math/box.h"
 #include "sqmap/math/random.h"
-#include "sqmap/query/normal_projection.h"
 
 #include <algorithm>
 #include <cmath>
@@ -70,13 +69,7 @@ bool exact_along_ray(const mesh::Solid& solid, const model::Part& part, Vec3d p,
     return found;
 }
 
-/// Eq. 35 at one point: whether map and mesh have a crossing on its ray, and how far apart, model units.
-struct AlongProjection {
-    bool map = false, mesh = false;
-    double error = 0;
-};
-
-/// Central: where does the map put the crossing that is nearest to the point? Asked at that crossing, on the same ray.
+/// The map is queried at the mesh's crossing that is nearest to the point, on the same ray: how far off does it put that?
 AlongProjection compare_along_ray(const model::ModelView& model, std::uint32_t index, const mesh::Solid& solid, Vec3f p,
                                   query::Layer layer)
 {
@@ -90,43 +83,6 @@ AlongProjection compare_along_ray(const model::ModelView& model, std::uint32_t i
         query::distance_along_projection(model, index, result.mesh ? q + exact * along : q, layer);
     result.map = mapped.has_value();
     result.error = std::abs(mapped.value_or(0));
-    return result;
-}
-
-/// The paper's projection: |D^ - D| at the foot of p, D the first surface below it along the normal. Layer 2 too is compared at
-/// the foot itself, not at the sample that it reads.
-AlongProjection compare_along_normal(const model::ModelView& model, std::uint32_t part, const mesh::Solid& solid, Vec3f p,
-                                     query::Layer layer)
-{
-    AlongProjection result;
-    const model::NormalMapView map = model::normal_map_of(model, part);
-    query::ProjectionOptions options;
-    query::PartAnswer answer = query::project(map, p, options);
-    if (layer == query::Layer::Two) {
-        options.layer = layer;
-        const query::MapSample sample = query::sample_map(map, answer.angles, options);
-        answer.map_distance = sample.distance;
-        answer.flags = static_cast<std::uint8_t>((answer.flags & query::k_projection_unproven) | sample.flags);
-    }
-    constexpr unsigned k_no_distance =
-        query::k_projection_cap | query::k_projection_miss | query::k_projection_behind | query::k_projection_unproven;
-    if (answer.verdict == query::Verdict::Outside) return result;
-    result.map = (answer.flags & k_no_distance) == 0;
-    // From a little outside, so that a surface that touches the superquadric is met.
-    const double lift = 1e-5 * model.header.r_max;
-    const Vec3d n = cast<double>(answer.foot_normal), origin = cast<double>(answer.foot) + lift * n;
-    std::vector<mesh::Bvh::Crossing> crossings;
-    if (!solid.bvh().ray_crossings(origin, -n, crossings)) return result;
-    int winding = solid.bvh().winding_number(origin);
-    for (const mesh::Bvh::Crossing& c : crossings) {
-        const int next = winding - c.sign;
-        if ((next > 0) != (winding > 0)) {
-            result.error = std::abs(c.t - lift - static_cast<double>(answer.map_distance));
-            result.mesh = next > 0;
-            break;
-        }
-        winding = next;
-    }
     return result;
 }
 
@@ -223,8 +179,15 @@ LayerErrors layer_errors(const model::ModelView& baked, const mesh::Solid& solid
 Evaluation evaluate(const model::ModelView& baked, const mesh::Solid& solid, const EvaluateOptions& options)
 {
     const model::ModelView model = model::normalized(baked);
+    return evaluate_along(model, solid, options, [&](std::uint32_t part, Vec3f p, query::Layer layer) {
+        return in_chart(model.parts[part], p) ? std::optional(compare_along_ray(model, part, solid, p, layer)) : std::nullopt;
+    });
+}
+
+Evaluation evaluate_along(const model::ModelView& model, const mesh::Solid& solid, const EvaluateOptions& options,
+                          const CompareAlong& compare)
+{
     const double r_max = model.header.r_max;
-    const bool is_normal = model::is_normal(model);
     Evaluation e;
     std::vector<double> eq35, depth, normal;
     std::vector<std::pair<double, Vec3d>> worst;
@@ -266,16 +229,16 @@ Evaluation evaluate(const model::ModelView& baked, const mesh::Solid& solid, con
             if (nearest.distance > 1e-4 * r_max) normal.push_back(degrees_between(nearest.point - q, c.normal));
         }
         for (std::uint32_t i = 0; i < model.parts.size(); ++i) {
-            if (!in_superquadric(model.parts[i], p) || !(is_normal || in_chart(model.parts[i], p))) continue;
-            ++in_some;
+            if (!in_superquadric(model.parts[i], p)) continue;
             const query::Layer layer = options.layer == query::Layer::Two ? query::Layer::Two : query::Layer::Three;
-            const AlongProjection along =
-                is_normal ? compare_along_normal(model, i, solid, p, layer) : compare_along_ray(model, i, solid, p, layer);
-            if (along.map && along.mesh)
-                eq35.push_back(100 * along.error / r_max);
+            const std::optional<AlongProjection> along = compare(i, p, layer);
+            if (!along) continue;
+            ++in_some;
+            if (along->map && along->mesh)
+                eq35.push_back(100 * along->error / r_max);
             else
                 ++left_out;
-            one_sided += along.map != along.mesh ? 1u : 0u;
+            one_sided += along->map != along->mesh ? 1u : 0u;
             break;
         }
     }

@@ -1,10 +1,10 @@
-#include "bake/normal/cells.h"
+#include "paper/bake/cells.h"
 
 #include "model/locator_cells.h"
 
 #include <utility>
 
-namespace sqmap::bake {
+namespace sqmap::paper {
 
 namespace {
 
@@ -39,4 +39,4 @@ void take_cells(model::ModelData& from, model::ModelData& to)
     to.near = std::move(from.near);
 }
 
-}  // namespace sqmap::bake
+}  // namespace sqmap::paper

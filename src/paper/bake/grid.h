@@ -1,7 +1,7 @@
 // Rays from a superquadric's surface, and the grid of samples that they make.
 #pragma once
 
-#include "sqmap/bake/normal_map.h"
+#include "sqmap/paper/bake.h"
 #include "sqmap/shape/superquadric.h"
 #include "sqmap/shape/surface.h"
 
@@ -9,7 +9,7 @@
 #include <numbers>
 #include <vector>
 
-namespace sqmap::bake {
+namespace sqmap::paper {
 
 using Kind = MapRays::Kind;
 using Surface = MapRays::Surface;
@@ -56,4 +56,4 @@ inline Vec3d face_normal(const mesh::Mesh& m, std::uint32_t triangle)
     return normalized(cross(m.vertices[t[1]] - m.vertices[t[0]], m.vertices[t[2]] - m.vertices[t[0]]));
 }
 
-}  // namespace sqmap::bake
+}  // namespace sqmap::paper

@@ -1,14 +1,14 @@
 // Moustakas, Tzovaras, Strintzis, "SQ-Map", section 4.1 steps 2 and 3, eqs. 9 to 12 and 22 to 27, section 5 for Q2.
-#include "sqmap/bake/normal_map.h"
+#include "sqmap/paper/bake.h"
 
-#include "bake/normal/grid.h"
-#include "bake/normal/offset.h"
-#include "bake/normal/smoothing.h"
-#include "model/normal_codes.h"
 #include "model/octahedral.h"
+#include "paper/bake/grid.h"
+#include "paper/bake/offset.h"
+#include "paper/bake/smoothing.h"
+#include "paper/model/codes.h"
 
 #include "sqmap/math/trigonometry.h"
-#include "sqmap/query/normal_projection.h"
+#include "sqmap/paper/projection.h"
 #include "sqmap/shape/foot_point.h"
 #include "sqmap/shape/superquadric.h"
 
@@ -17,14 +17,8 @@
 #include <limits>
 #include <numbers>
 
-namespace sqmap::bake {
+namespace sqmap::paper {
 
-using model::FootSeed;
-using model::k_map_cap;
-using model::k_map_largest;
-using model::k_map_miss;
-using model::NormalMapView;
-using model::VertexCorrection;
 using shape::Superquadricd;
 using shape::Superquadricf;
 
@@ -149,9 +143,9 @@ std::vector<std::uint32_t> vertices_of(const mesh::Mesh& m, std::span<const std:
 
 // Openings behind the first surface, where some point of them has its foot at this sample: the line of a deeper point
 // leads to another foot, and its openings are stored there.
-void add_gaps(const Caster& caster, const Grid& grid, NormalMap& map)
+void add_gaps(const Caster& caster, const Grid& grid, Map& map)
 {
-    const NormalMapView view = map.view();
+    const MapView view = map.view();
     const double scale = static_cast<double>(map.distance_scale);
     std::vector<MapRays::Gap> gaps;
     map.gap_rows.assign(static_cast<std::size_t>(grid.rows) + 1, 0);
@@ -167,7 +161,7 @@ void add_gaps(const Caster& caster, const Grid& grid, NormalMap& map)
             for (const MapRays::Gap& gap : gaps) {
                 const Vec3d start = s.point - (gap.leave + caster.lift) * s.normal;
                 if (gap.leave > scale * k_map_largest || shape::implicit(caster.sq, start) > 1) break;
-                const shape::Foot<float> foot = query::find_foot(view, sqmap::cast<float>(start), query::Projector::Newton);
+                const shape::Foot<float> foot = find_foot(view, sqmap::cast<float>(start), Projector::Newton);
                 if (norm(sqmap::cast<double>(foot.point) - s.point) > cell) break;
                 const double enter = std::round(gap.enter / scale);
                 map.gaps.push_back({static_cast<std::uint16_t>(j), static_cast<std::uint16_t>(std::round(gap.leave / scale)),
@@ -179,9 +173,9 @@ void add_gaps(const Caster& caster, const Grid& grid, NormalMap& map)
     map.report.gaps = static_cast<std::uint32_t>(map.gaps.size());
 }
 
-shape::Foot<double> exact_foot(const Superquadricd& sq, const NormalMapView& view, Vec3d p)
+shape::Foot<double> exact_foot(const Superquadricd& sq, const MapView& view, Vec3d p)
 {
-    const shape::Foot<float> start = query::find_foot(view, sqmap::cast<float>(p), query::Projector::Newton);
+    const shape::Foot<float> start = find_foot(view, sqmap::cast<float>(p), Projector::Newton);
     const auto angle = [](const shape::Arc<float>& arc) {
         return angle_of(static_cast<double>(arc.s), static_cast<double>(arc.c));
     };
@@ -250,10 +244,10 @@ void solve_cell(std::vector<LocatedVertex>& cell)
 
 // Step 3: every vertex of the part that its foot can see, as a correction of the interpolated map.
 void add_corrections(const Caster& caster, const Grid& grid, const std::vector<std::uint8_t>& cuts,
-                     std::span<const std::uint32_t> triangles, double threshold, NormalMap& map)
+                     std::span<const std::uint32_t> triangles, double threshold, Map& map)
 {
     const mesh::Mesh& m = caster.rays.mesh();
-    const NormalMapView view = map.view();
+    const MapView view = map.view();
     const double scale = static_cast<double>(map.distance_scale);
     std::vector<LocatedVertex> located;
     for (const std::uint32_t v : vertices_of(m, triangles)) {
@@ -302,7 +296,7 @@ void add_corrections(const Caster& caster, const Grid& grid, const std::vector<s
     map.report.corrections = static_cast<std::uint32_t>(map.corrections.size());
 }
 
-double q2_share(const Caster& caster, const NormalMapView& view, std::span<const std::uint32_t> triangles)
+double q2_share(const Caster& caster, const MapView& view, std::span<const std::uint32_t> triangles)
 {
     const mesh::Mesh& m = caster.rays.mesh();
     double hidden = 0, total = 0;
@@ -330,7 +324,7 @@ std::size_t nearest_of(const std::vector<Vec3d>& points, Vec3d q)
 }
 
 // The sample nearest to the middle of every seed cell, on a grid of 33 by 64.
-void make_seeds(const Superquadricd& sq, NormalMap& map)
+void make_seeds(const Superquadricd& sq, Map& map)
 {
     Superquadricd local = sq;
     local.rotation = {};
@@ -354,7 +348,7 @@ void make_seeds(const Superquadricd& sq, NormalMap& map)
 }
 
 // The sample whose surface is nearest to the middle of every cell, of at most 65 by 128.
-void make_surface_seeds(const Superquadricd& sq, const Grid& grid, NormalMap& map)
+void make_surface_seeds(const Superquadricd& sq, const Grid& grid, Map& map)
 {
     Superquadricd local = sq;
     local.rotation = {};
@@ -371,7 +365,7 @@ void make_surface_seeds(const Superquadricd& sq, const Grid& grid, NormalMap& ma
             codes.push_back(seed_of((255. * i / (grid.rows - 1) + 0.5) / 256, static_cast<double>(j) / grid.columns + 0.5 / 256));
         }
     if (points.empty()) return;
-    constexpr int k_along = static_cast<int>(model::k_surface_seeds);
+    constexpr int k_along = static_cast<int>(k_surface_seeds);
     const auto middle = [](int i) { return 2 * (i + 0.5) / k_along - 1; };
     for (int x = 0; x < k_along; ++x)
         for (int y = 0; y < k_along; ++y)
@@ -382,10 +376,10 @@ void make_surface_seeds(const Superquadricd& sq, const Grid& grid, NormalMap& ma
 
 }  // namespace
 
-NormalMap bake_normal_map(const MapRays& rays, std::span<const std::uint32_t> triangles, const Superquadricd& superquadric,
-                          const NormalMapOptions& options)
+Map bake_map(const MapRays& rays, std::span<const std::uint32_t> triangles, const Superquadricd& superquadric,
+             const MapOptions& options)
 {
-    NormalMap map;
+    Map map;
     map.superquadric = shape::cast<float>(superquadric);
     const Superquadricd sq = shape::cast<double>(map.superquadric);
     const Caster caster(rays, sq);
@@ -447,10 +441,10 @@ NormalMap bake_normal_map(const MapRays& rays, std::span<const std::uint32_t> tr
 
     const std::vector<double> delta = offsets(caster, grid, 1 << map.subdivisions, options);
     const double largest_delta = *std::max_element(delta.begin(), delta.end());
-    map.offset_scale = static_cast<float>(largest_delta > 0 ? largest_delta / model::k_largest_offset * (1 + 1e-6) : 1.0);
-    map.offset.assign(model::offset_bytes(delta.size()), 0);
+    map.offset_scale = static_cast<float>(largest_delta > 0 ? largest_delta / k_largest_offset * (1 + 1e-6) : 1.0);
+    map.offset.assign(offset_bytes(delta.size()), 0);
     for (std::size_t i = 0; i < delta.size(); ++i) {
-        const std::uint32_t code = model::offset_code(delta[i] / static_cast<double>(map.offset_scale));
+        const std::uint32_t code = offset_code(delta[i] / static_cast<double>(map.offset_scale));
         map.offset[i / 2] = static_cast<std::uint8_t>(map.offset[i / 2] | code << 4 * (i % 2));
     }
 
@@ -463,4 +457,4 @@ NormalMap bake_normal_map(const MapRays& rays, std::span<const std::uint32_t> tr
     return map;
 }
 
-}  // namespace sqmap::bake
+}  // namespace sqmap::paper

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <utility>
 
-namespace sqmap::bake {
+namespace sqmap::paper {
 
-std::vector<double> offsets(const Caster& caster, const Grid& finest, int stride, const NormalMapOptions& options)
+std::vector<double> offsets(const Caster& caster, const Grid& finest, int stride, const MapOptions& options)
 {
     const int rows = (finest.rows - 1) / stride + 1, columns = finest.columns / stride;
     const auto at = [&](int i, int j) -> const Surface& { return finest.at(i * stride, (j + columns) % columns * stride); };
@@ -53,4 +53,4 @@ std::vector<double> offsets(const Caster& caster, const Grid& finest, int stride
     return out;
 }
 
-}  // namespace sqmap::bake
+}  // namespace sqmap::paper

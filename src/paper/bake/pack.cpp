@@ -1,19 +1,17 @@
-#include "pack.h"
-
+// A baked map seen through a view, and packed behind those of other parts.
 #include "bake/append.h"
-#include "sqmap/bake/normal_map.h"
-#include "sqmap/parallel/for_each.h"
+#include "sqmap/paper/bake.h"
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
-namespace sqmap::bake {
+namespace sqmap::paper {
 
-model::NormalMapView NormalMap::view() const
+MapView Map::view() const
 {
-    model::NormalMapView v;
+    MapView v;
     v.superquadric = superquadric;
     v.eta_count = eta_count;
     v.omega_count = omega_count;
@@ -38,18 +36,18 @@ model::NormalMapView NormalMap::view() const
     return v;
 }
 
-std::size_t NormalMap::stored_bytes() const
+std::size_t Map::stored_bytes() const
 {
     return sizeof(superquadric) + 8 * sizeof(std::uint32_t) + 2 * (distance.size() + normal.size()) + cuts.size() +
-           offset.size() + 4 * correction_rows.size() + sizeof(model::VertexCorrection) * corrections.size() +
-           4 * gap_rows.size() + sizeof(model::MapGap) * gaps.size() + sizeof(model::SmoothedSample) * smoothed.size() +
-           sizeof(model::FootSeed) * (seeds.size() + surface_seeds.size());
+           offset.size() + 4 * correction_rows.size() + sizeof(VertexCorrection) * corrections.size() + 4 * gap_rows.size() +
+           sizeof(MapGap) * gaps.size() + sizeof(SmoothedSample) * smoothed.size() +
+           sizeof(FootSeed) * (seeds.size() + surface_seeds.size());
 }
 
-void append_normal_map(const NormalMap& m, model::ModelData& data)
+void append_map(const Map& m, MapArrays<model::ArrayData>& all)
 {
-    model::NormalArrays<model::ArrayData>& all = data.normal;
-    model::NormalPart p{};
+    using bake::append;
+    MapRecord p{};
     p.eta_count = m.eta_count;
     p.omega_count = m.omega_count;
     p.subdivisions = m.subdivisions;
@@ -77,21 +75,7 @@ void append_normal_map(const NormalMap& m, model::ModelData& data)
     append(m.smoothed, all.smoothed);
     p.first_seed = append(m.seeds, all.seeds);
     append(m.surface_seeds, all.seeds);
-    all.parts.push_back(p);
+    all.records.push_back(p);
 }
 
-void append_normal_maps(const mesh::Mesh& mesh, std::span<const MeasuredPart> parts, const NormalMapsOptions& options,
-                        model::ModelData& data)
-{
-    const MapRays rays(mesh);
-    std::vector<NormalMap> maps(parts.size());
-    parallel::for_each(parts.size(), options.threads, [&](std::size_t i) {
-        const shape::Superquadricd& sq = parts[i].fitted.fit.superquadric;
-        NormalMapOptions normal = options.map;
-        normal.target_error = options.target_error / std::max({sq.a.x, sq.a.y, sq.a.z});
-        maps[i] = bake_normal_map(rays, parts[i].fitted.patch.triangles, sq, normal);
-    });
-    for (const NormalMap& m : maps) append_normal_map(m, data);
-}
-
-}  // namespace sqmap::bake
+}  // namespace sqmap::paper

@@ -1,11 +1,11 @@
 // Rays by the mesh's own tree in double precision. Which side of the surface a ray starts on is never left to its crossings where
 // they contradict each other.
-#include "sqmap/bake/normal_map.h"
+#include "sqmap/paper/bake.h"
 
 #include <algorithm>
 #include <limits>
 
-namespace sqmap::bake {
+namespace sqmap::paper {
 
 struct MapRays::Implementation {
     explicit Implementation(const mesh::Mesh& m) : mesh(m), bvh(m) {}
@@ -72,4 +72,4 @@ MapRays::Surface MapRays::surface_along(Vec3d origin, Vec3d direction, Reach rea
     return first;
 }
 
-}  // namespace sqmap::bake
+}  // namespace sqmap::paper

@@ -1,13 +1,13 @@
 #include "smoothing.h"
 
-#include "model/normal_codes.h"
 #include "model/octahedral.h"
+#include "paper/model/codes.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 
-namespace sqmap::bake {
+namespace sqmap::paper {
 
 namespace {
 
@@ -26,7 +26,7 @@ std::vector<double> kernel_of(SmoothingKernel kernel, int radius)
 
 }  // namespace
 
-void add_smoothing(const Caster& caster, const Grid& finest, const NormalMapOptions& options, NormalMap& map)
+void add_smoothing(const Caster& caster, const Grid& finest, const MapOptions& options, Map& map)
 {
     if (options.smoothing_radius == 0) return;
     const std::vector<double> kernel = kernel_of(options.smoothing_kernel, options.smoothing_radius);
@@ -59,7 +59,7 @@ void add_smoothing(const Caster& caster, const Grid& finest, const NormalMapOpti
         }
     for (int i = 0; i < rows; ++i)
         for (int j = 0; j < columns; ++j) {
-            model::SmoothedSample& out = map.smoothed.emplace_back(model::SmoothedSample{model::k_not_smoothed, 0});
+            SmoothedSample& out = map.smoothed.emplace_back(SmoothedSample{k_not_smoothed, 0});
             const double d = smooth[index(i, j)];
             if (d < 0 || i == 0 || i == rows - 1) continue;
             const double up = smooth[index(i + 1, j)], down = smooth[index(i - 1, j)], next = smooth[index(i, j + 1)],
@@ -75,4 +75,4 @@ void add_smoothing(const Caster& caster, const Grid& finest, const NormalMapOpti
         }
 }
 
-}  // namespace sqmap::bake
+}  // namespace sqmap::paper

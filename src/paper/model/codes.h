@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <span>
 
-namespace sqmap::model {
+namespace sqmap::paper {
 
 inline constexpr std::uint16_t k_map_largest = 65533;  ///< distance; what is above is none
 inline constexpr std::uint16_t k_map_cap = 65534;      ///< MapRay::Cap
@@ -29,4 +29,4 @@ inline std::uint32_t offset_code(double offset)
     return std::min(k_largest_offset_code, static_cast<std::uint32_t>(std::ceil(std::sqrt(offset))));
 }
 
-}  // namespace sqmap::model
+}  // namespace sqmap::paper

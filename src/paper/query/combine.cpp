@@ -1,9 +1,9 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, section 4.2: what all parts together say.
-#include "sqmap/query/normal_projection.h"
+#include "sqmap/paper/projection.h"
 
 #include <cmath>
 
-namespace sqmap::query {
+namespace sqmap::paper {
 
 CombinedAnswer combine(std::span<const PartAnswer> answers) noexcept
 {
@@ -26,4 +26,4 @@ CombinedAnswer combine(std::span<const PartAnswer> answers) noexcept
     return combined;
 }
 
-}  // namespace sqmap::query
+}  // namespace sqmap::paper

@@ -1,17 +1,18 @@
 // The foot point of eq. 20 by Newton's method, many points at a time: as shape/foot_point.h has it, in the superquadric's own
 // frame.
-#if defined(SQMAP_QUERY_NORMAL_FOOT_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef SQMAP_QUERY_NORMAL_FOOT_INL_H
-#undef SQMAP_QUERY_NORMAL_FOOT_INL_H
+#if defined(SQMAP_PAPER_FOOT_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SQMAP_PAPER_FOOT_INL_H
+#undef SQMAP_PAPER_FOOT_INL_H
 #else
-#define SQMAP_QUERY_NORMAL_FOOT_INL_H
+#define SQMAP_PAPER_FOOT_INL_H
 #endif
 
-#include "query/normal/foot_record.h"
+#include "paper/query/foot_record.h"
 #include "query/superquadric/surface-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace sqmap::query::HWY_NAMESPACE {
+namespace sqmap::paper::HWY_NAMESPACE {
+using namespace query::HWY_NAMESPACE;
 namespace {
 
 struct FootLanes {
@@ -107,7 +108,7 @@ HWY_NOINLINE FootLanes foot_at(const SuperquadricLanes& sq, const PositionLanes&
 }
 
 }  // namespace
-}  // namespace sqmap::query::HWY_NAMESPACE
+}  // namespace sqmap::paper::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-namespace sqmap::query {
+namespace sqmap::paper {
 
 /// Costs nothing.
 struct NoRecord {
@@ -21,4 +21,4 @@ struct NoRecord {
     }
 };
 
-}  // namespace sqmap::query
+}  // namespace sqmap::paper

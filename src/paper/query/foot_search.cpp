@@ -1,9 +1,9 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, section 4.2.2: the search step by step.
 #undef HWY_COMPILE_ONLY_STATIC
 #define HWY_COMPILE_ONLY_SCALAR
-#include "sqmap/query/foot_search.h"
+#include "sqmap/paper/projection.h"
 
-#include "normal_job.h"
+#include "job.h"
 
 #include <hwy/highway.h>
 
@@ -11,7 +11,7 @@
 
 #include "one_point-inl.h"
 
-namespace sqmap::query {
+namespace sqmap::paper {
 
 namespace {
 
@@ -60,7 +60,7 @@ struct RecordTo {
 
 }  // namespace
 
-std::size_t record_foot_search(const NormalMapView& map, Vec3f p, Projector projector, std::span<FootSearchStep> steps) noexcept
+std::size_t record_foot_search(const MapView& map, Vec3f p, Projector projector, std::span<FootSearchStep> steps) noexcept
 {
     const OnePoint point(map, p, {.projector = projector});
     if (!point.is_held) return 0;
@@ -70,4 +70,4 @@ std::size_t record_foot_search(const NormalMapView& map, Vec3f p, Projector proj
     return recorder.count();
 }
 
-}  // namespace sqmap::query
+}  // namespace sqmap::paper

@@ -1,33 +1,36 @@
 // The samples of a map's grid, many at a time: rows continued over the poles, columns around.
-#if defined(SQMAP_QUERY_NORMAL_GRID_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef SQMAP_QUERY_NORMAL_GRID_INL_H
-#undef SQMAP_QUERY_NORMAL_GRID_INL_H
+#if defined(SQMAP_PAPER_GRID_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SQMAP_PAPER_GRID_INL_H
+#undef SQMAP_PAPER_GRID_INL_H
 #else
-#define SQMAP_QUERY_NORMAL_GRID_INL_H
+#define SQMAP_PAPER_GRID_INL_H
 #endif
 
 #include "query/superquadric/surface-inl.h"
-#include "sqmap/model/normal_map.h"
+#include "sqmap/paper/map.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace sqmap::query::HWY_NAMESPACE {
+namespace sqmap::paper::HWY_NAMESPACE {
+using namespace query::HWY_NAMESPACE;
 namespace {
 
-using model::NormalMapView;
+// Beside the overload below, which would hide them.
+using query::HWY_NAMESPACE::blend;
+using sqmap::HWY_NAMESPACE::blend;
 
 /// Arcs of a grid's rows and columns, worked out once for many points. Left as it is until then: a search that nobody needs costs
 /// nothing.
 class GridArcs {
 public:
-    static constexpr std::size_t k_max_rows = model::k_max_map_rows, k_max_columns = model::k_max_map_columns;
+    static constexpr std::size_t k_max_rows = k_max_map_rows, k_max_columns = k_max_map_columns;
 
-    static HWY_INLINE ArcLanes row(const SuperquadricLanes& sq, const NormalMapView& map, I index)
+    static HWY_INLINE ArcLanes row(const SuperquadricLanes& sq, const MapView& map, I index)
     {
         const F eta = mul_add(to_float(index), set(k_pi / static_cast<float>(map.eta_count - 1)), set(-0.5f * k_pi));
         const SineCosine angle = sine_cosine(eta);
         return sq.latitude().through(larger(angle.cosine, hn::Zero(df)), angle.sine).arc;
     }
-    static HWY_INLINE ArcLanes column(const SuperquadricLanes& sq, const NormalMapView& map, I index)
+    static HWY_INLINE ArcLanes column(const SuperquadricLanes& sq, const MapView& map, I index)
     {
         const F omega = mul_add(to_float(index), set(2 * k_pi / static_cast<float>(map.omega_count)), set(-k_pi));
         const SineCosine angle = sine_cosine(omega);
@@ -35,7 +38,7 @@ public:
     }
 
     /// @pre the map is consistent: it has no more rows and columns than these
-    void make(const SuperquadricLanes& sq, const NormalMapView& map)
+    void make(const SuperquadricLanes& sq, const MapView& map)
     {
         const auto fill = [&](Column* to, std::uint32_t count, auto&& arc_of) {
             for (std::size_t i = 0; i < count; i += hn::Lanes(df)) {
@@ -81,7 +84,7 @@ HWY_INLINE NodeLanes blend(M m, const NodeLanes& yes, const NodeLanes& no)
 class GridLanes {
 public:
     /// arcs: made, or null: worked out where they are needed, with the same bits.
-    GridLanes(const SuperquadricLanes& sq, const NormalMapView& map, std::int32_t stride, const GridArcs* arcs)
+    GridLanes(const SuperquadricLanes& sq, const MapView& map, std::int32_t stride, const GridArcs* arcs)
         : sq_(sq),
           map_(map),
           arcs_(arcs),
@@ -149,13 +152,13 @@ private:
     }
 
     const SuperquadricLanes& sq_;
-    const NormalMapView& map_;
+    const MapView& map_;
     const GridArcs* arcs_;
     std::int32_t stride_, rows_, columns_;
 };
 
 }  // namespace
-}  // namespace sqmap::query::HWY_NAMESPACE
+}  // namespace sqmap::paper::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif

@@ -1,26 +1,37 @@
-// What the query of section 4.2 works on: a probe's job and the options of the paper's maps.
+// The work of a query of section 4.2: a probe's job, and the maps that answer it.
 #pragma once
 
+#include "query/dispatch/model_point.h"
 #include "query/probe/probe_job.h"
-#include "sqmap/query/normal_projection.h"
+#include "sqmap/paper/projection.h"
 
-namespace sqmap::query {
+namespace sqmap::paper {
 
-struct NormalJob {
-    /// o: as the probe's job was made with.
-    NormalJob(const ProbeJob& job, const QueryOptions& o) noexcept;
+using query::Contact;
+using query::k_no_surface;
+using query::k_ok;
+using query::Layer;
+using query::ModelContact;
+using query::Probe;
+using query::ProbeJob;
+using query::ProbeResult;
 
-    const ProbeJob& probe;  ///< of a normal model
+struct PaperJob {
+    /// o: as the probe's job was made with. @pre the job's model is the view of a Reading
+    PaperJob(const ProbeJob& job, const query::QueryOptions& o) noexcept;
+
+    const ProbeJob& probe;
+    const ModelView& model;  ///< whose maps answer
     ProjectionOptions options;
     bool smoothing, pruning;
 };
 
 /// Step 4 of section 4.2: Layer 3 is worth its time while the base grid has fewer samples than k_L times the vertices.
-[[nodiscard]] bool reads_base_grid(const NormalMapView& map, const ProjectionOptions& options) noexcept;
+[[nodiscard]] bool reads_base_grid(const MapView& map, const ProjectionOptions& options) noexcept;
 
 /// Layers One to Gate by the widest vectors that the machine has.
-[[nodiscard]] ProbeResult run_normal(const NormalJob& job) noexcept;
+[[nodiscard]] ProbeResult run_paper(const PaperJob& job) noexcept;
 /// The same template with one lane: the reference, and quicker for one point.
-[[nodiscard]] ProbeResult run_normal_one_lane(const NormalJob& job) noexcept;
+[[nodiscard]] ProbeResult run_one_lane(const PaperJob& job) noexcept;
 
-}  // namespace sqmap::query
+}  // namespace sqmap::paper

@@ -1,20 +1,21 @@
 // A normal map interpolated between its samples, at many positions at a time.
-#if defined(SQMAP_QUERY_NORMAL_MAP_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef SQMAP_QUERY_NORMAL_MAP_INL_H
-#undef SQMAP_QUERY_NORMAL_MAP_INL_H
+#if defined(SQMAP_PAPER_MAP_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SQMAP_PAPER_MAP_INL_H
+#undef SQMAP_PAPER_MAP_INL_H
 #else
-#define SQMAP_QUERY_NORMAL_MAP_INL_H
+#define SQMAP_PAPER_MAP_INL_H
 #endif
 
-#include "model/normal_codes.h"
+#include "paper/model/codes.h"
 #include "query/superquadric/power-inl.h"
-#include "sqmap/query/normal_projection.h"
+#include "sqmap/paper/projection.h"
 
 #include <algorithm>
 #include <array>
 
 HWY_BEFORE_NAMESPACE();
-namespace sqmap::query::HWY_NAMESPACE {
+namespace sqmap::paper::HWY_NAMESPACE {
+using namespace query::HWY_NAMESPACE;
 namespace {
 
 struct AngleLanes {
@@ -30,7 +31,7 @@ struct SampleLanes {
 
 class MapLanes {
 public:
-    explicit MapLanes(const NormalMapView& map)
+    explicit MapLanes(const MapView& map)
         : map_(map),
           scale_(set(map.distance_scale)),
           base_rows_(((map.eta_count - 1) >> map.subdivisions) + 1),
@@ -53,7 +54,7 @@ public:
     }
 
     /// Layer 3: linear interpolation on one sheet of the surface: that of the nearest corner, followed along uncut edges.
-    HWY_NOINLINE SampleLanes interpolated(const AngleLanes& angles, bool use_corrections) const
+    HWY_NOINLINE SampleLanes interpolated(const AngleLanes& angles, bool corrections) const
     {
         const Cell c(angles, map_.eta_count, map_.omega_count);
         const I bottom = node_of(c.row, c.column), top = node_of(hn::Add(c.row, set_int(1)), c.column);
@@ -61,23 +62,23 @@ public:
         const Cuts cuts(*this, c, bottom, top);
         const M whole = cuts.whole(), high = hn::Ge(c.y, set(0.5f)), right = hn::Ge(c.x, set(0.5f));
         const I code = blend(high, blend(right, distance[3], distance[2]), blend(right, distance[1], distance[0]));
-        const M hit = hn::RebindMask(df, hn::Lt(code, set_int(model::k_map_largest + 1)));
+        const M hit = hn::RebindMask(df, hn::Lt(code, set_int(k_map_largest + 1)));
         Corners<F> value;
         for (std::size_t i = 0; i < 4; ++i) value[i] = hn::Mul(scale_, to_float(distance[i]));
         SampleLanes sample{{}, {}, hn::Zero(di)};
         if (any(hn::AndNot(whole, hit))) one_sheet(cuts, high, right, value);
         sample.distance = c.bilinear(value[0], value[1], value[2], value[3]);
         sample.normal = normal_at(angles, sample.distance);
-        if (use_corrections && !map_.corrections.empty() && any(hn::And(whole, hit)))
+        if (corrections && !map_.corrections.empty() && any(hn::And(whole, hit)))
             sample.distance = hn::Add(sample.distance, correction_at(c, hn::And(whole, hit)));
         sample.distance = larger(sample.distance, hn::Zero(df));
         const SampleLanes coded = value_of(code, hn::Zero(di));
         sample.distance = blend(hit, sample.distance, coded.distance);
         sample.normal = blend(hit, sample.normal, {hn::Zero(df), hn::Zero(df), hn::Zero(df)});
         // Where a surface enters the superquadric inside the cell, which side of it a position lies on is a guess.
-        const M cap = equal(code, set_int(model::k_map_cap));
+        const M cap = equal(code, set_int(k_map_cap));
         M beside_cap = none();
-        for (const I& corner : distance) beside_cap = hn::Or(beside_cap, equal(corner, set_int(model::k_map_cap)));
+        for (const I& corner : distance) beside_cap = hn::Or(beside_cap, equal(corner, set_int(k_map_cap)));
         const M mixed = hn::AndNot(hn::Or(whole, cap), beside_cap);
         sample.flags = hn::Or(hn::Or(hn::IfThenElseZero(hn::RebindMask(di, hn::Not(hit)), coded.flags),
                                      flag(hn::Not(whole), k_projection_silhouette)),
@@ -112,7 +113,7 @@ public:
         for (std::size_t i = 0; i < 4; ++i) {
             const I word = hn::GatherIndex(di, reinterpret_cast<const std::int32_t*>(map_.smoothed.data()), base_corner(c, i));
             const I signed_change = hn::ShiftRight<16>(hn::ShiftLeft<16>(word));
-            known = hn::AndNot(equal(signed_change, set_int(model::k_not_smoothed)), known);
+            known = hn::AndNot(equal(signed_change, set_int(k_not_smoothed)), known);
             change[i] = hn::Mul(scale_, to_float(signed_change));
             directions[i] = decoded(high_half(word));
         }
@@ -135,7 +136,7 @@ public:
             const I word = entries.word(2);  // leave, enter
             const M behind = hn::And(entries.left, hn::Gt(s, hn::Mul(scale_, to_float(low(word)))));
             const I enter = high_half(word);
-            const F again = blend(equal(enter, set_int(model::k_map_miss)), set(INFINITY), hn::Mul(scale_, to_float(enter)));
+            const F again = blend(equal(enter, set_int(k_map_miss)), set(INFINITY), hn::Mul(scale_, to_float(enter)));
             distance = blend(behind, again, distance);
             found = hn::Or(found, behind);
             entries.left = behind;
@@ -296,7 +297,7 @@ private:
 
     HWY_INLINE SampleLanes value_of(I code, I normal) const
     {
-        const M miss = equal(code, set_int(model::k_map_miss)), cap = equal(code, set_int(model::k_map_cap));
+        const M miss = equal(code, set_int(k_map_miss)), cap = equal(code, set_int(k_map_cap));
         const M none_known = hn::Or(miss, cap);
         const F zero = hn::Zero(df);
         return {blend(miss, set(INFINITY), blend(cap, zero, hn::Mul(scale_, to_float(code)))),
@@ -365,7 +366,7 @@ private:
         V3 sum{hn::Zero(df), hn::Zero(df), hn::Zero(df)};
         for (std::size_t i = 0; i < 4; ++i) {
             const M near = hn::Le(hn::Abs(hn::Sub(hn::Mul(scale_, to_float(stored[i])), distance)), reach);
-            const M known = hn::And(near, hn::RebindMask(df, hn::Lt(stored[i], set_int(model::k_map_largest + 1))));
+            const M known = hn::And(near, hn::RebindMask(df, hn::Lt(stored[i], set_int(k_map_largest + 1))));
             // A share for corners that others leave alone.
             const F weight = hn::IfThenElseZero(known, larger(share[i], set(1e-4f)));
             sum = plus(sum, scaled(weight, decoded(code[i])));
@@ -392,14 +393,14 @@ private:
         return hn::Mul(scale_, sum);
     }
 
-    const NormalMapView& map_;
+    const MapView& map_;
     const F scale_;
     const std::size_t base_rows_, base_columns_;
     const float spacing_;  // of base samples, at most about so much; model units
 };
 
 }  // namespace
-}  // namespace sqmap::query::HWY_NAMESPACE
+}  // namespace sqmap::paper::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif

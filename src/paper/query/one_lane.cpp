@@ -1,16 +1,15 @@
 // The query of section 4.2 with one lane: one point, or one part's answer.
 #undef HWY_COMPILE_ONLY_STATIC
 #define HWY_COMPILE_ONLY_SCALAR
-#include "normal_job.h"
-#include "normal_query.h"
-#include "sqmap/query/normal_projection.h"
+#include "job.h"
+#include "sqmap/paper/projection.h"
 
 #include <hwy/highway.h>
 
 #include "one_point-inl.h"
 #include "probe-inl.h"
 
-namespace sqmap::query {
+namespace sqmap::paper {
 
 namespace {
 
@@ -22,9 +21,9 @@ shape::Arc<float> arc_of(const ArcLanes& arc)
 
 }  // namespace
 
-ProbeResult run_normal_one_lane(const NormalJob& job) noexcept { return NormalKernel(job).run(); }
+ProbeResult run_one_lane(const PaperJob& job) noexcept { return PaperKernel(job).run(); }
 
-PartAnswer project(const NormalMapView& map, Vec3f p, const ProjectionOptions& options) noexcept
+PartAnswer project(const MapView& map, Vec3f p, const ProjectionOptions& options) noexcept
 {
     PartAnswer answer;
     const OnePoint point(map, p, options);
@@ -45,7 +44,7 @@ PartAnswer project(const NormalMapView& map, Vec3f p, const ProjectionOptions& o
     return answer;
 }
 
-shape::Foot<float> find_foot(const NormalMapView& map, Vec3f p, Projector projector, std::uint8_t* flags) noexcept
+shape::Foot<float> find_foot(const MapView& map, Vec3f p, Projector projector, std::uint8_t* flags) noexcept
 {
     const OnePoint point(map, p, {.projector = projector});
     I found = hn::Zero(di);
@@ -70,7 +69,7 @@ shape::Foot<float> find_foot(const NormalMapView& map, Vec3f p, Projector projec
     return out;
 }
 
-GridFoot pyramid_search(const NormalMapView& map, Vec3f p, const PyramidOptions& options) noexcept
+GridFoot pyramid_search(const MapView& map, Vec3f p, const PyramidOptions& options) noexcept
 {
     const OnePoint point(map, p, {});
     if (!point.is_held) return {};
@@ -88,16 +87,16 @@ MapSample sample_of(const SampleLanes& s)
 
 }  // namespace
 
-MapSample sample_map(const NormalMapView& map, shape::SurfaceAnglesf angles, const ProjectionOptions& options) noexcept
+MapSample sample_map(const MapView& map, shape::SurfaceAnglesf angles, const ProjectionOptions& options) noexcept
 {
     return sample_of(PartLanes(map, options, nullptr).sample_at({set(angles.eta), set(angles.omega)}));
 }
 
-MapSample sample_smoothed(const NormalMapView& map, shape::SurfaceAnglesf angles) noexcept
+MapSample sample_smoothed(const MapView& map, shape::SurfaceAnglesf angles) noexcept
 {
     const PartLanes part(map, {}, nullptr);
     const AngleLanes at{set(angles.eta), set(angles.omega)};
     return sample_of(part.map().smoothed(at, part.sample_at(at)));
 }
 
-}  // namespace sqmap::query
+}  // namespace sqmap::paper

@@ -1,9 +1,9 @@
 // One point and one part, for what is compiled with one lane. Included once by such a source, after HWY_COMPILE_ONLY_SCALAR.
 #pragma once
 
-#include "query/normal/part-inl.h"
+#include "paper/query/part-inl.h"
 
-namespace sqmap::query {
+namespace sqmap::paper {
 
 using namespace HWY_NAMESPACE;
 
@@ -19,8 +19,7 @@ struct OnePoint {
     HeldLanes held;
     bool is_held = false;
 
-    OnePoint(const NormalMapView& map, Vec3f point, const ProjectionOptions& options)
-        : part(map, options, nullptr), p(lanes(point))
+    OnePoint(const MapView& map, Vec3f point, const ProjectionOptions& options) : part(map, options, nullptr), p(lanes(point))
     {
         if (!is_finite(point)) return;
         held.q = part.shape().to_local(p);
@@ -31,4 +30,4 @@ struct OnePoint {
 
 }  // namespace
 
-}  // namespace sqmap::query
+}  // namespace sqmap::paper

@@ -1,19 +1,20 @@
 // What one part's map says about points, many at a time: the layers of section 4.2.
-#if defined(SQMAP_QUERY_NORMAL_PART_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef SQMAP_QUERY_NORMAL_PART_INL_H
-#undef SQMAP_QUERY_NORMAL_PART_INL_H
+#if defined(SQMAP_PAPER_PART_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SQMAP_PAPER_PART_INL_H
+#undef SQMAP_PAPER_PART_INL_H
 #else
-#define SQMAP_QUERY_NORMAL_PART_INL_H
+#define SQMAP_PAPER_PART_INL_H
 #endif
 
+#include "paper/query/foot-inl.h"
+#include "paper/query/map-inl.h"
+#include "paper/query/pyramid-inl.h"
 #include "query/layer.h"
-#include "query/normal/foot-inl.h"
-#include "query/normal/map-inl.h"
-#include "query/normal/pyramid-inl.h"
 #include "query/superquadric/held-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace sqmap::query::HWY_NAMESPACE {
+namespace sqmap::paper::HWY_NAMESPACE {
+using namespace query::HWY_NAMESPACE;
 namespace {
 
 /// See PartAnswer; model frame.
@@ -37,7 +38,7 @@ HWY_INLINE M has_surface(const PartAnswerLanes& a)
 class PartLanes {
 public:
     /// arcs: workspace of the search, made where it is needed; null: the search works its arcs out one by one.
-    PartLanes(const NormalMapView& map, const ProjectionOptions& options, GridArcs* arcs)
+    PartLanes(const MapView& map, const ProjectionOptions& options, GridArcs* arcs)
         : view_(map),
           options_(options),
           sq_(map.superquadric),
@@ -80,7 +81,7 @@ public:
         a.foot_normal = sq_.direction_to_model(found.at.normal);
         a.foot_distance = length(minus(found.at.point, point.q));
         const F infinite = set(INFINITY);
-        if (options_.use_gaps && !coarse_) {
+        if (options_.gaps && !coarse_) {
             const M deep = hn::And(active, hn::Gt(a.foot_distance, sample.distance));
             const M behind = any(deep) ? map_.behind_first(a.angles, a.foot_distance, deep, sample.distance) : none();
             const I opening = hn::Or(set_int(k_projection_behind), flag(hn::Eq(sample.distance, infinite), k_projection_miss));
@@ -108,7 +109,7 @@ public:
     HWY_NOINLINE M nearer_surface(const V3& p, F within, PartAnswerLanes& a) const
     {
         if (view_.surface_seeds.empty()) return none();
-        const SeedTable table{view_.surface_seeds.data(), model::k_surface_seeds, false};
+        const SeedTable table{view_.surface_seeds.data(), k_surface_seeds, false};
         FootLanes found = foot_at(sq_, table_start(sq_.to_unit(sq_.to_local(p)), table));
         const SampleLanes sample = sample_at(angles_at(found.position));
         a.flags = sample.flags;
@@ -130,7 +131,7 @@ public:
     HWY_NOINLINE void smooth(const V3& p, PartAnswerLanes& a) const
     {
         const AngleLanes angles = angles_at(a.shown.position);
-        const SampleLanes sample = map_.smoothed(angles, map_.interpolated(angles, options_.use_corrections));
+        const SampleLanes sample = map_.smoothed(angles, map_.interpolated(angles, options_.corrections));
         constexpr std::int32_t k_open = k_projection_miss | k_projection_cap;
         const M known = hn::And(equal(hn::And(sample.flags, set_int(k_open)), hn::Zero(di)),
                                 equal(hn::And(a.flags, set_int(k_projection_unproven | k_open)), hn::Zero(di)));
@@ -144,8 +145,8 @@ public:
 
     HWY_NOINLINE SampleLanes sample_at(const AngleLanes& angles) const
     {
-        SampleLanes sample = coarse_ ? map_.nearest_base(angles) : map_.interpolated(angles, options_.use_corrections);
-        if (options_.use_offset) {
+        SampleLanes sample = coarse_ ? map_.nearest_base(angles) : map_.interpolated(angles, options_.corrections);
+        if (options_.offset) {
             const M surface = hn::Lt(sample.distance, set(INFINITY));  // a cap is at zero already
             const F moved = larger(hn::Sub(hn::IfThenElseZero(surface, sample.distance), map_.offset(angles)), hn::Zero(df));
             sample.distance = blend(surface, moved, sample.distance);
@@ -191,7 +192,7 @@ private:
 
     /// Starts over the undeformed bounding box, or over its octant.
     struct SeedTable {
-        const model::FootSeed* seeds;
+        const FootSeed* seeds;
         std::uint32_t along;
         bool mirrored;
     };
@@ -325,7 +326,7 @@ private:
         }
     }
 
-    const NormalMapView view_;
+    const MapView view_;
     const ProjectionOptions options_;
     const SuperquadricLanes sq_;
     const MapLanes map_;
@@ -335,7 +336,7 @@ private:
 };
 
 }  // namespace
-}  // namespace sqmap::query::HWY_NAMESPACE
+}  // namespace sqmap::paper::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif

@@ -1,18 +1,19 @@
 // Section 4.2 for a whole probe on the paper's maps: spheres, layer 1, then the asked-for layer, part after part, and the witness
 // rule.
-#if defined(SQMAP_QUERY_NORMAL_PROBE_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef SQMAP_QUERY_NORMAL_PROBE_INL_H
-#undef SQMAP_QUERY_NORMAL_PROBE_INL_H
+#if defined(SQMAP_PAPER_PROBE_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SQMAP_PAPER_PROBE_INL_H
+#undef SQMAP_PAPER_PROBE_INL_H
 #else
-#define SQMAP_QUERY_NORMAL_PROBE_INL_H
+#define SQMAP_PAPER_PROBE_INL_H
 #endif
 
-#include "query/normal/normal_job.h"
-#include "query/normal/part-inl.h"
+#include "paper/query/job.h"
+#include "paper/query/part-inl.h"
 #include "query/probe/contacts-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace sqmap::query::HWY_NAMESPACE {
+namespace sqmap::paper::HWY_NAMESPACE {
+using namespace query::HWY_NAMESPACE;
 namespace {
 
 /// What is known of the points of a batch, after the parts that have been heard.
@@ -61,9 +62,9 @@ struct PointQueue {
     HWY_INLINE M present(std::size_t first) const { return hn::FirstN(df, count - first); }
 };
 
-class NormalKernel {
+class PaperKernel {
 public:
-    explicit NormalKernel(const NormalJob& normal) : normal_(normal), job_(normal.probe), model_(job_.model), contacts_(job_) {}
+    explicit PaperKernel(const PaperJob& paper) : paper_(paper), job_(paper.probe), model_(job_.model), contacts_(job_) {}
 
     ProbeResult run()
     {
@@ -141,7 +142,7 @@ private:
         if (is_done()) states_.count = clusters_ = 0;
         if (clusters_ == 0) return;
         for (std::size_t i = 0; i < model_.parts.size(); ++i) hear(i);
-        if (normal_.options.layer != Layer::One && normal_.options.nearest_steps > 0) seek_nearest();
+        if (paper_.options.layer != Layer::One && paper_.options.nearest_steps > 0) seek_nearest();
         for (std::size_t c = 0; c < clusters_; ++c)
             for (std::size_t k = 0; k < cluster_size_[c]; ++k) write(cluster_first_[c] + k);
         states_.count = clusters_ = 0;
@@ -189,8 +190,8 @@ private:
         }
         if (held_.count == 0) return;
         held_.fill_up();
-        const NormalMapView view = model::normal_map_of(model_, index);
-        const PartLanes part(view, normal_.options, job_.clusters == 0 ? nullptr : &arcs_);
+        const MapView view = map_of(paper_.model, index);
+        const PartLanes part(view, paper_.options, job_.clusters == 0 ? nullptr : &arcs_);
         for (std::size_t first = 0; first < held_.count; first += hn::Lanes(df)) {
             const I at = held_.slots(first);
             const V3 p = position_of(at);
@@ -198,7 +199,7 @@ private:
             const M nearer = hn::And(held_.present(first), part.nearer_surface(p, hn::GatherIndex(df, states_.key, at), a));
             if (!any(nearer)) continue;
             const F key = hn::Abs(a.depth);
-            if (normal_.smoothing) part.smooth(p, a);
+            if (paper_.smoothing) part.smooth(p, a);
             note(a, key, a.depth, {nearer, none()}, {held_.slot + first, index});
         }
     }
@@ -216,9 +217,9 @@ private:
             some = some || near[c] != 0;
         }
         if (!some) return;
-        const NormalMapView view = model::normal_map_of(model_, index);
+        const MapView view = map_of(paper_.model, index);
         // For a few points a table is not worth its time.
-        const PartLanes part(view, normal_.options, job_.clusters == 0 ? nullptr : &arcs_);
+        const PartLanes part(view, paper_.options, job_.clusters == 0 ? nullptr : &arcs_);
         in_box_.count = 0;
         for (std::size_t c = 0; c < clusters_; ++c)
             if (near[c] != 0) collect(part, sphere, c);
@@ -226,7 +227,7 @@ private:
         in_box_.fill_up();
         held_.count = 0;
         for (std::size_t first = 0; first < in_box_.count; first += hn::Lanes(df)) hold(part, first, index);
-        if (normal_.options.layer == Layer::One) return;
+        if (paper_.options.layer == Layer::One) return;
         held_.fill_up();
         for (std::size_t first = 0; first < held_.count; first += hn::Lanes(df)) answer(part, first, index);
     }
@@ -271,7 +272,7 @@ private:
         if (!any(held)) return;
         const I slots = in_box_.slots(first);
         each_lane(held, [&](std::size_t i) { states_.state[in_box_.slot[first + i]] |= PointStates::k_held; });
-        if (normal_.options.layer != Layer::One) {
+        if (paper_.options.layer != Layer::One) {
             held_.add(point.q, slots, held);
             return;
         }
@@ -290,8 +291,8 @@ private:
         const V3 p = position_of(held_.slots(first));
         PartAnswerLanes a = part.answer(p, point, hn::Not(none()));
         const F key = hn::Abs(a.depth);
-        if (normal_.smoothing) part.smooth(p, a);
-        note(a, key, a.depth, {hn::And(present, a.contact), normal_.pruning ? hn::And(present, is_witness(a)) : none()},
+        if (paper_.smoothing) part.smooth(p, a);
+        note(a, key, a.depth, {hn::And(present, a.contact), paper_.pruning ? hn::And(present, is_witness(a)) : none()},
              {held_.slot + first, index});
     }
 
@@ -333,7 +334,7 @@ private:
         });
     }
 
-    const NormalJob& normal_;
+    const PaperJob& paper_;
     const ProbeJob& job_;
     const model::ModelView& model_;
     ContactWriter contacts_;
@@ -348,7 +349,7 @@ private:
 };
 
 }  // namespace
-}  // namespace sqmap::query::HWY_NAMESPACE
+}  // namespace sqmap::paper::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif

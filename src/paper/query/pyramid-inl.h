@@ -1,18 +1,19 @@
 // The multiresolution search of section 4.2.2 (eqs. 15 to 19, Fig. 7), many points at a time, with corrections that can be left
 // out: both search directions, distance compared beside collinearity, the whole surface where the window does not hold the foot.
-#if defined(SQMAP_QUERY_NORMAL_PYRAMID_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef SQMAP_QUERY_NORMAL_PYRAMID_INL_H
-#undef SQMAP_QUERY_NORMAL_PYRAMID_INL_H
+#if defined(SQMAP_PAPER_PYRAMID_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SQMAP_PAPER_PYRAMID_INL_H
+#undef SQMAP_PAPER_PYRAMID_INL_H
 #else
-#define SQMAP_QUERY_NORMAL_PYRAMID_INL_H
+#define SQMAP_PAPER_PYRAMID_INL_H
 #endif
 
-#include "query/normal/foot_record.h"
-#include "query/normal/grid-inl.h"
-#include "sqmap/query/normal_projection.h"
+#include "paper/query/foot_record.h"
+#include "paper/query/grid-inl.h"
+#include "sqmap/paper/projection.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace sqmap::query::HWY_NAMESPACE {
+namespace sqmap::paper::HWY_NAMESPACE {
+using namespace query::HWY_NAMESPACE;
 namespace {
 
 /// The sample that a search has come to.
@@ -238,7 +239,7 @@ private:
 };
 
 }  // namespace
-}  // namespace sqmap::query::HWY_NAMESPACE
+}  // namespace sqmap::paper::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif

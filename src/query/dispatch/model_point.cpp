@@ -8,7 +8,6 @@
 #include "query/exact/exact_layer.h"
 #include "query/exact/probe_exact.h"
 #include "query/layer.h"
-#include "query/normal/normal_query.h"
 #include "query/probe/probe_job.h"
 #include "query/superquadric/layer_one.h"
 
@@ -21,13 +20,6 @@ namespace sqmap::query {
 namespace {
 
 using model::ModelView;
-
-/// So far from the model that float arithmetic on the distance may overflow.
-bool is_far_off(const ModelView& model, Vec3f point)
-{
-    const Vec3f offset = point - model::vec3(model.header.sphere);
-    return std::max({std::abs(offset.x), std::abs(offset.y), std::abs(offset.z)}) > 1e6f * model.header.sphere[3];
-}
 
 ModelContact free_at(Vec3f point, bool certain)
 {
@@ -56,14 +48,13 @@ void query_located(const ModelView& model, std::span<const Vec3f> points, const 
 /// Without a locator. options.layer: chosen
 ModelContact query_unlocated(const ModelView& model, Vec3f point, const QueryOptions& options)
 {
-    if (options.layer == Layer::One && !model::is_normal(model)) return query_layer_one(model, point);
+    if (options.layer == Layer::One) return query_layer_one(model, point);
     const Vec3f offset = point - model::vec3(model.header.sphere);
     // A moved surface reaches past the object's sphere; the offset is at most 2 % of R_max.
     const float margin = margin_in_model(model, options);
     const float radius = model.header.sphere[3] * (options.offset ? 1.1f : 1.f) + margin;
     if (norm_sq(offset) > radius * radius) return free_at(point, true);
     if (options.layer == Layer::Exact) return query_exact(model, point);
-    if (model::is_normal(model)) return query_normal(model, point, options);
     return query_central(model, point, options.layer, options.gate);
 }
 
@@ -77,7 +68,7 @@ ModelContact answer(const ModelView& model, Vec3f point, QueryOptions options)
     const bool no_exact = lacks_exact(model, options);
     options.layer = chosen_layer(model, options);
     ModelContact contact = free_at(point, true);
-    const bool far_off = is_far_off(model, point), located = options.layer != Layer::One && is_located(model, options.layer);
+    const bool far_off = is_far_off(model, point), located = options.layer != Layer::One && model::has_locator(model);
     if (!far_off && located)
         query_located(model, {&point, 1}, options, {&contact, 1});
     else if (!far_off)
@@ -85,8 +76,7 @@ ModelContact answer(const ModelView& model, Vec3f point, QueryOptions options)
     const bool marked = located || options.layer == Layer::One || options.layer == Layer::Exact || model.made_up_cells.empty();
     if (contact.contact && !marked && model::is_made_up_at(model, point)) contact.status |= k_made_up;
     if (no_exact) contact.status |= k_no_exact;
-    if (lacks_projection(model, options)) contact.status |= k_not_given;
-    if (far_off || options.layer == Layer::One || model::is_normal(model)) return contact;
+    if (far_off || options.layer == Layer::One) return contact;
     if (options.smoothing && options.layer != Layer::Exact) apply_smoothing(model, point, contact);
     const float margin = margin_in_model(model, options);
     if (options.offset || margin > 0.f)
@@ -96,8 +86,24 @@ ModelContact answer(const ModelView& model, Vec3f point, QueryOptions options)
 
 }  // namespace
 
+bool is_far_off(const ModelView& model, Vec3f point) noexcept
+{
+    const Vec3f offset = point - model::vec3(model.header.sphere);
+    return std::max({std::abs(offset.x), std::abs(offset.y), std::abs(offset.z)}) > 1e6f * model.header.sphere[3];
+}
+
+ModelContact query_triangles(const ModelView& model, Vec3f point, const QueryOptions& options) noexcept
+{
+    ModelContact contact = free_at(point, true);
+    if (is_far_off(model, point)) return contact;
+    if (!model::has_locator(model)) return query_unlocated(model, point, options);
+    query_located(model, {&point, 1}, options, {&contact, 1});
+    return contact;
+}
+
 ModelContact query_in_model(const ModelView& model, Vec3f point, const QueryOptions& options) noexcept
 {
+    if (model.answers != nullptr) return model.answers->point(model, point, options);
     ModelContact contact = answer(model, point, options);
     // Proofs are about a closed solid, and about its surface where it is.
     if (model.header.solid == 0 || options.offset || options.margin > 0 || options.smoothing) contact.certain = false;

@@ -1,8 +1,8 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, sections 4.1 (eq. 12) and 4.2.
 #include "probe_pointwise.h"
 
-#include "model/normal_codes.h"
 #include "model_point.h"
+#include "query/exact/probe_exact.h"
 #include "query/layer.h"
 
 #include <algorithm>
@@ -73,17 +73,26 @@ private:
 
 float offset_reach(const model::ModelView& model, const QueryOptions& options) noexcept
 {
+    if (model.answers != nullptr) return model.answers->reach(model, options);
     float reach = margin_in_model(model, options);
     if (!options.offset) return reach;
     for (const model::Part& part : model.parts) reach = std::max(reach, 255.f * part.offset_step);
-    for (const model::NormalPart& part : model.normal.parts)
-        reach = std::max(reach, static_cast<float>(model::k_largest_offset) * part.offset_scale);
     return reach;
 }
 
 ProbeResult run_probe_pointwise(const ProbeJob& job, const QueryOptions& options) noexcept
 {
     return PointwiseProbe(job, options).run();
+}
+
+bool goes_by_points(const ProbeJob& job, const QueryOptions& options) noexcept
+{
+    return options.offset || options.margin > 0 || !model::has_locator(job.model);
+}
+
+ProbeResult run_triangles(const ProbeJob& job, const QueryOptions& options) noexcept
+{
+    return goes_by_points(job, options) ? run_probe_pointwise(job, options) : run_probe_exact(job);
 }
 
 }  // namespace sqmap::query

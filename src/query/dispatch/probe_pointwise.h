@@ -12,4 +12,9 @@ namespace sqmap::query {
 /// Cost: a sphere test a cluster and part; for each point of a near cluster a query_point.
 ProbeResult run_probe_pointwise(const ProbeJob& job, const QueryOptions& options) noexcept;
 
+/// True where a job is computed point by point: the locator knows nothing of a surface that has moved, or there is none.
+[[nodiscard]] bool goes_by_points(const ProbeJob& job, const QueryOptions& options) noexcept;
+/// Layer Exact, by superquadrics and triangles alone.
+[[nodiscard]] ProbeResult run_triangles(const ProbeJob& job, const QueryOptions& options) noexcept;
+
 }  // namespace sqmap::query

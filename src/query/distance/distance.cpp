@@ -130,7 +130,7 @@ public:
         answer = {};
         answer.point = point;
         answer.distance = away_from_sphere(model_, in_mesh);
-        if (model::is_normal(model_) && !has_tree_) answer.status = k_not_given;
+        if (model_.answers != nullptr && !has_tree_) answer.status = model_.answers->no_distance;
         return has_tree_ && model::has_exact(model_) && answer.distance <= static_cast<double>(within_) * model_.header.unit;
     }
 

@@ -197,8 +197,8 @@ ModelContact answer(const Candidates& candidates, Vec3f point, bool inside)
 /// Some part may hold the point.
 bool is_held(const ModelView& model, Vec3f point)
 {
-    if (!model::is_normal(model)) return verdict_by_charts(model, point, Layer::Three, 0).part >= 0;
-    return query_layer_one(model, point).part >= 0;
+    if (!model::has_central_maps(model)) return query_layer_one(model, point).part >= 0;
+    return verdict_by_charts(model, point, Layer::Three, 0).part >= 0;
 }
 
 }  // namespace

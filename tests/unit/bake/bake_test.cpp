@@ -191,21 +191,6 @@ TEST(Bake, WhatIsKeptInADividedLeafLiesOnItsSide)
     }
 }
 
-TEST(Bake, SubdivisionsSetHowMuchFinerLayerThreeIs)
-{
-    for (const int levels : {0, 2}) {
-        const test::Baked b =
-            test::baked(test::small_torus(), {.projection = model::Projection::Normal, .normal = {.subdivisions = levels}});
-        for (const model::NormalPart& part : b.view().normal.parts) {
-            EXPECT_EQ(part.subdivisions, static_cast<std::uint32_t>(levels));
-            // One offset for each base sample of layer 2.
-            EXPECT_EQ(part.base_count, (((part.eta_count - 1) >> levels) + 1) * (part.omega_count >> levels));
-        }
-    }
-    EXPECT_THROW((void)bake(test::small_torus(), true, {.normal = {.subdivisions = 6}}), mesh::InvalidInput);
-    EXPECT_THROW((void)bake(test::small_torus(), true, {.normal = {.subdivisions = -1}}), mesh::InvalidInput);
-}
-
 TEST(Bake, TwiceAndOnAnyNumberOfThreadsGivesTheSameBytes)
 {
     for (const mesh::Mesh& mesh : {test::small_torus(), test::small_hand()}) {

@@ -88,8 +88,8 @@ bool same(const std::vector<T>& a, const std::vector<T>& b)
 void expect_same_arrays(const model::ModelData& a, const model::ModelData& b)
 {
     const auto expect_same = [](const char* name, const auto& x, const auto& y) { EXPECT_TRUE(same(x, y)) << name; };
-    model::each_array_before_normal(expect_same, a, b);
-    model::each_array_behind_normal(expect_same, a, b);
+    model::each_surface_array(expect_same, a, b);
+    model::each_cell_array(expect_same, a, b);
     model::DistanceArrays<model::ArrayData>::each(expect_same, a.distance, b.distance);
 }
 

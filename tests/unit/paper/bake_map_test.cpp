@@ -1,10 +1,10 @@
-#include "sqmap/bake/normal_map.h"
+#include "sqmap/paper/bake.h"
 
-#include "model/normal_codes.h"
 #include "model/octahedral.h"
+#include "paper/model/codes.h"
 
 #include "sqmap/mesh/shapes.h"
-#include "sqmap/query/normal_projection.h"
+#include "sqmap/paper/projection.h"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 #include <numbers>
 #include <numeric>
 
-namespace sqmap::bake {
+namespace sqmap::paper {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -65,14 +65,14 @@ double to_sphere(Vec3d p, Vec3d d, double radius)
     return q < 0 ? -1 : -b - std::sqrt(q);
 }
 
-TEST(NormalMap, SphereInAnEllipsoidMatchesTheClosedForm)
+TEST(Map, SphereInAnEllipsoidMatchesTheClosedForm)
 {
     const double facet = 0.6 * 1e-3;  // 6 subdivisions: the mesh lies this close to the sphere
     const mesh::Mesh ball = mesh::sphere(0.6, 6);
     const MapRays rays(ball);
     Superquadricd sq;
     sq.a = {0.7, 0.8, 1.0};
-    const NormalMap map = bake_normal_map(rays, all_triangles(ball), sq);
+    const Map map = bake_map(rays, all_triangles(ball), sq);
     EXPECT_TRUE(map.report.target_met);
     int hits = 0;
     for (std::uint32_t i = 0; i < map.eta_count; ++i)
@@ -85,7 +85,7 @@ TEST(NormalMap, SphereInAnEllipsoidMatchesTheClosedForm)
             const Vec3d m = s.point - expected * s.normal;
             if (expected < 0 || dot(m, s.normal) < 0.2) continue;  // a near miss of the sphere need not be one of the mesh
             ++hits;
-            ASSERT_EQ(model::ray_of(code), model::MapRay::Surface);
+            ASSERT_EQ(ray_of(code), MapRay::Surface);
             EXPECT_NEAR(double(map.distance_scale) * code, expected, 3 * facet);
             const std::uint32_t every = 1u << map.subdivisions;
             if (i % every != 0 || j % every != 0) continue;
@@ -97,28 +97,28 @@ TEST(NormalMap, SphereInAnEllipsoidMatchesTheClosedForm)
     EXPECT_LE(map.report.quantization_error, 0.51 * double(map.distance_scale));
 }
 
-TEST(NormalMap, SmoothingLeavesASphereAsItIs)
+TEST(Map, SmoothingLeavesASphereAsItIs)
 {
     const mesh::Mesh ball = mesh::sphere(0.6, 6);
     const MapRays rays(ball);
     const Superquadricd sq;  // the unit sphere: every distance is 0.4
-    const NormalMap map = bake_normal_map(rays, all_triangles(ball), sq);
+    const Map map = bake_map(rays, all_triangles(ball), sq);
     ASSERT_EQ(map.smoothed.size(), map.normal.size());
     std::size_t smoothed = 0;
-    for (const model::SmoothedSample& s : map.smoothed)
-        if (model::is_smoothed(s)) {
+    for (const SmoothedSample& s : map.smoothed)
+        if (is_smoothed(s)) {
             ++smoothed;
             EXPECT_LT(std::abs(double(map.distance_scale) * s.change), 1e-3);
         }
     EXPECT_GT(smoothed, map.smoothed.size() / 2);
     const shape::SurfaceAnglesf at{0.3f, 0.7f};
-    const query::MapSample sample = query::sample_smoothed(map.view(), at);
+    const paper::MapSample sample = paper::sample_smoothed(map.view(), at);
     EXPECT_NEAR(sample.distance, 0.4f, 1e-3f);
     EXPECT_GT(dot(sample.normal, shape::surface_point(map.superquadric, at).normal), 0.999f);
 }
 
 // The mean by its definition, on a map that is far from flat.
-TEST(NormalMap, SmoothingIsTheWeightedMeanOfTheBaseGrid)
+TEST(Map, SmoothingIsTheWeightedMeanOfTheBaseGrid)
 {
     const mesh::Mesh box = mesh::rounded_box({0.5, 0.4, 0.3}, 0.1, 3);
     const MapRays rays(box);
@@ -133,9 +133,8 @@ TEST(NormalMap, SmoothingIsTheWeightedMeanOfTheBaseGrid)
                           {SmoothingKernel::Gaussian, {gauss(2), gauss(1), 1, gauss(1), gauss(2)}}};
     for (const auto& [kernel, weights] : cases) {
         const std::size_t radius = weights.size() / 2;
-        const NormalMap map =
-            bake_normal_map(rays, all_triangles(box), Superquadricd{},
-                            {.grid = {33, 64}, .smoothing_radius = static_cast<int>(radius), .smoothing_kernel = kernel});
+        const Map map = bake_map(rays, all_triangles(box), Superquadricd{},
+                                 {.grid = {33, 64}, .smoothing_radius = static_cast<int>(radius), .smoothing_kernel = kernel});
         const std::size_t stride = std::size_t{1} << map.subdivisions;
         const std::size_t rows = (map.eta_count - 1) / stride + 1, columns = map.omega_count / stride;
         ASSERT_EQ(rows, 33u);
@@ -147,8 +146,8 @@ TEST(NormalMap, SmoothingIsTheWeightedMeanOfTheBaseGrid)
         double largest = 0;
         for (std::size_t i = radius; i + radius < rows; ++i)
             for (std::size_t j = 0; j < columns; ++j) {
-                const model::SmoothedSample s = map.smoothed[i * columns + j];
-                if (!model::is_smoothed(s)) continue;
+                const SmoothedSample s = map.smoothed[i * columns + j];
+                if (!is_smoothed(s)) continue;
                 double sum = 0, total = 0;
                 for (std::size_t di = 0; di < weights.size(); ++di)
                     for (std::size_t dj = 0; dj < weights.size(); ++dj) {
@@ -165,36 +164,35 @@ TEST(NormalMap, SmoothingIsTheWeightedMeanOfTheBaseGrid)
     }
 }
 
-TEST(NormalMap, AChosenGridIsThatOfLayerTwo)
+TEST(Map, AChosenGridIsThatOfLayerTwo)
 {
     const mesh::Mesh ball = mesh::sphere(0.6, 4);
     const MapRays rays(ball);
     for (const int subdivisions : {0, 1, 2}) {
-        const NormalMap map =
-            bake_normal_map(rays, all_triangles(ball), Superquadricd{}, {.grid = {20, 50}, .subdivisions = subdivisions});
+        const Map map = bake_map(rays, all_triangles(ball), Superquadricd{}, {.grid = {20, 50}, .subdivisions = subdivisions});
         EXPECT_EQ(map.eta_count, (19u << subdivisions) + 1);
         EXPECT_EQ(map.omega_count, 50u << subdivisions);
         EXPECT_EQ(map.subdivisions, static_cast<std::uint32_t>(subdivisions));
         EXPECT_EQ(map.normal.size(), 20u * 50u);
-        for (const query::Projector projector : {query::Projector::Newton, query::Projector::Pyramid}) {
-            const query::PartAnswer answer = query::project(map.view(), {0.2f, 0.3f, 0.1f}, {.projector = projector});
-            EXPECT_EQ(answer.verdict, query::Verdict::Contact);
+        for (const paper::Projector projector : {paper::Projector::Newton, paper::Projector::Pyramid}) {
+            const paper::PartAnswer answer = paper::project(map.view(), {0.2f, 0.3f, 0.1f}, {.projector = projector});
+            EXPECT_EQ(answer.verdict, paper::Verdict::Contact);
             EXPECT_NEAR(answer.depth, 0.6f - std::sqrt(0.14f), 0.02f);
         }
     }
 }
 
 // Errata 8: at a minimum of the map the gradient is next to nothing, about it it is not.
-TEST(NormalMap, TheOffsetOfEq12GrowsWithTheRadiusItLooksAt)
+TEST(Map, TheOffsetOfEq12GrowsWithTheRadiusItLooksAt)
 {
     const mesh::Mesh box = mesh::rounded_box({0.5, 0.4, 0.3}, 0.1, 3);
     const MapRays rays(box);
     std::vector<double> largest, mean;
     for (const int radius : {0, 1, 2}) {
-        const NormalMap map = bake_normal_map(rays, all_triangles(box), Superquadricd{}, {.offset_radius = radius});
+        const Map map = bake_map(rays, all_triangles(box), Superquadricd{}, {.offset_radius = radius});
         double sum = 0, greatest = 0;
         for (std::size_t i = 0; i < map.normal.size(); ++i) {
-            const double offset = double(map.offset_scale) * model::offset_steps(map.offset, i);
+            const double offset = double(map.offset_scale) * offset_steps(map.offset, i);
             sum += offset;
             greatest = std::max(greatest, offset);
         }
@@ -206,28 +204,28 @@ TEST(NormalMap, TheOffsetOfEq12GrowsWithTheRadiusItLooksAt)
     EXPECT_LE(largest[1], largest[2] * 1.01);
 }
 
-TEST(NormalMap, WithoutSmoothingNothingIsStoredForIt)
+TEST(Map, WithoutSmoothingNothingIsStoredForIt)
 {
     const mesh::Mesh ball = mesh::sphere(0.5, 3);
     const MapRays rays(ball);
-    const NormalMap map = bake_normal_map(rays, all_triangles(ball), Superquadricd{}, {.grid = {17, 32}, .smoothing_radius = 0});
+    const Map map = bake_map(rays, all_triangles(ball), Superquadricd{}, {.grid = {17, 32}, .smoothing_radius = 0});
     EXPECT_TRUE(map.smoothed.empty());
     const shape::SurfaceAnglesf at{0.2f, 0.3f};
-    EXPECT_EQ(query::sample_smoothed(map.view(), at).distance, query::sample_map(map.view(), at, {}).distance);
+    EXPECT_EQ(paper::sample_smoothed(map.view(), at).distance, paper::sample_map(map.view(), at, {}).distance);
 }
 
 // Fig. 13: around a box, over its rounded edges, the normal turns by smaller steps on the smoothed map.
-TEST(NormalMap, SmoothingTurnsTheNormalBySmallerSteps)
+TEST(Map, SmoothingTurnsTheNormalBySmallerSteps)
 {
     const mesh::Mesh box = mesh::rounded_box({0.5, 0.5, 0.5}, 0.01, 3);
     const MapRays rays(box);
     // Normals of both are of the same samples, and the kernel is as wide as the default's on half of them.
-    const NormalMap map = bake_normal_map(rays, all_triangles(box), Superquadricd{}, {.subdivisions = 0, .smoothing_radius = 4});
+    const Map map = bake_map(rays, all_triangles(box), Superquadricd{}, {.subdivisions = 0, .smoothing_radius = 4});
     double steepest[2] = {0, 0};
     Vec3f before[2];
     for (int i = 0; i <= 2000; ++i) {
         const shape::SurfaceAnglesf at{0.2f, static_cast<float>(2 * pi * i / 2000 - pi)};
-        const query::MapSample sample[2] = {query::sample_map(map.view(), at, {}), query::sample_smoothed(map.view(), at)};
+        const paper::MapSample sample[2] = {paper::sample_map(map.view(), at, {}), paper::sample_smoothed(map.view(), at)};
         for (int k = 0; k < 2; ++k) {
             ASSERT_NEAR(norm(sample[k].normal), 1.f, 1e-3f);
             if (i > 0) steepest[k] = std::max(steepest[k], static_cast<double>(norm(sample[k].normal - before[k])));
@@ -237,46 +235,46 @@ TEST(NormalMap, SmoothingTurnsTheNormalBySmallerSteps)
     EXPECT_LT(steepest[1], 0.6 * steepest[0]);
 }
 
-TEST(NormalMap, QuantisationErrorIsWhatTheReportSays)
+TEST(Map, QuantisationErrorIsWhatTheReportSays)
 {
     const mesh::Mesh ball = mesh::sphere(0.6, 4);
     const MapRays rays(ball);
     Superquadricd sq;
     sq.a = {0.7, 0.8, 1.0};
-    const NormalMap map = bake_normal_map(rays, all_triangles(ball), sq);
+    const Map map = bake_map(rays, all_triangles(ball), sq);
     EXPECT_GT(map.report.quantization_error, 0.0);
     EXPECT_LT(map.report.quantization_error, 1e-5);
 }
 
-TEST(NormalMap, SameInputGivesTheSameMap)
+TEST(Map, SameInputGivesTheSameMap)
 {
     const mesh::Mesh m = mesh::dumbbell();
     Superquadricd sq;
     sq.a = {6, 6, 6};
     sq.eps1 = 0.7;
     const MapRays rays(m), again(m);
-    const NormalMap a = bake_normal_map(rays, all_triangles(m), sq), b = bake_normal_map(again, all_triangles(m), sq);
+    const Map a = bake_map(rays, all_triangles(m), sq), b = bake_map(again, all_triangles(m), sq);
     EXPECT_EQ(a.distance, b.distance);
     EXPECT_EQ(a.normal, b.normal);
     EXPECT_EQ(a.corrections, b.corrections);
     EXPECT_EQ(a.seeds, b.seeds);
 }
 
-TEST(NormalMap, StepThreeBringsTheMapToTheVertices)
+TEST(Map, StepThreeBringsTheMapToTheVertices)
 {
     // A coarse map of a faceted ball: with corrections the map passes through the vertices that a foot can see.
     const mesh::Mesh ball = mesh::sphere(0.6, 2);
     const MapRays rays(ball);
     Superquadricd sq;
     sq.a = {0.8, 0.9, 1.1};
-    const NormalMapOptions options{.min_level = 5, .max_level = 5, .correction_threshold = 0};
-    const NormalMap map = bake_normal_map(rays, all_triangles(ball), sq, options);
+    const MapOptions options{.min_level = 5, .max_level = 5, .correction_threshold = 0};
+    const Map map = bake_map(rays, all_triangles(ball), sq, options);
     EXPECT_EQ(map.report.occluded_vertices, 0u);
     EXPECT_GT(map.report.corrections, map.report.vertices / 2);
     const auto worst = [&](bool corrections) {
         double sum = 0;
         for (const Vec3d& v : ball.vertices) {
-            const auto a = query::project(map.view(), cast<float>(v), {.use_corrections = corrections});
+            const auto a = paper::project(map.view(), cast<float>(v), {.corrections = corrections});
             sum += std::abs(static_cast<double>(a.depth_along));
         }
         return sum / static_cast<double>(ball.vertices.size());
@@ -284,20 +282,20 @@ TEST(NormalMap, StepThreeBringsTheMapToTheVertices)
     EXPECT_LT(worst(true), 0.3 * worst(false));
 }
 
-TEST(NormalMap, BakedViewsAreConsistentAndBrokenOnesAreNot)
+TEST(Map, BakedViewsAreConsistentAndBrokenOnesAreNot)
 {
     const mesh::Mesh m = mesh::dumbbell();
     Superquadricd sq;
     sq.a = {1.4, 1.4, 3};
     sq.eps1 = 0.5;
     const MapRays rays(m);
-    const NormalMap map = bake_normal_map(rays, all_triangles(m), sq);
+    const Map map = bake_map(rays, all_triangles(m), sq);
     ASSERT_GT(map.corrections.size(), 1u);
-    EXPECT_TRUE(model::is_consistent(map.view()));
+    EXPECT_TRUE(is_consistent(map.view()));
     const auto broken = [&](auto&& change) {
-        model::NormalMapView v = map.view();
+        MapView v = map.view();
         change(v);
-        return !model::is_consistent(v);
+        return !is_consistent(v);
     };
     EXPECT_TRUE(broken([](auto& v) { v.eta_count += 1; }));
     EXPECT_TRUE(broken([](auto& v) { v.subdivisions = 7; }));
@@ -309,7 +307,7 @@ TEST(NormalMap, BakedViewsAreConsistentAndBrokenOnesAreNot)
     EXPECT_TRUE(broken([](auto& v) { v.correction_rows = v.correction_rows.first(3); }));
     EXPECT_TRUE(broken([](auto& v) { v.distance_scale = std::nanf(""); }));
     EXPECT_TRUE(broken([](auto& v) { v.superquadric.eps1 = 0; }));
-    std::vector<model::VertexCorrection> far = map.corrections;
+    std::vector<VertexCorrection> far = map.corrections;
     far.front().column = 60000;
     EXPECT_TRUE(broken([&](auto& v) { v.corrections = far; }));
     std::vector<std::uint32_t> falling = map.correction_rows;
@@ -317,7 +315,7 @@ TEST(NormalMap, BakedViewsAreConsistentAndBrokenOnesAreNot)
     EXPECT_TRUE(broken([&](auto& v) { v.correction_rows = falling; }));
 }
 
-TEST(NormalMap, CutsKeepTheSheetsApart)
+TEST(Map, CutsKeepTheSheetsApart)
 {
     // Two balls in one wide ellipsoid: rays between them see one, the other or nothing.
     const mesh::Mesh pair = joined(mesh::sphere(0.4, 4), mesh::sphere(0.4, 4), {1.2, 0, 0});
@@ -325,14 +323,14 @@ TEST(NormalMap, CutsKeepTheSheetsApart)
     Superquadricd sq;
     sq.a = {1.2, 0.6, 0.6};
     sq.translation = {0.6, 0, 0};
-    const NormalMap map = bake_normal_map(rays, all_triangles(pair), sq);
+    const Map map = bake_map(rays, all_triangles(pair), sq);
     EXPECT_GT(map.report.cut_share, 0.0);
     EXPECT_GT(map.report.miss_share, 0.0);
     // No value is read that lies on neither ball.
     for (int n = 0; n < 4000; ++n) {
         const shape::SurfaceAnglesf at{static_cast<float>(1.5 * std::sin(0.37 * n)),
                                        static_cast<float>(3.1 * std::sin(0.11 * n))};
-        const query::MapSample s = query::sample_map(map.view(), at, {});
+        const paper::MapSample s = paper::sample_map(map.view(), at, {});
         if (!std::isfinite(s.distance)) continue;
         const auto foot = shape::surface_point(map.superquadric, at);
         const Vec3d m = cast<double>(foot.point - s.distance * foot.normal);
@@ -341,4 +339,4 @@ TEST(NormalMap, CutsKeepTheSheetsApart)
 }
 
 }  // namespace
-}  // namespace sqmap::bake
+}  // namespace sqmap::paper

@@ -1,6 +1,8 @@
 // Section 6 on the paper's own maps: eqs. 21, 26, 32 and the mean of an impact zone.
+#include "sqmap/paper/force.h"
+#include "../haptic/touching.h"
 #include "sqmap/query/point.h"
-#include "touching.h"
+#include "support/paper_model.h"
 
 #include <gtest/gtest.h>
 
@@ -9,13 +11,11 @@
 namespace sqmap::haptic::test {
 namespace {
 
-/// The box of touching.h, baked with the normal projection.
+/// The box of touching.h, baked as a paper model.
 const model::ModelView& paper_box()
 {
-    static const sqmap::test::Baked baked = sqmap::test::baked(mesh::rounded_box({0.05, 0.05, 0.03}, 0.01, 3),
-                                                               {.projection = model::Projection::Normal, .exact = false});
-    static const model::ModelView view = baked.view();
-    return view;
+    static const sqmap::test::PaperModel baked(mesh::rounded_box({0.05, 0.05, 0.03}, 0.01, 3), {.exact = false});
+    return baked.view();
 }
 
 TouchedBody body()
@@ -26,9 +26,9 @@ TouchedBody body()
     return s;
 }
 
-ZoneOptions paper()
+ZoneOptions paper_force()
 {
-    ZoneOptions o = with_paper_force({.stiffness = k});
+    ZoneOptions o = sqmap::paper::with_paper_force({.stiffness = k});
     o.blend_time = 0;
     return o;
 }
@@ -36,7 +36,7 @@ ZoneOptions paper()
 TEST(PaperForce, IsTheMeanOfTheSpringsOfTheSmoothedMap)
 {
     const std::vector<Vec3d> points = mesh::sphere(0.008, 2).vertices;
-    Tool tool(points, paper());
+    Tool tool(points, paper_force());
     std::size_t touching = 0;
     for (int i = 0; i < 60; ++i) {
         const double a = 0.1 * i;
@@ -87,20 +87,20 @@ double steepest(const ZoneOptions& options)
 
 TEST(PaperForce, TheSmoothedMapTurnsTheForceBySmallerSteps)
 {
-    ZoneOptions plain = paper();
+    ZoneOptions plain = paper_force();
     plain.smoothed_map = false;
-    EXPECT_LT(steepest(paper()), steepest(plain));
-    EXPECT_LT(steepest(paper()), 0.2);
+    EXPECT_LT(steepest(paper_force()), steepest(plain));
+    EXPECT_LT(steepest(paper_force()), 0.2);
 }
 
 TEST(PaperForce, OpposedSpringsWeakenTheMean)
 {
     // Two points, pressed 2 mm into opposite sides.
-    Tool opposed({{0.048, 0, 0}, {-0.048, 0, 0}}, paper());
+    Tool opposed({{0.048, 0, 0}, {-0.048, 0, 0}}, paper_force());
     EXPECT_LT(norm(opposed.touch(body(), Vec3d{}).force), 0.05);
     // At a right angle the mean is weaker by the root of two; full force across edges is not.
-    Tool mean({{0.048, 0, 0}, {0, 0.048, 0}}, paper());
-    ZoneOptions levelled = paper();
+    Tool mean({{0.048, 0, 0}, {0, 0.048, 0}}, paper_force());
+    ZoneOptions levelled = paper_force();
     levelled.shading = Shading::Levelled;
     Tool full({{0.048, 0, 0}, {0, 0.048, 0}}, levelled);
     const double weak = norm(mean.touch(body(), Vec3d{}).force), strong = norm(full.touch(body(), Vec3d{}).force);

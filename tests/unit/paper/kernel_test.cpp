@@ -1,7 +1,7 @@
-#include "query/normal/normal_job.h"
+#include "paper/query/job.h"
 #include "sqmap/query/point.h"
 #include "support/bodies.h"
-#include "support/parsed.h"
+#include "support/paper_model.h"
 
 #include <gtest/gtest.h>
 
@@ -10,11 +10,17 @@
 #include <cmath>
 #include <cstdio>
 
-namespace sqmap::query {
+namespace sqmap::paper {
 namespace {
 
+using query::PointResult;
+using query::query_point;
+using query::query_probe;
+
 struct Hand {
-    const test::Parsed model{test::small_hand(), true, {.projection = model::Projection::Normal, .exact = false}};
+    test::PaperModel model{test::small_hand(), {.exact = false}};
+    const mesh::Mesh mesh = bake::model_space(test::small_hand());
+    const mesh::Solid solid{mesh, mesh::find_self_intersections(mesh).crossed};
     std::vector<Vec3d> points;
 
     Hand()
@@ -25,24 +31,25 @@ struct Hand {
         const Vec3d centre = model::to_mesh_units(h, model::vec3(h.sphere));
         for (int i = 0; i < 20000; ++i) points.push_back(centre + r * random.in_box({-1, -1, -1}, {1, 1, 1}));
     }
-    static const Hand& get()
+    static Hand& get()
     {
-        static const Hand k_hand;
-        return k_hand;
+        static Hand hand;
+        hand.model.set_options({});
+        return hand;
     }
 };
 
 // Depth by polynomials against double at the same foot.
-TEST(NormalKernel, DepthIsThatOfDouble)
+TEST(PaperKernel, DepthIsThatOfDouble)
 {
-    const Hand& hand = Hand::get();
+    Hand& hand = Hand::get();
     const model::ModelView& view = hand.model.in_model_space();
     double max = 0;
     int count = 0;
     for (const Vec3d& point : hand.points) {
         const Vec3f p = model::to_model_space(hand.model.view().header, point);
         for (std::size_t i = 0; i < view.parts.size(); ++i) {
-            const NormalMapView map = model::normal_map_of(view, i);
+            const MapView map = map_of(view, i);
             const PartAnswer a = project(map, p);
             if (a.verdict == Verdict::Outside) continue;
             const shape::Superquadricd sq = shape::cast<double>(map.superquadric);
@@ -57,9 +64,9 @@ TEST(NormalKernel, DepthIsThatOfDouble)
     EXPECT_LE(max, 1e-5 * view.header.r_max);
 }
 
-TEST(NormalKernel, AnswersAsOneLaneDoesOnEveryInstructionSet)
+TEST(PaperKernel, AnswersAsOneLaneDoesOnEveryInstructionSet)
 {
-    const Hand& hand = Hand::get();
+    Hand& hand = Hand::get();
     const model::ModelView& view = hand.model.view();
     const Probe probe(hand.points);
     std::vector<Contact> reference(hand.points.size()), contacts(hand.points.size());
@@ -68,10 +75,11 @@ TEST(NormalKernel, AnswersAsOneLaneDoesOnEveryInstructionSet)
     for (const Projector projector : {Projector::Newton, Projector::Pyramid, Projector::Printed})
         for (const Layer layer : {Layer::One, Layer::Two, Layer::Three, Layer::Gate})
             for (const bool smoothing : {false, true}) {
-                const QueryOptions options{
-                    .layer = layer, .offset = projector == Projector::Pyramid, .smoothing = smoothing, .projector = projector};
-                const Body touched{.model = &view}, collider{.probe = &probe, .pose = turned};
-                const ProbeResult one = run_normal_one_lane({ProbeJob(touched, collider, options, reference), options});
+                hand.model.set_options({.projector = projector});
+                const query::QueryOptions options{
+                    .layer = layer, .offset = projector == Projector::Pyramid, .smoothing = smoothing};
+                const query::Body touched{.model = &view}, collider{.probe = &probe, .pose = turned};
+                const ProbeResult one = run_one_lane({ProbeJob(touched, collider, options, reference), options});
                 for (std::int64_t left = hwy::SupportedTargets() & HWY_TARGETS; left != 0; left &= left - 1) {
                     hwy::SetSupportedTargetsForTest(left & -left);
                     const ProbeResult many = query_probe(touched, collider, options, contacts);
@@ -98,7 +106,7 @@ PointResult of_parts(const model::ModelView& view, Vec3f p, const ProjectionOpti
     for (std::size_t i = 0; i < view.parts.size(); ++i) {
         const float* sphere = view.parts[i].sphere;
         const bool in_sphere = norm_sq(p - model::vec3(sphere)) <= sphere[3] * sphere[3];
-        answers.push_back(in_sphere ? project(model::normal_map_of(view, i), p, options) : PartAnswer{});
+        answers.push_back(in_sphere ? project(map_of(view, i), p, options) : PartAnswer{});
     }
     const CombinedAnswer all = combine(answers);
     PointResult result;
@@ -110,14 +118,15 @@ PointResult of_parts(const model::ModelView& view, Vec3f p, const ProjectionOpti
 }
 
 // A point by itself, and a part by itself under the witness rule, are the same template.
-TEST(NormalKernel, PointsAndPartsAnswerAsTheProbe)
+TEST(PaperKernel, PointsAndPartsAnswerAsTheProbe)
 {
-    const Hand& hand = Hand::get();
+    Hand& hand = Hand::get();
     const model::ModelView& view = hand.model.in_model_space();
     std::size_t contacts = 0, open = 0;
     for (const Vec3d& point : hand.points) {
         const Vec3f p = model::to_model_space(hand.model.view().header, point);
-        const PointResult whole = query_point(view, cast<double>(p), {.projector = Projector::Pyramid});
+        hand.model.set_options({.projector = Projector::Pyramid});
+        const PointResult whole = query_point(view, cast<double>(p));
         const PointResult parts = of_parts(view, p, {.projector = Projector::Pyramid, .nearest_steps = 0});
         ASSERT_EQ(parts.contact, whole.contact);
         if (!whole.contact) continue;
@@ -132,19 +141,21 @@ TEST(NormalKernel, PointsAndPartsAnswerAsTheProbe)
 }
 
 // Some map shows the surface above a point that lies below caps alone.
-TEST(NormalKernel, ContactsBelowCapsFindTheNearestSurface)
+TEST(PaperKernel, ContactsBelowCapsFindTheNearestSurface)
 {
-    const Hand& hand = Hand::get();
+    Hand& hand = Hand::get();
     const model::ModelView& view = hand.model.in_model_space();
     double error = 0, depth = 0;
     std::size_t open = 0, left = 0;
     for (const Vec3d& point : hand.points) {
         const Vec3f p = model::to_model_space(hand.model.view().header, point);
-        const PointResult alone = query_point(view, cast<double>(p), {.nearest_steps = 0}),
-                          found = query_point(view, cast<double>(p));
+        hand.model.set_options({.nearest_steps = 0});
+        const PointResult alone = query_point(view, cast<double>(p));
+        hand.model.set_options({});
+        const PointResult found = query_point(view, cast<double>(p));
         if (alone.status != k_no_surface) continue;
         ASSERT_TRUE(found.contact);
-        const double truth = hand.model.solid().closest_boundary(cast<double>(p)).distance;
+        const double truth = hand.solid.closest_boundary(cast<double>(p)).distance;
         error += std::abs(found.depth - truth);
         depth += truth;
         ++open;
@@ -156,9 +167,9 @@ TEST(NormalKernel, ContactsBelowCapsFindTheNearestSurface)
 }
 
 // Parts that do not hold a point may show its nearest surface; verdicts are not theirs.
-TEST(NormalKernel, OtherPartsBringDepthNearerAndChangeNoVerdict)
+TEST(PaperKernel, OtherPartsBringDepthNearerAndChangeNoVerdict)
 {
-    const Hand& hand = Hand::get();
+    Hand& hand = Hand::get();
     const model::ModelView& view = hand.model.in_model_space();
     double alone = 0, all = 0;
     std::size_t known = 0;
@@ -170,7 +181,7 @@ TEST(NormalKernel, OtherPartsBringDepthNearerAndChangeNoVerdict)
         if (parts.status == k_no_surface) continue;
         EXPECT_EQ(whole.status, k_ok);
         EXPECT_LE(whole.depth, parts.depth);
-        const double truth = hand.model.solid().closest_boundary(cast<double>(p)).distance;
+        const double truth = hand.solid.closest_boundary(cast<double>(p)).distance;
         alone += std::abs(parts.depth - truth);
         all += std::abs(whole.depth - truth);
         ++known;
@@ -180,4 +191,4 @@ TEST(NormalKernel, OtherPartsBringDepthNearerAndChangeNoVerdict)
 }
 
 }  // namespace
-}  // namespace sqmap::query
+}  // namespace sqmap::paper

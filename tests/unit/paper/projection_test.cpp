@@ -1,8 +1,8 @@
-#include "sqmap/query/normal_projection.h"
+#include "sqmap/paper/projection.h"
 
-#include "sqmap/bake/normal_map.h"
 #include "sqmap/mesh/shapes.h"
-#include "sqmap/query/foot_search.h"
+#include "sqmap/paper/bake.h"
+#include "sqmap/paper/projection.h"
 
 #include <gtest/gtest.h>
 
@@ -11,19 +11,19 @@
 #include <numeric>
 #include <random>
 
-namespace sqmap::query {
+namespace sqmap::paper {
 namespace {
 
 constexpr double pi = std::numbers::pi;
 using shape::Superquadricd;
 using DoubleAngles = shape::SurfaceAngles<double>;
 
-bake::NormalMap coarse_map(const Superquadricd& sq)
+paper::Map coarse_map(const Superquadricd& sq)
 {
     // What is mapped does not matter to the foot search: a small sphere at the centre.
     const mesh::Mesh ball = mesh::sphere(0.01, 1);
-    const bake::MapRays rays(ball);
-    return bake::bake_normal_map(rays, {}, sq, {.min_level = 6, .max_level = 6, .corrections = false});
+    const paper::MapRays rays(ball);
+    return paper::bake_map(rays, {}, sq, {.min_level = 6, .max_level = 6, .corrections = false});
 }
 
 Superquadricd widened(const shape::Superquadricf& f)
@@ -88,7 +88,7 @@ TEST(NormalProjection, NewtonFootOfShallowPointsIsTheNearestSurfacePoint)
 {
     std::mt19937 g(1);
     for_shapes([&](const Superquadricd& shape) {
-        const bake::NormalMap map = coarse_map(shape);
+        const paper::Map map = coarse_map(shape);
         const Superquadricd sq = widened(map.superquadric);
         const BruteForce brute(sq);
         for (int n = 0; n < 40; ++n) {
@@ -108,7 +108,7 @@ TEST(NormalProjection, NewtonFootOfDeepPointsIsAFootAndNearlyTheNearest)
     std::mt19937 g(2);
     int other = 0, count = 0;
     for_shapes([&](const Superquadricd& shape) {
-        const bake::NormalMap map = coarse_map(shape);
+        const paper::Map map = coarse_map(shape);
         const Superquadricd sq = widened(map.superquadric);
         const BruteForce brute(sq);
         for (const double depth : {0.3, 0.6})
@@ -133,8 +133,8 @@ TEST(NormalProjection, PyramidFindsTheNearestSampleOfTheBaseGridWhenShallow)
     std::mt19937 g(3);
     int other = 0, count = 0;
     for_shapes([&](const Superquadricd& shape) {
-        const bake::NormalMap map = coarse_map(shape);
-        const model::NormalMapView view = map.view();
+        const paper::Map map = coarse_map(shape);
+        const MapView view = map.view();
         const Superquadricd sq = widened(map.superquadric);
         const std::size_t stride = std::size_t{1} << map.subdivisions;
         for (int n = 0; n < 40; ++n) {
@@ -163,8 +163,8 @@ TEST(NormalProjection, VerdictsOnASphereInAnEllipsoidAreExactFarFromItsFacets)
     std::iota(all.begin(), all.end(), 0u);
     Superquadricd sq;
     sq.a = {0.8, 0.9, 1.1};
-    const bake::MapRays rays(ball);
-    const bake::NormalMap map = bake::bake_normal_map(rays, all, sq);
+    const paper::MapRays rays(ball);
+    const paper::Map map = paper::bake_map(rays, all, sq);
     std::mt19937 g(4);
     std::uniform_real_distribution<double> u(-1, 1);
     int contacts = 0, frees = 0;
@@ -193,14 +193,14 @@ TEST(NormalProjection, VerdictsOnASphereInAnEllipsoidAreExactFarFromItsFacets)
 
 TEST(NormalProjection, LayerOneClaimsEverythingInside)
 {
-    const bake::NormalMap map = coarse_map(Superquadricd{});
-    EXPECT_EQ(project(map.view(), {0.5f, 0.2f, 0.1f}, {.layer = Layer::One}).verdict, Verdict::Contact);
-    EXPECT_EQ(project(map.view(), {1.5f, 0.2f, 0.1f}, {.layer = Layer::One}).verdict, Verdict::Outside);
+    const paper::Map map = coarse_map(Superquadricd{});
+    EXPECT_EQ(project(map.view(), {0.5f, 0.2f, 0.1f}, {.layer = query::Layer::One}).verdict, Verdict::Contact);
+    EXPECT_EQ(project(map.view(), {1.5f, 0.2f, 0.1f}, {.layer = query::Layer::One}).verdict, Verdict::Outside);
 }
 
 TEST(NormalProjection, PointsThatAreNotNumbersAreOutside)
 {
-    const bake::NormalMap map = coarse_map(Superquadricd{});
+    const paper::Map map = coarse_map(Superquadricd{});
     const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
     EXPECT_EQ(project(map.view(), {nan, 0, 0}).verdict, Verdict::Outside);
     EXPECT_EQ(project(map.view(), {0, inf, 0}).verdict, Verdict::Outside);
@@ -222,12 +222,12 @@ TEST(NormalProjection, OpeningsBehindTheFirstSurfaceAreFreeAndTheNextSurfaceIsCo
     Superquadricd sq;
     sq.a = {1, 1, 0.5};
     sq.eps1 = sq.eps2 = 0.2;
-    const bake::MapRays rays(plates);
-    const bake::NormalMap map = bake::bake_normal_map(rays, all, sq);
+    const paper::MapRays rays(plates);
+    const paper::Map map = paper::bake_map(rays, all, sq);
     EXPECT_GT(map.report.gaps, 0u);
     for (float x : {-0.4f, 0.0f, 0.3f})
         for (float y : {-0.3f, 0.1f, 0.4f}) {
-            const auto at = [&](float z, bool gaps) { return project(map.view(), {x, y, z}, {.use_gaps = gaps}); };
+            const auto at = [&](float z, bool gaps) { return project(map.view(), {x, y, z}, {.gaps = gaps}); };
             EXPECT_EQ(at(0.47f, true).verdict, Verdict::Free);
             EXPECT_EQ(at(0.40f, true).verdict, Verdict::Contact);
             EXPECT_EQ(at(0.25f, true).verdict, Verdict::Free);
@@ -243,8 +243,8 @@ TEST(NormalProjection, StepsTowardsTheNearestSurfaceMakeDepthTrue)
     const mesh::Mesh ball = mesh::sphere(0.6, 5);
     Superquadricd sq;
     sq.a = {0.65, 0.7, 1.6};
-    const bake::MapRays rays(ball);
-    const bake::NormalMap map = bake::bake_normal_map(rays, {}, sq);
+    const paper::MapRays rays(ball);
+    const paper::Map map = paper::bake_map(rays, {}, sq);
     std::mt19937 g(6);
     std::uniform_real_distribution<double> u(-0.6, 0.6);
     double along = 0, nearest = 0;
@@ -269,21 +269,21 @@ TEST(NormalProjection, GateReadsTheBaseGridWhereItIsDenseForItsVertices)
     const mesh::Mesh ball = mesh::sphere(0.6, 4);
     Superquadricd sq;
     sq.a = {0.8, 0.9, 1.1};
-    const bake::MapRays rays(ball);
-    const bake::NormalMap map = bake::bake_normal_map(rays, {}, sq);
-    model::NormalMapView view = map.view();
-    const auto distance = [&](Layer layer) { return project(view, {0.1f, 0.35f, 0.6f}, {.layer = layer}).map_distance; };
-    ASSERT_NE(distance(Layer::Two), distance(Layer::Three));
+    const paper::MapRays rays(ball);
+    const paper::Map map = paper::bake_map(rays, {}, sq);
+    MapView view = map.view();
+    const auto distance = [&](query::Layer layer) { return project(view, {0.1f, 0.35f, 0.6f}, {.layer = layer}).map_distance; };
+    ASSERT_NE(distance(query::Layer::Two), distance(query::Layer::Three));
     view.vertex_count = 1;
-    EXPECT_EQ(distance(Layer::Gate), distance(Layer::Two));
+    EXPECT_EQ(distance(query::Layer::Gate), distance(query::Layer::Two));
     view.vertex_count = 1u << 20;
-    EXPECT_EQ(distance(Layer::Gate), distance(Layer::Three));
+    EXPECT_EQ(distance(query::Layer::Gate), distance(query::Layer::Three));
     const auto gated = [&](std::uint32_t gate) {
-        return project(view, {0.1f, 0.35f, 0.6f}, {.layer = Layer::Gate, .layer3_gate = gate}).map_distance;
+        return project(view, {0.1f, 0.35f, 0.6f}, {.layer = query::Layer::Gate, .gate = gate}).map_distance;
     };
-    EXPECT_EQ(gated(0), distance(Layer::Two));
+    EXPECT_EQ(gated(0), distance(query::Layer::Two));
     view.vertex_count = 1;
-    EXPECT_EQ(gated(1u << 20), distance(Layer::Three));
+    EXPECT_EQ(gated(1u << 20), distance(query::Layer::Three));
 }
 
 PartAnswer answer(Verdict verdict, float depth, std::uint8_t flags = 0)
@@ -357,8 +357,8 @@ TEST(FootSearch, ItsLastBestStepIsWhereTheMapIsAskedToTheBit)
     std::mt19937 random(7);
     std::uniform_real_distribution<float> coordinate(-1, 1);
     for_shapes([&](const Superquadricd& sq) {
-        const bake::NormalMap map = coarse_map(sq);
-        const NormalMapView view = map.view();
+        const paper::Map map = coarse_map(sq);
+        const MapView view = map.view();
         for (int i = 0; i < 20; ++i) {
             const Vec3f p = cast<float>(sq.a.x * Vec3d{coordinate(random), coordinate(random), coordinate(random)});
             for (const Projector projector : {Projector::Newton, Projector::Pyramid, Projector::Printed}) {
@@ -387,8 +387,8 @@ TEST(FootSearch, ItsLastBestStepIsWhereTheMapIsAskedToTheBit)
 
 TEST(FootSearch, LooksAtAsManySamplesAsTheSearchCounts)
 {
-    const bake::NormalMap map = coarse_map({.a = {0.5, 0.7, 1}, .eps1 = 0.6, .eps2 = 1.4});
-    const NormalMapView view = map.view();
+    const paper::Map map = coarse_map({.a = {0.5, 0.7, 1}, .eps1 = 0.6, .eps2 = 1.4});
+    const MapView view = map.view();
     const PyramidOptions printed{.both_directions = false, .compare_distance = false, .wide_fallback = false, .seeded = false};
     const Vec3f p{0.2f, 0.25f, 0.3f};
     std::vector<FootSearchStep> steps(4096);
@@ -401,4 +401,4 @@ TEST(FootSearch, LooksAtAsManySamplesAsTheSearchCounts)
 }
 
 }  // namespace
-}  // namespace sqmap::query
+}  // namespace sqmap::paper

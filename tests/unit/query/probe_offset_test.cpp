@@ -2,6 +2,7 @@
 #include "sqmap/query/point.h"
 #include "sqmap/query/scene.h"
 #include "support/bodies.h"
+#include "support/paper_model.h"
 
 #include <gtest/gtest.h>
 
@@ -12,9 +13,10 @@ namespace {
 
 TEST(FrameOffset, AnswersAsEveryPointAskedByItself)
 {
-    for (const model::Projection projection : {model::Projection::Central, model::Projection::Normal}) {
-        const test::Baked b = test::baked(test::small_hand(), {.projection = projection});
-        const model::ModelView view = b.view();
+    const test::Baked central = test::baked(test::small_hand());
+    const test::PaperModel paper(test::small_hand());
+    for (const bool is_paper : {false, true}) {
+        const model::ModelView view = is_paper ? paper.view() : central.view();
         ASSERT_GT(offset_reach(view, {.offset = true}), 0.f);
         test::Random random(31);
         std::vector<Vec3d> points;

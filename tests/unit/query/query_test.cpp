@@ -2,6 +2,7 @@
 
 #include "sqmap/mesh/solid.h"
 #include "support/bodies.h"
+#include "support/paper_model.h"
 #include "support/parsed.h"
 
 #include <gtest/gtest.h>
@@ -183,7 +184,7 @@ TEST(Query, TheGateChoosesBetweenLayersTwoAndThree)
     bare.bricks = {};
     (void)check_gate(central.in_model_space());  // its planes answer nearly everywhere, on both layers
     EXPECT_GT(check_gate(bare), 0);
-    EXPECT_GT(check_gate(test::baked(test::small_hand(), {.projection = model::Projection::Normal}).in_model_space()), 0);
+    EXPECT_GT(check_gate(test::PaperModel(test::small_hand()).in_model_space()), 0);
 }
 
 TEST(Query, AutoIsTheCheapestLayerWithinTheTolerance)
@@ -218,9 +219,9 @@ TEST(Query, AutoIsTheCheapestLayerWithinTheTolerance)
 
 TEST(Query, SmoothingChangesDepthAndNormalButNoVerdict)
 {
-    for (const model::Projection projection : {model::Projection::Central, model::Projection::Normal}) {
-        const test::Baked b = test::baked(test::small_hand(), {.projection = projection});
-        const model::ModelView view = b.in_model_space();
+    const test::Baked central = test::baked(test::small_hand());
+    const test::PaperModel paper(test::small_hand());
+    for (const model::ModelView& view : {central.in_model_space(), paper.in_model_space()}) {
         test::Random random(23);
         int contacts = 0, changed = 0;
         double moved = 0;

@@ -1,5 +1,6 @@
 #include "viewer/server/scene/downloads.h"
 
+#include "sqmap/paper/model.h"
 #include "viewer/server/protocol/number_text.h"
 #include "viewer/server/scene/facts.h"
 #include "viewer/server/scene/fields.h"
@@ -117,8 +118,7 @@ void search(const Call& call, const Shown& s, Worker& pictures)
 {
     const std::optional<Vec3d> at = point_of(query_value(call.request.target, "at"));
     const auto part = number_of(call.stars[1]);
-    if (!at || !part || *part >= s.object->view.parts.size() || !model::is_normal(s.object->view))
-        return call.answer(not_found());
+    if (!at || !part || *part >= s.object->view.parts.size() || !paper::is_paper(s.object->view)) return call.answer(not_found());
     pictures.work([answer = call.answer, s, part = *part, at = *at] { answer(json_reply(search_json(*s.object, part, at))); });
 }
 

@@ -142,7 +142,7 @@ std::vector<std::vector<std::uint32_t>> neighbours_of(const Object& object, cons
     return out;
 }
 
-std::shared_ptr<Object> rebaked(const Object& object, const Parts& parts, const bake::BakeOptions& options, const Words& words)
+std::shared_ptr<Object> rebaked(const Object& object, const Parts& parts, const paper::BakeOptions& options, const Words& words)
 {
     BakeMeshOptions as_given{.bake = options, .provenance = {.made_by = "sqmap view", .source = object.name}};
     as_given.bake.partition = &parts.partition;

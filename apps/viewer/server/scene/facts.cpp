@@ -24,7 +24,7 @@ ordered_json facts_json(const Object& object, const Parts& parts, bool edited)
     const io::SectionBytes bytes = io::section_bytes(m, object.file->size());
     ordered_json out;
     out["name"] = object.name;
-    out["hash"] = app::hash_text(model::content_hash(m));
+    out["hash"] = app::hash_text(paper::content_hash(m));
     out["edited"] = edited;
     out["solid"] = h.solid != 0;
     out["triangles"] = h.triangle_count;
@@ -35,7 +35,7 @@ ordered_json facts_json(const Object& object, const Parts& parts, bool edited)
                     {"exact", bytes.exact}, {"mesh", bytes.mesh}};
     out["rMax"] = h.r_max * h.unit * object.metres_per_unit;
     out["metresPerUnit"] = object.metres_per_unit;
-    out["central"] = h.projection == static_cast<std::uint32_t>(model::Projection::Central);
+    out["central"] = !paper::is_paper(m);
     out["exact"] = model::has_exact(m);
     out["position"] = vector_json(object.position);
     out["half"] = vector_json(object.half);

@@ -3,7 +3,7 @@
 #include "sqmap/mesh/bvh.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/solid.h"
-#include "sqmap/query/normal_projection.h"
+#include "sqmap/paper/projection.h"
 #include "sqmap/query/point.h"
 #include "viewer/server/protocol/bytes.h"
 
@@ -44,9 +44,8 @@ float projection_error(const Object& object, std::uint32_t triangle, Field field
 /// The ray of a part's projection to a point begins at the centre of its chart, or just outside the point's foot.
 Vec3d projection_origin(const model::ModelView& view, std::uint32_t part, Vec3d point)
 {
-    if (!model::is_normal(view)) return cast<double>(model::vec3(view.parts[part].chart_centre));
-    const shape::Foot<float> foot =
-        query::find_foot(model::normal_map_of(view, part), cast<float>(point), query::Projector::Newton);
+    if (!paper::is_paper(view)) return cast<double>(model::vec3(view.parts[part].chart_centre));
+    const shape::Foot<float> foot = paper::find_foot(paper::map_of(view, part), cast<float>(point), paper::Projector::Newton);
     return cast<double>(foot.point) + 1e-5 * view.header.r_max * cast<double>(foot.normal);
 }
 
@@ -105,7 +104,7 @@ std::string hidden_bytes(const Object& object)
     if (object.mesh.triangles.empty()) return out.take();
     const mesh::Bvh bvh(object.mesh);
     const auto winding_at = [&](Vec3d p) { return object.view.header.solid != 0 ? bvh.winding_number(p) : 0; };
-    const bool is_normal = model::is_normal(object.view);
+    const bool is_normal = paper::is_paper(object.view);
     std::vector<int> start;  // of charts: all rays of one begin at its centre
     for (std::uint32_t i = 0; !is_normal && i < object.view.parts.size(); ++i)
         start.push_back(winding_at(projection_origin(object.view, i, {})));

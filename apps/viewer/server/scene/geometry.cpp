@@ -2,6 +2,7 @@
 
 #include "common/render/unrolled.h"
 #include "sqmap/mesh/shapes.h"
+#include "sqmap/paper/model.h"
 #include "viewer/server/protocol/bytes.h"
 
 #include <optional>
@@ -12,8 +13,8 @@ namespace {
 /// A part's map as a picture. The grid of a paper map is thinned only where it is wider than eight faces.
 app::Unrolled unrolled(const model::ModelView& view, std::uint32_t part, int side)
 {
-    if (!model::is_normal(view)) return app::unrolled_central(view, part, side);
-    const model::NormalMapView map = model::normal_map_of(view, part);
+    if (!paper::is_paper(view)) return app::unrolled_central(view, part, side);
+    const paper::MapView map = paper::map_of(view, part);
     const std::uint32_t thin = (map.omega_count - 1) / static_cast<std::uint32_t>(8 * side) + 1;
     return app::unrolled_normal(view, part, static_cast<int>(map.omega_count / thin), static_cast<int>(map.eta_count / thin));
 }
@@ -57,8 +58,8 @@ std::string sample_bytes(const Object& object)
             points.push_back(object.world(cast<double>(*point)));
             part_of.push_back(index);
         };
-        if (model::is_normal(object.view)) {
-            const model::NormalMapView map = model::normal_map_of(object.view, index);
+        if (paper::is_paper(object.view)) {
+            const paper::MapView map = paper::map_of(object.view, index);
             const std::uint32_t every = 1u << map.subdivisions;
             for (std::uint32_t row = 0; row < map.eta_count; row += every)
                 for (std::uint32_t column = 0; column < map.omega_count; column += every)

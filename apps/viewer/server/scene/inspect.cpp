@@ -2,8 +2,8 @@
 
 #include "common/layer_name.h"
 #include "common/render/unrolled.h"
+#include "sqmap/paper/projection.h"
 #include "sqmap/query/distance.h"
-#include "sqmap/query/foot_search.h"
 #include "sqmap/query/point.h"
 #include "viewer/server/protocol/bytes.h"
 
@@ -25,10 +25,10 @@ constexpr float k_max_f = 1e6f;            // far outside a superquadric with sh
 
 ordered_json status_json(std::uint8_t status)
 {
-    constexpr std::pair<query::Status, const char*> k_words[] = {{query::k_no_exact, "no triangles stored: layer 3"},
-                                                                 {query::k_no_surface, "no map shows the surface"},
-                                                                 {query::k_made_up, "the surface there is made up"},
-                                                                 {query::k_not_given, "not of this projection"}};
+    constexpr std::pair<std::uint8_t, const char*> k_words[] = {{query::k_no_exact, "no triangles stored: layer 3"},
+                                                                {query::k_no_surface, "no map shows the surface"},
+                                                                {query::k_made_up, "the surface there is made up"},
+                                                                {paper::k_not_given, "not of this projection"}};
     ordered_json out = ordered_json::array();
     for (const auto& [bit, words] : k_words)
         if ((status & bit) != 0) out.push_back(words);
@@ -93,7 +93,7 @@ ordered_json answers_json(const Object& object, Vec3d point)
 {
     std::vector<query::Layer> layers{query::Layer::One, query::Layer::Two, query::Layer::Three};
     if (model::has_exact(object.metres)) layers.push_back(query::Layer::Exact);
-    ordered_json out{{"projection", model::is_normal(object.view) ? "normal" : "central"}, {"layers", ordered_json::array()}};
+    ordered_json out{{"projection", paper::is_paper(object.view) ? "normal" : "central"}, {"layers", ordered_json::array()}};
     for (const query::Layer layer : layers) {
         const query::PointResult r =
             query::query_point({.model = &object.metres, .pose = object.pose()}, point, {.layer = layer});
@@ -110,28 +110,28 @@ ordered_json answers_json(const Object& object, Vec3d point)
 
 ordered_json search_json(const Object& object, std::uint32_t part, Vec3d point)
 {
-    constexpr std::pair<query::Projector, const char*> k_projectors[] = {
-        {query::Projector::Newton, "newton"}, {query::Projector::Pyramid, "pyramid"}, {query::Projector::Printed, "printed"}};
-    const model::NormalMapView map = model::normal_map_of(object.view, part);
+    constexpr std::pair<paper::Projector, const char*> k_projectors[] = {
+        {paper::Projector::Newton, "newton"}, {paper::Projector::Pyramid, "pyramid"}, {paper::Projector::Printed, "printed"}};
+    const paper::MapView map = paper::map_of(object.view, part);
     const Vec3f p = object.model_space(point);
     const double metres = object.metres_per_model_unit();
     ordered_json out{{"held", false}, {"grid", {map.eta_count, map.omega_count}}, {"searches", ordered_json::array()}};
     for (const auto& [projector, name] : k_projectors) {
-        std::vector<query::FootSearchStep> steps(k_max_steps);
-        steps.resize(std::min(k_max_steps, query::record_foot_search(map, p, projector, steps)));
+        std::vector<paper::FootSearchStep> steps(k_max_steps);
+        steps.resize(std::min(k_max_steps, paper::record_foot_search(map, p, projector, steps)));
         if (steps.empty()) return out;
-        const query::PartAnswer answer = query::project(map, p, {.projector = projector});
+        const paper::PartAnswer answer = paper::project(map, p, {.projector = projector});
         ordered_json search{
             {"projector", name},
-            {"contact", answer.verdict == query::Verdict::Contact},
-            {"proven", (answer.flags & query::k_projection_unproven) == 0},
-            {"wide", (answer.flags & query::k_projection_wide) != 0},
+            {"contact", answer.verdict == paper::Verdict::Contact},
+            {"proven", (answer.flags & paper::k_projection_unproven) == 0},
+            {"wide", (answer.flags & paper::k_projection_wide) != 0},
             {"footDistance", metres * static_cast<double>(answer.foot_distance)},
             {"mapDistance", std::isfinite(answer.map_distance) ? ordered_json(metres * static_cast<double>(answer.map_distance))
                                                                : ordered_json()},
             {"depth", metres * static_cast<double>(answer.depth)},
             {"steps", ordered_json::array()}};
-        for (const query::FootSearchStep& step : steps) {
+        for (const paper::FootSearchStep& step : steps) {
             const app::MapPosition at = app::position_on_grid(map, step.angles);
             const Vec3f on = object.world(cast<double>(shape::surface_point(map.superquadric, step.angles).point));
             search["steps"].push_back({at.x, at.y, on.x, on.y, on.z, metres * static_cast<double>(step.distance),

@@ -1,7 +1,6 @@
 #include "viewer/server/scene/load.h"
 
 #include "sqmap/bake/rebake.h"
-#include "sqmap/model/parse.h"
 
 #include <fstream>
 #include <iterator>
@@ -15,8 +14,11 @@ std::shared_ptr<Object> object_from_model(std::vector<std::byte> bytes, const st
     auto object = std::make_shared<Object>();
     object->name = std::filesystem::path(name).stem().string();
     object->file = std::make_shared<const std::vector<std::byte>>(std::move(bytes));
-    if (const model::ParseStatus status = model::parse(*object->file, object->view); status != model::ParseStatus::Ok)
+    const auto model = std::make_shared<paper::AnyModel>();
+    if (const model::ParseStatus status = model->parse(*object->file); status != model::ParseStatus::Ok)
         throw std::runtime_error(name + ": not a model: " + model::to_string(status));
+    object->model = model;
+    object->view = model->view();
     const model::ModelView& view = object->view;
     object->mesh = bake::baked_mesh(view);
     object->dual = mesh::dual_graph(object->mesh);
@@ -37,7 +39,7 @@ std::shared_ptr<Object> object_from_model(std::vector<std::byte> bytes, const st
 }
 
 std::shared_ptr<Object> object_from_mesh(AdmittedMesh mesh, const std::string& name, double size,
-                                         const bake::BakeOptions& options)
+                                         const paper::BakeOptions& options)
 {
     BakedModel baked = bake_mesh(std::move(mesh), {.bake = options, .provenance = {.made_by = "sqmap view", .source = name}});
     auto object = object_from_model(baked.bytes(), name, size);

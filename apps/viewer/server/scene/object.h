@@ -6,6 +6,7 @@
 #include "sqmap/haptic/wrench.h"
 #include "sqmap/mesh/mesh.h"
 #include "sqmap/model/model.h"
+#include "sqmap/paper/model_file.h"
 #include "sqmap/shape/superquadric.h"
 #include "viewer/server/scene/names.h"
 
@@ -32,7 +33,8 @@ struct Parts {
 struct Object {
     std::string name;                                    ///< of the file, without folder and extension
     std::shared_ptr<const std::vector<std::byte>> file;  ///< the bytes of the .sqmap file, which copies share
-    model::ModelView view{};                             ///< of the file
+    std::shared_ptr<const paper::AnyModel> model;        ///< of the file, shared alike
+    model::ModelView view{};                             ///< of the model
     model::ModelView metres{};                           ///< the same, measured in metres
     double metres_per_unit = 1;
     Vec3d centre{};          ///< of its box, mesh units

@@ -2,6 +2,7 @@
 
 #include "sqmap/io/replace_file.h"
 #include "sqmap/mesh/error.h"
+#include "sqmap/paper/model.h"
 #include "viewer/server/scene/edits.h"
 #include "viewer/server/scene/facts.h"
 
@@ -100,9 +101,15 @@ void Scene::change(Entry& entry, std::shared_ptr<const Parts> parts)
     send();
 }
 
-bake::BakeOptions Scene::bake_options(const Job& job)
+std::optional<paper::MapOptions> Scene::maps_for(bool is_paper) const
 {
-    bake::BakeOptions options = options_.bake;
+    if (!is_paper) return std::nullopt;
+    return options_.bake.maps.value_or(paper::MapOptions{});
+}
+
+paper::BakeOptions Scene::bake_options(const Job& job)
+{
+    paper::BakeOptions options = options_.bake;
     options.progress = [this, job](const char* stage, double done) {
         if (bakes_.quits()) throw Cancelled{};
         if (cancelled_.has(job.upload)) {
@@ -131,8 +138,8 @@ void Scene::bake_edited(const Entry& entry)
 {
     if (entry.at == 0 || bakes_.busy()) return;
     bakes_.work([this, object = entry.object, parts = entry.parts(), words = entry.words] {
-        bake::BakeOptions options = bake_options({object->name});
-        options.projection = static_cast<model::Projection>(object->view.header.projection);
+        paper::BakeOptions options = bake_options({object->name});
+        options.maps = maps_for(paper::is_paper(object->view));
         try {
             const auto after = rebaked(*object, *parts, options, words);
             audience_.post([this, object, after] {
@@ -152,10 +159,10 @@ void Scene::bake_twin(const Entry& entry)
         entries_.size() >= options_.max_objects)
         return;
     bakes_.work([this, object = entry.object, parts = entry.parts(), words = entry.words] {
-        const bool to_normal = !model::is_normal(object->view);
-        const std::string name = object->name + (to_normal ? ", paper's maps" : ", central maps");
-        bake::BakeOptions options = bake_options({name});
-        options.projection = to_normal ? model::Projection::Normal : model::Projection::Central;
+        const bool to_paper = !paper::is_paper(object->view);
+        const std::string name = object->name + (to_paper ? ", paper's maps" : ", central maps");
+        paper::BakeOptions options = bake_options({name});
+        options.maps = maps_for(to_paper);
         try {
             const auto twin = rebaked(*object, *parts, options, words);
             twin->name = name;
@@ -176,7 +183,7 @@ std::optional<std::size_t> Scene::twin_of(std::size_t entry) const
 {
     const Object& object = *entries_[entry].object;
     for (std::size_t i = 0; i < entries_.size(); ++i)
-        if (model::is_normal(entries_[i].object->view) != model::is_normal(object.view) &&
+        if (paper::is_paper(entries_[i].object->view) != paper::is_paper(object.view) &&
             are_of_one_mesh(object, *entries_[i].object))
             return i;
     return std::nullopt;

@@ -80,16 +80,15 @@ void Scene::upload(HttpRequest request, const Answer& answer)
     const std::string name = harmless(query_value(request.target, "name"));
     if (name.ends_with(".names.json")) return answer(take_names(name, request.body));
     const MeshOptions load = mesh_options(request.target, options_.limits);
-    const auto projection =
-        query_value(request.target, "projection") == "normal" ? model::Projection::Normal : model::Projection::Central;
+    const bool is_paper = query_value(request.target, "projection") == "normal";
     const Job job{.name = name, .upload = number_of_upload(request.target)};
-    bakes_.work([this, answer, job, load, projection, body = std::move(request.body)] {
+    bakes_.work([this, answer, job, load, is_paper, body = std::move(request.body)] {
         if (cancelled_.has(job.upload)) return answer(refused({"E_CANCELLED", "file", "the page took it back", "send it again"}));
         const std::span<const std::byte> bytes = std::as_bytes(std::span(body));
         if (job.name.ends_with(".sqmap"))
             take_model(job, bytes, answer);
         else
-            take_mesh(job, admit_mesh(MeshBytes{bytes, job.name}, load), projection, answer);
+            take_mesh(job, admit_mesh(MeshBytes{bytes, job.name}, load), is_paper, answer);
     });
 }
 
@@ -121,7 +120,7 @@ void Scene::take_model(const Job& job, std::span<const std::byte> bytes, const A
 }
 
 /// On the worker's thread.
-void Scene::take_mesh(const Job& job, AdmittedMesh loaded, model::Projection projection, const Answer& answer)
+void Scene::take_mesh(const Job& job, AdmittedMesh loaded, bool is_paper, const Answer& answer)
 {
     const mesh::Diagnosis& d = loaded.diagnosis;
     answer(json_reply({{"accepted", !loaded.refused()},
@@ -134,8 +133,8 @@ void Scene::take_mesh(const Job& job, AdmittedMesh loaded, model::Projection pro
                        {"triangles", loaded.mesh.triangles.size()}}));
     if (loaded.refused()) return;
     try {
-        bake::BakeOptions options = bake_options(job);
-        options.projection = projection;
+        paper::BakeOptions options = bake_options(job);
+        options.maps = maps_for(is_paper);
         const auto object = object_from_mesh(std::move(loaded), job.name, options_.size, options);
         audience_.post([this, object, job] {
             if (cancelled_.has(job.upload)) return send_progress(job, "cancelled");

@@ -1,7 +1,7 @@
 #include "viewer/server/touch/feet.h"
 
 #include "common/render/unrolled.h"
-#include "sqmap/query/normal_projection.h"
+#include "sqmap/paper/projection.h"
 
 #include <algorithm>
 
@@ -11,9 +11,9 @@ std::optional<Foot> foot_of(const Object& object, std::uint32_t part, Vec3d poin
 {
     const Vec3f p = object.model_space(point);
     Foot out{.part = part};
-    if (model::is_normal(object.view)) {
-        const model::NormalMapView map = model::normal_map_of(object.view, part);
-        const shape::Foot<float> foot = query::find_foot(map, p, query::Projector::Newton);
+    if (paper::is_paper(object.view)) {
+        const paper::MapView map = paper::map_of(object.view, part);
+        const shape::Foot<float> foot = paper::find_foot(map, p, paper::Projector::Newton);
         const app::MapPosition at = app::position_on_grid(map, shape::angles_of(foot.position));
         out.x = at.x, out.y = at.y;
         return out;

@@ -2,6 +2,8 @@
 
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/model/reliability.h"
+#include "sqmap/paper/force.h"
+#include "sqmap/paper/model.h"
 #include "viewer/server/touch/tool.h"
 
 #include <algorithm>
@@ -19,7 +21,7 @@ constexpr double k_hold = 0.005;       // m of the hand's path in which a proxy 
 bool has_paper_force(std::span<const ObjectPtr> objects)
 {
     return std::all_of(objects.begin(), objects.end(),
-                       [](const ObjectPtr& object) { return object == nullptr || model::is_normal(object->view); });
+                       [](const ObjectPtr& object) { return object == nullptr || paper::is_paper(object->view); });
 }
 
 Live live_of(const Settings& s, std::uint32_t number)
@@ -36,7 +38,7 @@ Forces::Forces(std::vector<ObjectPtr> objects, const Settings& settings) : objec
     const bool held = settings.tool == ToolKind::Mesh && settings.tool_object < objects_.size();
     const ObjectPtr tool_object = held ? std::exchange(objects_[settings.tool_object], nullptr) : nullptr;
     if (settings.paper_force && has_paper_force(objects_)) {
-        zone = haptic::with_paper_force(zone);
+        zone = paper::with_paper_force(zone);
         zone.blend_time = 0;
     } else if (settings.proxy) {
         proxy_ = true;

@@ -3,6 +3,7 @@
 #include "common/hash_text.h"
 #include "sqmap/device/trace.h"
 #include "sqmap/model/parse.h"
+#include "sqmap/paper/model.h"
 #include "viewer/server/scene/file_name.h"
 
 #include <algorithm>
@@ -31,7 +32,7 @@ std::optional<HttpReply> missing(const RecordingFile& file, const std::vector<Ob
     std::set<std::uint64_t> named;
     bool other = false;
     for (const RecordingFile::NamedObject& object : file.objects) {
-        const auto has_hash = [&](const ObjectPtr& o) { return model::content_hash(o->view) == object.hash; };
+        const auto has_hash = [&](const ObjectPtr& o) { return paper::content_hash(o->view) == object.hash; };
         if (std::any_of(scene.begin(), scene.end(), has_hash) || !named.insert(object.hash).second) continue;
         other = other || std::any_of(scene.begin(), scene.end(), [&](const ObjectPtr& o) { return o->name == object.name; });
         names += (names.empty() ? "" : ", ") + object.name + " (model " + app::hash_text(object.hash) + ")";
@@ -50,7 +51,7 @@ Arrangement arrangement_of(const RecordingFile& file, const std::vector<ObjectPt
     Arrangement out;
     std::vector<ObjectPtr> left = scene, standing;  // not of the recording so far; where all stand then
     for (const RecordingFile::NamedObject& named : file.objects) {
-        const auto is_it = [&](const ObjectPtr& o) { return model::content_hash(o->view) == named.hash; };
+        const auto is_it = [&](const ObjectPtr& o) { return paper::content_hash(o->view) == named.hash; };
         auto at = std::find_if(left.begin(), left.end(), [&](const ObjectPtr& o) { return is_it(o) && o->name == named.name; });
         if (at == left.end()) at = std::find_if(left.begin(), left.end(), is_it);
         const bool shown = at != left.end();

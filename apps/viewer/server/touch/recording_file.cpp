@@ -3,6 +3,7 @@
 #include "common/hash_text.h"
 #include "sqmap/device/trace.h"
 #include "sqmap/model/parse.h"
+#include "sqmap/paper/model.h"
 #include "viewer/server/protocol/text.h"
 
 #include <algorithm>
@@ -93,7 +94,7 @@ device::TraceHeader header_of(const Recording& recording)
             if (at != known.end()) continue;
             known.push_back(object);
             objects.push_back({{"name", object->name},
-                               {"hash", app::hash_text(model::content_hash(object->view))},
+                               {"hash", app::hash_text(paper::content_hash(object->view))},
                                {"metresPerUnit", object->metres_per_unit},
                                {"position", {object->position.x, object->position.y, object->position.z}}});
         }

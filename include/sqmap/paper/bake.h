@@ -1,0 +1,175 @@
+// Baking a paper model: the core's parts and superquadrics, and distances along the superquadrics' inward normals (section 4.1,
+// steps 2 and 3).
+#pragma once
+
+#include "sqmap/bake/bake.h"
+#include "sqmap/bake/evaluate.h"
+#include "sqmap/mesh/bvh.h"
+#include "sqmap/mesh/mesh.h"
+#include "sqmap/paper/model.h"
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace sqmap::paper {
+
+/// How a map is smoothed, weights over samples within the radius: binomial coefficients, all alike, or a Gaussian whose standard
+/// deviation is half the radius.
+enum class SmoothingKernel { Binomial, Box, Gaussian };
+
+/// Samples of layer 2 a part, along eta and along omega.
+struct GridSize {
+    int rows = 0, columns = 0;  ///< eta_d and omega_d; 0: as many as the target error needs
+
+    /// False: the grid follows from the target error.
+    [[nodiscard]] constexpr bool is_chosen() const { return rows > 0; }
+};
+
+/// Lengths are relative to the superquadric's largest semi-axis.
+struct MapOptions {
+    double target_error = 2e-3;  ///< bounds the 99th percentile of what linear interpolation misses within one sheet
+    int min_level = 4;           ///< finest grid at least 2^level + 1 by 2^(level + 1)
+    int max_level = 7;           ///< and at most
+    GridSize grid{};             ///< instead of levels: 5 to 4097 rows, 8 to 8192 columns; see is_storable
+    /// A_S of section 4.2, 0 to 5: layer 2 is coarser than layer 3 by 2^A_S along each axis. Maps of few samples, whose grid is
+    /// not chosen, take less: the base grid keeps 5 rows at least.
+    int subdivisions = 1;
+    double offset_constant = 1.5;  ///< a_N of eq. 12
+    /// Eq. 12 takes the greatest gradient within so many samples of a minimum, 0 to 8; 0: its own, as printed: next to nothing.
+    int offset_radius = 1;
+    int smoothing_radius = 1;  ///< of the smoothed map's kernel, in base samples, 0 to 8; 0: none
+    SmoothingKernel smoothing_kernel = SmoothingKernel::Binomial;
+    bool corrections = true;            ///< step 3
+    bool gaps = true;                   ///< openings behind the first surface (beyond the paper)
+    double correction_threshold = 0.1;  ///< vertices closer to the map than this share of target_error add nothing
+    double jump_slope = 1.5;            ///< samples whose distances differ by more than this per length are probed for a jump
+};
+
+/// A chosen grid, subdivided, is within the format's limits.
+[[nodiscard]] constexpr bool is_storable(const MapOptions& options)
+{
+    const std::int64_t rows = options.grid.rows, columns = options.grid.columns;
+    return ((rows - 1) << options.subdivisions) < k_max_map_rows && (columns << options.subdivisions) <= k_max_map_columns;
+}
+
+/// Rays against a closed mesh, and the solid it bounds (winding number above 0). Kept between the parts of one mesh,
+/// which must outlive it. Const members are thread-safe.
+class MapRays {
+public:
+    /// mesh: closed, model space; outlives it.
+    explicit MapRays(const mesh::Mesh& mesh);
+    ~MapRays();
+    MapRays(MapRays&&) noexcept;
+    MapRays& operator=(MapRays&&) noexcept;
+
+    /// Where a ray meets the mesh.
+    struct Hit {
+        double distance = 0;
+        std::uint32_t triangle = 0;
+        bool entering = false;  ///< the ray meets the triangle's outer side
+    };
+    /// First triangle within (from, to) along a unit direction, model units. Nothing where there is none.
+    [[nodiscard]] std::optional<Hit> first_hit(Vec3d origin, Vec3d direction, double from, double to) const;
+
+    /// What a ray shows: a surface, nothing, or (Cap) that it starts inside the solid.
+    enum class Kind : std::uint8_t { Hit, Cap, Miss };
+    /// The first surface along a ray; distance and triangle of a hit alone.
+    struct Surface {
+        Kind kind = Kind::Miss;
+        double distance = 0;
+        std::uint32_t triangle = 0;
+    };
+    /// An opening behind the first surface: where the ray leaves the solid and where it enters it again (infinity: never).
+    struct Gap {
+        double leave = 0, enter = 0;
+    };
+    /// How far a ray counts, model units.
+    struct Reach {
+        double to;    ///< where it ends
+        double lift;  ///< triangles so far behind the origin count too, at distance 0
+    };
+    /// Where a ray from origin along a unit direction first enters the solid: Cap if it starts inside. Buried surfaces (the solid
+    /// on both sides) do not count. Crossings are counted along the whole ray; where they contradict each other (a grazed edge)
+    /// the exact winding number decides. gaps: appended to, nearest first, also for a Cap; null where they are not wanted.
+    [[nodiscard]] Surface surface_along(Vec3d origin, Vec3d direction, Reach reach, std::vector<Gap>* gaps = nullptr) const;
+
+    /// The mesh that it was made of.
+    [[nodiscard]] const mesh::Mesh& mesh() const;
+    /// A tree over its triangles.
+    [[nodiscard]] const mesh::Bvh& bvh() const;
+
+private:
+    struct Implementation;
+    std::unique_ptr<Implementation> implementation_;
+};
+
+/// What was measured while baking. Shares are of grid samples unless said otherwise.
+struct MapReport {
+    int level = 0;
+    bool target_met = false;
+    double hit_share = 0, cap_share = 0, miss_share = 0;
+    double cut_share = 0;                                  ///< of cells that hold a jump of the surface
+    double interpolation_mean = 0, interpolation_p99 = 0;  ///< model units, at centres of cells without a jump
+    double quantization_error = 0;                         ///< largest, model units
+    std::uint32_t vertices = 0, occluded_vertices = 0, corrections = 0, gaps = 0;
+    double q2_share = 0;  ///< of the part's area: points whose line to their foot crosses the mesh (section 5)
+};
+
+/// A baked map that owns its arrays; see MapView for what they hold.
+struct Map {
+    shape::Superquadricf superquadric;
+    std::uint32_t eta_count = 0, omega_count = 0, subdivisions = 0, seed_count = 0, vertex_count = 0;
+    bool seeds_mirrored = false;
+    float distance_scale = 0, offset_scale = 0, quantization_error = 0;
+    std::vector<std::uint16_t> distance, normal;
+    std::vector<std::uint8_t> cuts, offset;
+    std::vector<std::uint32_t> correction_rows, gap_rows;
+    std::vector<MapGap> gaps;
+    std::vector<VertexCorrection> corrections;
+    std::vector<FootSeed> seeds, surface_seeds;
+    std::vector<SmoothedSample> smoothed;
+    MapReport report;
+
+    /// Valid while this lives and does not change.
+    [[nodiscard]] MapView view() const;
+    /// Bytes that a file needs: all arrays.
+    [[nodiscard]] std::size_t stored_bytes() const;
+};
+
+/// Bakes one part. The superquadric's parameters are narrowed to float first; rays meet the whole mesh, triangles are the
+/// part's own and serve step 3 and the Q2 share. Thread-safe. Cost: about 3 rays per sample, 1 per vertex.
+/// @pre the superquadric bounds the triangles and, if bent, bend a.z < pi
+[[nodiscard]] Map bake_map(const MapRays& rays, std::span<const std::uint32_t> triangles,
+                           const shape::Superquadricd& superquadric, const MapOptions& options = {});
+
+/// Puts a map behind those of a model's parts so far: it is that of the part of that number. Linear.
+void append_map(const Map& map, MapArrays<model::ArrayData>& maps);
+
+/// Options of doors that bake either kind of model.
+struct BakeOptions : bake::BakeOptions {
+    /// A paper model's maps, whose target_error follows from that of the model; absent: a central model.
+    std::optional<MapOptions> maps{};
+};
+
+/// A model of either kind, and how it was made.
+struct BakeResult {
+    ModelData model;  ///< a central one has no paper maps
+    bake::BakeReport report;
+};
+
+/// bake::bake where there are no options of maps. Else decomposes and fits as that does, bakes a paper map of each part, and
+/// refines until the target error is met or nothing more is gained; exact: the triangles are stored, and a solid's cells with
+/// them, there being no other locator.
+/// @throw as bake::bake, and mesh::InvalidInput for options of the maps out of range
+/// Cost and threads: as bake::bake.
+[[nodiscard]] BakeResult bake(const mesh::Mesh& mesh, bool solid, const BakeOptions& options);
+
+/// bake::evaluate of either kind: eq. 35 of a paper model is |D^ - D| at the foot of a point, D the first surface below it along
+/// the normal.
+[[nodiscard]] bake::Evaluation evaluate(const model::ModelView& model, const mesh::Solid& solid,
+                                        const bake::EvaluateOptions& options);
+
+}  // namespace sqmap::paper

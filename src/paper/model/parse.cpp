@@ -1,0 +1,100 @@
+#include "sqmap/paper/model.h"
+
+#include "model/locator_cells.h"
+#include "model/parse_steps.h"
+#include "paper/model/codes.h"
+#include "paper_generated.h"
+
+namespace sqmap::paper {
+
+namespace {
+
+using model::LocatorCell;
+using model::ParseStatus;
+using model::within;
+
+static_assert(sizeof(MapRecord) == sizeof(fb::MapRecord) && alignof(MapRecord) == alignof(fb::MapRecord));
+static_assert(sizeof(VertexCorrection) == sizeof(fb::VertexCorrection) &&
+              alignof(VertexCorrection) == alignof(fb::VertexCorrection));
+static_assert(sizeof(MapGap) == sizeof(fb::MapGap) && alignof(MapGap) == alignof(fb::MapGap));
+static_assert(sizeof(FootSeed) == sizeof(fb::FootSeed) && alignof(FootSeed) == alignof(fb::FootSeed));
+static_assert(sizeof(SmoothedSample) == sizeof(fb::SmoothedSample) && alignof(SmoothedSample) == alignof(fb::SmoothedSample));
+
+/// Checks that a part's map lies within the arrays, and then what it says.
+ParseStatus check_map(const ModelView& view, std::size_t index)
+{
+    const MapRecord& p = view.maps.records[index];
+    const MapArrays<model::ArrayView>& a = view.maps;
+    const std::uint64_t samples = std::uint64_t(p.eta_count) * p.omega_count;
+    const bool inside = p.eta_count < 0x10000 && p.omega_count < 0x10000 && within(p.first_sample, samples, a.distance.size()) &&
+                        within(p.first_base, p.base_count, a.normal.size()) && within(p.first_cut, p.cut_count, a.cuts.size()) &&
+                        within(p.first_correction_row, p.correction_row_count, a.correction_rows.size()) &&
+                        within(p.first_correction, p.correction_count, a.corrections.size()) &&
+                        within(p.first_gap_row, p.gap_row_count, a.gap_rows.size()) &&
+                        within(p.first_gap, p.gap_count, a.gaps.size()) &&
+                        within(p.first_offset, offset_bytes(p.base_count), a.offset.size()) &&
+                        (a.smoothed.empty() || within(p.first_base, p.base_count, a.smoothed.size())) &&
+                        within(p.first_seed, p.seed_count, a.seeds.size());
+    if (!inside) return ParseStatus::BadStructure;
+    return is_consistent(map_of(view, index)) ? ParseStatus::Ok : ParseStatus::BadValue;
+}
+
+/// Cells lead to triangles alone: of each only its kind is stored.
+ParseStatus check_bare_cells(const model::ModelView& v)
+{
+    if (const ParseStatus status = model::check_cells(v); status != ParseStatus::Ok || v.bricks.empty()) return status;
+    if (!model::has_exact(v) || !v.part_lists.empty() || !v.planes.empty() || !v.seeds.empty()) return ParseStatus::BadStructure;
+    for (const std::uint32_t word : v.locator_cells)
+        if (!LocatorCell{word}.is_free() && (word & ~LocatorCell::k_kind_mask) != 0) return ParseStatus::BadStructure;
+    return ParseStatus::Ok;
+}
+
+/// A paper model has no central maps beside its own.
+bool has_no_charts(const model::ModelView& v)
+{
+    if (model::bytes_of<model::CentralArrays<model::ArrayView>>(v) != 0) return false;
+    for (const model::Part& part : v.parts)
+        if (part.base != 0) return false;
+    return true;
+}
+
+}  // namespace
+
+std::uint64_t content_hash(const ModelView& view) noexcept
+{
+    std::uint64_t hash = model::content_hash(view.common);
+    MapArrays<model::ArrayView>::each([&](const char*, const auto& array) { model::hash_bytes(hash, array); }, view.maps);
+    return hash;
+}
+
+std::uint64_t content_hash(const model::ModelView& view) noexcept
+{
+    return is_paper(view) ? content_hash(Reading::of(view).model()) : model::content_hash(view);
+}
+
+ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
+{
+    const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
+    if (bytes.size() < 16) return ParseStatus::Truncated;
+    if (!fb::PaperModelBufferHasIdentifier(data)) return ParseStatus::NotAModel;
+    flatbuffers::Verifier verifier(data, bytes.size(), 16, 100000);
+    if (!fb::VerifyPaperModelBuffer(verifier)) return ParseStatus::Truncated;
+    const fb::PaperModel* model = fb::GetPaperModel(data);
+    if (model->version() != k_format_version) return ParseStatus::WrongVersion;
+    if (model->common() == nullptr || model->maps() == nullptr) return ParseStatus::BadStructure;
+    ModelView v;
+    ParseStatus status = model::read_model(*model->common(), bytes.data() + bytes.size(), v.common);
+    if (status != ParseStatus::Ok) return status;
+    MapArrays<model::ArrayView>::each(model::TableReader(model->maps(), *fb::MapsTypeTable()), v.maps);
+    if (content_hash(v) != model->content_hash()) return ParseStatus::BadHash;
+    if (v.common.header.projection != 1 || !has_no_charts(v.common) || v.maps.records.size() != v.common.parts.size())
+        return ParseStatus::BadStructure;
+    status = model::check_surface(v.common);
+    for (std::size_t i = 0; i < v.maps.records.size() && status == ParseStatus::Ok; ++i) status = check_map(v, i);
+    if (status == ParseStatus::Ok) status = check_bare_cells(v.common);
+    if (status == ParseStatus::Ok) status = model::check_candidates(v.common, 0);
+    if (status == ParseStatus::Ok) view = v;
+    return status;
+}
+
+}  // namespace sqmap::paper
