@@ -76,12 +76,11 @@ private:
 NormalParts::NormalParts(const Setting& setting) : mesh(bake::model_space(setting.object)), rays(mesh)
 {
     const double start = process_seconds();
-    paper::BakeOptions options;
-    options.maps.emplace();
+    bake::BakeOptions options;
     options.exact = false;
     options.target_error = 100;  // its maps are thrown away: the coarsest will do
     options.threads = setting.threads;
-    paper::BakeResult baked = paper::bake(setting.object, true, options);
+    paper::BakeResult baked = paper::bake(setting.object, true, options, paper::MapOptions{});
     model = std::move(baked.model.common);
     triangles.resize(model.parts.size());
     const std::vector<std::uint32_t>& part_of = baked.report.partition.part_of_triangle;

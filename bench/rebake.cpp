@@ -64,7 +64,7 @@ int sqmap::bench::measure_rebake(int argc, char** argv)
     for (int i = first; i < argc; ++i) {
         const AdmittedMesh admitted = admit_mesh(argv[i]);
         if (admitted.refused()) return 2;
-        const BakedModel baked = bake_mesh(admitted, {.bake = {{.threads = 1}}});
+        const BakedModel baked = bake_mesh(admitted, {.bake = {.threads = 1}});
         const mesh::Mesh& mesh = baked.mesh.mesh;
         double whole = 0;
         std::printf("%s: %zu triangles, %zu parts; bake", argv[i], mesh.triangles.size(), baked.model.common.parts.size());

@@ -103,11 +103,8 @@ Baked refused(const Fault& fault)
 
 Baked baked(const Source& source, const Settings& settings, int output)
 {
-    BakeMeshOptions options{
-        .mesh = settings.load, .bake = settings.bake, .provenance = {.made_by = settings.made_by, .source = ""}};
-    options.bake.threads = 1;
     const MeshInput input = source.bytes ? MeshInput(MeshBytes{*source.bytes, source.file.string()}) : MeshInput(source.file);
-    const BakedModel result = bake_mesh(input, options);
+    const BakedModel result = bake_mesh(input, settings.bake);
     const std::vector<std::byte> model = result.bytes();
     if (!write_all(output, text_of(model))) end_for_output();
     return {outcome_of(result, model.size()), model.size(), sha256(text_of(model)),
@@ -131,12 +128,12 @@ Baked baked_or_refused(const Source& source, const Settings& settings, int outpu
 std::string key_of(std::span<const std::byte> bytes, const Source& source, const Settings& settings)
 {
     const std::string ending = lower(source.file.extension().string());
-    std::string all = "sqmap batch 1\n" + settings.made_by + "\n" + settings.options + "\n" + ending + "\n";
+    std::string all = "sqmap batch 1\n" + settings.bake.provenance.made_by + "\n" + settings.options + "\n" + ending + "\n";
     all += sha256(text_of(bytes));
     if (ending == ".gltf" && !source.bytes) {
         for (const fs::path& beside : io::buffers_beside(bytes, source.file.parent_path())) {
             std::vector<std::byte> buffer;
-            if (!read_file(beside, settings.load.limits.max_bytes, buffer)) all += sha256(text_of(buffer));
+            if (!read_file(beside, settings.bake.mesh.limits.max_bytes, buffer)) all += sha256(text_of(buffer));
         }
     }
     return sha256(all);
@@ -146,7 +143,7 @@ void bake_item(const Source& source, const Settings& settings, int channel, int 
 {
     std::vector<std::byte> read;
     if (!source.bytes) {
-        if (const auto fault = read_file(source.file, settings.load.limits.max_bytes, read)) {
+        if (const auto fault = read_file(source.file, settings.bake.mesh.limits.max_bytes, read)) {
             say(channel, k_unreadable + batch::outcome_of("unreadable", *fault).text);
             return;
         }

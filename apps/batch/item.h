@@ -14,9 +14,7 @@ namespace sqmap::batch {
 
 /// The settings of a bake, which are the same for every item of a library.
 struct Settings {
-    MeshOptions load;
-    paper::BakeOptions bake;
-    std::string made_by;  ///< program and version, as models name them
+    BakeMeshOptions bake;
     std::string options;  ///< every option that may change a model or its picture, as text
     bool pictures = true;
 };

@@ -223,7 +223,7 @@ private:
     {
         auto first = archives_.begin();
         stream_.emplace(root_ / first->first, std::move(first->second),
-                        MemberStream::Options{plan_.caps, plan_.settings.load.limits.max_bytes});
+                        MemberStream::Options{plan_.caps, plan_.settings.bake.mesh.limits.max_bytes});
         archives_.erase(first);
     }
 
@@ -454,7 +454,7 @@ void run(const Plan& plan)
     };
     Items items = items_of(plan);
     const std::string fingerprint = items.fingerprint;
-    library.begin({.made_by = plan.settings.made_by,
+    library.begin({.made_by = plan.settings.bake.provenance.made_by,
                    .options = plan.settings.options,
                    .arguments = plan.arguments,
                    .shards = plan.shard.count,

@@ -95,8 +95,8 @@ int run(const Options& o)
         if (loaded.refused() || !loaded.repairs.empty() || !loaded.warnings.empty())
             std::fprintf(loaded.refused() ? stderr : stdout, "%s: %s", o.mesh.c_str(), report(loaded).c_str());
         if (loaded.refused()) return 2;
-        BakeMeshOptions options{.bake = bake_options(o.bake),
-                                .provenance = {.made_by = "sqmap " SQMAP_VERSION, .options = o.given}};
+        BakeMeshOptions options = bake_options(o.bake);
+        options.provenance = {.made_by = "sqmap " SQMAP_VERSION, .options = o.given};
         options.bake.progress = show_progress;
         const BakedModel baked = bake_mesh(std::move(loaded), options);
         write(baked, o);

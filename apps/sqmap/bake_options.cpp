@@ -165,18 +165,19 @@ void add_bake_options(Command& command, BakeSettings& settings)
     settings.given = [command](const std::string& option) { return command.given(option); };
 }
 
-paper::BakeOptions bake_options(const BakeSettings& settings)
+BakeMeshOptions bake_options(const BakeSettings& settings)
 {
-    paper::BakeOptions out{settings.bake};
-    if (settings.projection == "normal") out.maps = settings.maps;
     check_together(settings);
+    BakeMeshOptions options{.bake = settings.bake};
+    if (settings.projection == "normal") options.paper_maps = settings.maps;
+    bake::BakeOptions& out = options.bake;
     out.locator = !settings.no_locator;
     // A paper model is its maps; triangles are beside them.
-    out.exact = settings.exact || (!settings.no_exact && out.locator && !out.maps);
+    out.exact = settings.exact || (!settings.no_exact && out.locator && !options.paper_maps);
     out.fit.allow_taper = !settings.no_taper;
     out.fit.allow_bend = !settings.no_bend;
     if (settings.exact_geodesics) out.decompose.protrusion = decompose::ProtrusionSum::Exact;
-    return out;
+    return options;
 }
 
 }  // namespace sqmap::app

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "command_line.h"
-#include "sqmap/paper/bake.h"
+#include "sqmap/bake_mesh.h"
 
 #include <functional>
 #include <string>
@@ -23,8 +23,8 @@ struct BakeSettings {
 /// Adds the options that change a model to a subcommand; settings must outlive the parser.
 void add_bake_options(Command& command, BakeSettings& settings);
 
-/// What the flags say, put in where bake reads it.
+/// The flags as bake_mesh takes them; how a mesh is read and who made the model are not among them.
 /// @throw WrongUsage for options that do not go together
-[[nodiscard]] paper::BakeOptions bake_options(const BakeSettings& settings);
+[[nodiscard]] BakeMeshOptions bake_options(const BakeSettings& settings);
 
 }  // namespace sqmap::app

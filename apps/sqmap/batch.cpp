@@ -122,9 +122,12 @@ batch::Plan plan_of(const Options& o, const Command& command)
     plan.retry = {o.retry.begin(), o.retry.end()};
     plan.progress = o.progress;
     plan.arguments = command.given_but(k_of_the_driver);
-    plan.settings = {.load = o.load, .bake = bake_options(o.bake), .made_by = "sqmap " SQMAP_VERSION, .options = ""};
+    BakeMeshOptions& bake = plan.settings.bake = bake_options(o.bake);
+    bake.mesh = o.load;
+    bake.bake.threads = 1;
+    bake.provenance = {.made_by = "sqmap " SQMAP_VERSION, .source = ""};
     // Programs that convert a mesh have no more time than its process.
-    plan.settings.load.limits.max_seconds = std::min(plan.settings.load.limits.max_seconds, o.caps.seconds);
+    bake.mesh.limits.max_seconds = std::min(bake.mesh.limits.max_seconds, o.caps.seconds);
     plan.settings.pictures = !o.no_pictures;
     for (const std::string& argument : plan.arguments)
         plan.settings.options += (plan.settings.options.empty() ? "" : " ") + argument;

@@ -157,7 +157,7 @@ void add_view(CommandLine& line)
         "taken, 64 "
         "wrong usage, 70 internal error.");
     command.run([arguments] {
-        if (arguments->projection == "normal") arguments->viewer.bake.maps.emplace();
+        if (arguments->projection == "normal") arguments->viewer.bake.paper_maps.emplace();
         return view(*arguments);
     });
 #else

@@ -49,9 +49,8 @@ mesh::Mesh divided(mesh::Mesh mesh, int times)
 
 std::vector<std::byte> baked(const mesh::Mesh& mesh, bool is_paper)
 {
-    paper::BakeOptions options;
-    if (is_paper) options.maps.emplace();
-    return paper::serialize(paper::bake(mesh, true, options).model);
+    const auto maps = is_paper ? std::optional<paper::MapOptions>(std::in_place) : std::nullopt;
+    return paper::serialize(paper::bake(mesh, true, {}, maps).model);
 }
 
 /// A bystander: a baked object, 40 cm from the one that the hand moves over and from its neighbours.

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <unordered_map>
 #include <utility>
 
@@ -88,14 +89,14 @@ TouchObject::TouchObject(const std::filesystem::path& file, Models models, const
     const double scale = k_object_size / mesh::largest_vertex_distance(mesh);
     for (Vec3d& v : mesh.vertices) v = scale * v;
     solid = std::make_unique<mesh::Solid>(mesh, admitted.crossed);
-    const auto bake = [&](const paper::BakeOptions& options, Opened& opened, model::ModelView& view) {
-        opened.bytes = paper::serialize(paper::bake(mesh, true, options).model);
+    const auto bake = [&](const std::optional<paper::MapOptions>& paper_maps, Opened& opened, model::ModelView& view) {
+        opened.bytes = paper::serialize(paper::bake(mesh, true, {}, paper_maps).model);
         if (opened.model.parse(opened.bytes) != model::ParseStatus::Ok)
             throw BenchError(file.string() + ": the model does not parse");
         view = opened.model.view();
     };
-    if (models != Models::Paper) bake({}, central_, central);
-    if (models != Models::Central) bake({{}, maps}, paper_, paper);
+    if (models != Models::Paper) bake(std::nullopt, central_, central);
+    if (models != Models::Central) bake(maps, paper_, paper);
 
     vertex_normals.resize(mesh.vertices.size());
     std::unordered_map<std::uint64_t, std::uint32_t> first;

@@ -100,7 +100,8 @@ struct Provenance {
 /// How a mesh becomes a model.
 struct BakeMeshOptions {
     MeshOptions mesh{};
-    paper::BakeOptions bake{};  ///< its `cured` is filled in; with `maps` a paper model is baked
+    bake::BakeOptions bake{};                       ///< its `cured` is filled in
+    std::optional<paper::MapOptions> paper_maps{};  ///< a paper model's maps; absent: a central model is baked
     Provenance provenance{};
 };
 

@@ -187,9 +187,9 @@ BakedModel bake_mesh(const MeshInput& input, const BakeMeshOptions& options)
 BakedModel bake_mesh(AdmittedMesh mesh, const BakeMeshOptions& options)
 {
     if (mesh.refused()) throw mesh::RefusedMesh(mesh.diagnosis);
-    paper::BakeOptions bake = options.bake;
+    bake::BakeOptions bake = options.bake;
     bake.cured = cured(mesh);
-    paper::BakeResult result = paper::bake(mesh.mesh, mesh.solid, bake);
+    paper::BakeResult result = paper::bake(mesh.mesh, mesh.solid, bake, options.paper_maps);
     BakedModel out;
     out.model = std::move(result.model);
     out.mesh = std::move(mesh);
@@ -198,7 +198,7 @@ BakedModel bake_mesh(AdmittedMesh mesh, const BakeMeshOptions& options)
     model.made_by = options.provenance.made_by;
     model.source = options.provenance.source.value_or(out.mesh.source);
     model.options = options.provenance.options;
-    if (bake.maps) out.reading.emplace(out.model.view());
+    if (options.paper_maps) out.reading.emplace(out.model.view());
     out.notes = out.mesh.notes();
     if (model.measured.depth_p99 > bake.target_error)
         out.notes.emplace_back(OffTargetNote{bake.target_error, model.measured.depth_p99});

@@ -90,9 +90,9 @@ mesh::AdmitOptions admit_options(const sqmap_bake_options& o)
     return out;
 }
 
-paper::BakeOptions bake_options(const sqmap_bake_options& o)
+bake::BakeOptions bake_options(const sqmap_bake_options& o)
 {
-    paper::BakeOptions out;
+    bake::BakeOptions out;
     if (o.projection != 0 && o.projection != 1)
         throw Failure{SQMAP_E_ARGUMENT, "options.projection", "is " + std::to_string(o.projection), "take 0 or 1"};
     if (o.threads > 1024)
@@ -100,7 +100,6 @@ paper::BakeOptions bake_options(const sqmap_bake_options& o)
     if (o.target_error != 0) out.target_error = checked(o.target_error, 1e-3, 100, "options.target_error");
     if (o.band != 0) out.band = checked(o.band, 0, 100, "options.band");
     if (o.max_parts != 0) out.max_parts = o.max_parts;
-    if (o.projection == 1) out.maps.emplace();
     out.exact = o.without_exact == 0;
     out.threads = o.threads;
     if (o.progress != nullptr)
@@ -116,6 +115,7 @@ std::shared_ptr<Model> baked(const MeshInput& input, const sqmap_bake_options& o
     try {
         BakeMeshOptions options{.bake = bake_options(o), .provenance = {.made_by = "libsqmap " SQMAP_VERSION}};
         options.mesh.admit = admit_options(o);
+        if (o.projection == 1) options.paper_maps.emplace();
         if (o.source != nullptr) options.provenance.source = o.source;
         const BakedModel result = bake_mesh(input, options);
         std::string notes;

@@ -118,7 +118,7 @@ const std::vector<std::vector<std::byte>>& models()
     static const std::vector<std::vector<std::byte>> k_models = [] {
         std::vector<std::vector<std::byte>> out;
         for (const test::Shape& shape : test::small_shapes()) out.push_back(test::baked_bytes(shape.mesh, true));
-        out.push_back(paper::serialize(paper::bake(test::small_hand(), true, {{}, paper::MapOptions{}}).model));
+        out.push_back(paper::serialize(paper::bake(test::small_hand(), true, {}, paper::MapOptions{}).model));
         return out;
     }();
     return k_models;

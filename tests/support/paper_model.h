@@ -15,7 +15,7 @@ namespace sqmap::test {
 class PaperModel {
 public:
     explicit PaperModel(const mesh::Mesh& mesh, const bake::BakeOptions& options = {}, const paper::MapOptions& maps = {})
-        : data_(paper::bake(mesh, true, {options, maps}).model), bytes_(paper::serialize(data_))
+        : data_(paper::bake(mesh, true, options, maps).model), bytes_(paper::serialize(data_))
     {
         if (model_.parse(bytes_) != model::ParseStatus::Ok) throw std::logic_error("a baked paper model does not parse");
         in_model_space_ = model::normalized(model_.view());

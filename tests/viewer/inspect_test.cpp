@@ -32,8 +32,8 @@ std::shared_ptr<Object> baked(const mesh::Mesh& mesh, bool is_paper)
     loaded.admission = mesh::Admission::Accept;
     loaded.solid = true;
     loaded.mesh = mesh;
-    paper::BakeOptions options;
-    if (is_paper) options.maps.emplace();
+    BakeMeshOptions options;
+    if (is_paper) options.paper_maps.emplace();
     return object_from_mesh(loaded, "ball", 2 * k_radius, options);
 }
 const Object& central_ball()
@@ -234,8 +234,8 @@ TEST(MadeUp, IsShownAndKeptByAnotherBakeOfEitherProjection)
     EXPECT_EQ(facts["cure"]["rung"], "CLOSED");
 
     for (const bool is_paper : {false, true}) {
-        paper::BakeOptions options;
-        if (is_paper) options.maps.emplace();
+        BakeMeshOptions options;
+        if (is_paper) options.paper_maps.emplace();
         const auto after = rebaked(*object, object->parts, options, {});
         EXPECT_EQ(paper::is_paper(after->view), is_paper);
         EXPECT_EQ(made_up_triangles(*after), made_up);

@@ -139,7 +139,7 @@ Avatar walking_avatar(double height, const sim::Gait& gait, double spacing, doub
         AvatarPart& part = avatar.parts.emplace_back();
         part.name = bone.name;
         part.mesh = mesh::polygonized(solid, spacing);
-        part.bytes = bake_mesh(part.mesh, {.bake = {{.target_error = target_error}}}).bytes();
+        part.bytes = bake_mesh(part.mesh, {.bake = {.target_error = target_error}}).bytes();
         take_model(part);
     }
     avatar.pose = [bones, gait](double time, std::span<sqmap::Pose> poses) { sim::walk(*bones, gait, time, poses); };
@@ -163,7 +163,7 @@ Avatar skinned_avatar(const std::filesystem::path& file, bool walk, const std::s
     AvatarPart& part = avatar.parts.emplace_back();
     part.name = file.stem().string();
     part.mesh = body.bound;
-    part.bytes = bake_mesh(part.mesh, {.bake = {{.target_error = target_error}}}).bytes();
+    part.bytes = bake_mesh(part.mesh, {.bake = {.target_error = target_error}}).bytes();
     take_model(part);
     try {
         body.lattice = bake::skin_lattice(body.bound, body.influences);

@@ -148,24 +148,19 @@ struct Map {
 /// Puts a map behind those of a model's parts so far: it is that of the part of that number. Linear.
 void append_map(const Map& map, MapArrays<model::ArrayData>& maps);
 
-/// Options of doors that bake either kind of model.
-struct BakeOptions : bake::BakeOptions {
-    /// A paper model's maps, whose target_error follows from that of the model; absent: a central model.
-    std::optional<MapOptions> maps{};
-};
-
 /// A model of either kind, and how it was made.
 struct BakeResult {
     ModelData model;  ///< a central one has no paper maps
     bake::BakeReport report;
 };
 
-/// bake::bake where there are no options of maps. Else decomposes and fits as that does, bakes a paper map of each part, and
-/// refines until the target error is met or nothing more is gained; exact: the triangles are stored, and a solid's cells with
-/// them, there being no other locator.
+/// bake::bake without options of maps. Else decomposes and fits as that does, bakes a paper map of each part, and refines until
+/// the target error is met or nothing more is gained; exact: the triangles are stored, and a solid's cells with them, there being
+/// no other locator. maps: its target_error follows from that of the model.
 /// @throw as bake::bake, and mesh::InvalidInput for options of the maps out of range
 /// Cost and threads: as bake::bake.
-[[nodiscard]] BakeResult bake(const mesh::Mesh& mesh, bool solid, const BakeOptions& options);
+[[nodiscard]] BakeResult bake(const mesh::Mesh& mesh, bool solid, const bake::BakeOptions& options,
+                              const std::optional<MapOptions>& maps);
 
 /// bake::evaluate of either kind: eq. 35 of a paper model is |D^ - D| at the foot of a point, D the first surface below it along
 /// the normal.

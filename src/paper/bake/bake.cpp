@@ -142,14 +142,14 @@ private:
 
 }  // namespace
 
-BakeResult bake(const mesh::Mesh& mesh, bool solid, const BakeOptions& options)
+BakeResult bake(const mesh::Mesh& mesh, bool solid, const bake::BakeOptions& options, const std::optional<MapOptions>& maps)
 {
-    if (!options.maps) {
+    if (!maps) {
         bake::BakeResult central = bake::bake(mesh, solid, options);
         return {{std::move(central.model), {}}, std::move(central.report)};
     }
-    check(*options.maps);
-    PaperSteps steps(*options.maps);
+    check(*maps);
+    PaperSteps steps(*maps);
     bake::BakeResult baked = bake::run_pipeline(mesh, solid, options, steps);
     return {{std::move(baked.model), steps.take_maps()}, std::move(baked.report)};
 }

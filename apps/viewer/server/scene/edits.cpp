@@ -142,11 +142,11 @@ std::vector<std::vector<std::uint32_t>> neighbours_of(const Object& object, cons
     return out;
 }
 
-std::shared_ptr<Object> rebaked(const Object& object, const Parts& parts, const paper::BakeOptions& options, const Words& words)
+std::shared_ptr<Object> rebaked(const Object& object, const Parts& parts, BakeMeshOptions options, const Words& words)
 {
-    BakeMeshOptions as_given{.bake = options, .provenance = {.made_by = "sqmap view", .source = object.name}};
-    as_given.bake.partition = &parts.partition;
-    const BakedModel baked = bake_mesh(admitted_mesh_of(object.view), as_given);
+    options.provenance = {.made_by = "sqmap view", .source = object.name};
+    options.bake.partition = &parts.partition;
+    const BakedModel baked = bake_mesh(admitted_mesh_of(object.view), options);
     auto out = object_from_model(baked.bytes(), object.name, 1, words);
     out->name = object.name;
     out->put_at(object.metres_per_unit, object.position);

@@ -21,7 +21,7 @@ namespace sqmap::viewer {
 
 /// The same object with other parts, baked with the options' projection; triangles that the cure of its mesh made up stay so.
 /// @throw mesh::Error
-[[nodiscard]] std::shared_ptr<Object> rebaked(const Object& object, const Parts& parts, const paper::BakeOptions& options,
+[[nodiscard]] std::shared_ptr<Object> rebaked(const Object& object, const Parts& parts, BakeMeshOptions options,
                                               const Words& words);
 
 }  // namespace sqmap::viewer

@@ -38,10 +38,10 @@ std::shared_ptr<Object> object_from_model(std::vector<std::byte> bytes, const st
     return object;
 }
 
-std::shared_ptr<Object> object_from_mesh(AdmittedMesh mesh, const std::string& name, double size,
-                                         const paper::BakeOptions& options)
+std::shared_ptr<Object> object_from_mesh(AdmittedMesh mesh, const std::string& name, double size, BakeMeshOptions options)
 {
-    BakedModel baked = bake_mesh(std::move(mesh), {.bake = options, .provenance = {.made_by = "sqmap view", .source = name}});
+    options.provenance = {.made_by = "sqmap view", .source = name};
+    BakedModel baked = bake_mesh(std::move(mesh), options);
     auto object = object_from_model(baked.bytes(), name, size);
     object->admission = baked.mesh.admission;
     object->notes = std::move(baked.notes);

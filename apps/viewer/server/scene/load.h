@@ -12,7 +12,7 @@ namespace sqmap::viewer {
                                                         const Words& words = {});
 /// Bakes a mesh; else the same. @throw mesh::Error
 [[nodiscard]] std::shared_ptr<Object> object_from_mesh(AdmittedMesh mesh, const std::string& name, double size,
-                                                       const paper::BakeOptions& options);
+                                                       BakeMeshOptions options);
 
 /// The file that keeps the names of a model's parts: cow.sqmap has cow.names.json beside it.
 [[nodiscard]] std::filesystem::path names_file_of(const std::filesystem::path& model);

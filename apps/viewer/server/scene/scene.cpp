@@ -101,16 +101,12 @@ void Scene::change(Entry& entry, std::shared_ptr<const Parts> parts)
     send();
 }
 
-std::optional<paper::MapOptions> Scene::maps_for(bool is_paper) const
+BakeMeshOptions Scene::bake_options(const Job& job, bool is_paper)
 {
-    if (!is_paper) return std::nullopt;
-    return options_.bake.maps.value_or(paper::MapOptions{});
-}
-
-paper::BakeOptions Scene::bake_options(const Job& job)
-{
-    paper::BakeOptions options = options_.bake;
-    options.progress = [this, job](const char* stage, double done) {
+    BakeMeshOptions options = options_.bake;
+    if (!is_paper) options.paper_maps.reset();
+    if (is_paper && !options.paper_maps) options.paper_maps.emplace();
+    options.bake.progress = [this, job](const char* stage, double done) {
         if (bakes_.quits()) throw Cancelled{};
         if (cancelled_.has(job.upload)) {
             audience_.post([this, job] { send_progress(job, "cancelled"); });
@@ -138,8 +134,7 @@ void Scene::bake_edited(const Entry& entry)
 {
     if (entry.at == 0 || bakes_.busy()) return;
     bakes_.work([this, object = entry.object, parts = entry.parts(), words = entry.words] {
-        paper::BakeOptions options = bake_options({object->name});
-        options.maps = maps_for(paper::is_paper(object->view));
+        const BakeMeshOptions options = bake_options({object->name}, paper::is_paper(object->view));
         try {
             const auto after = rebaked(*object, *parts, options, words);
             audience_.post([this, object, after] {
@@ -161,8 +156,7 @@ void Scene::bake_twin(const Entry& entry)
     bakes_.work([this, object = entry.object, parts = entry.parts(), words = entry.words] {
         const bool to_paper = !paper::is_paper(object->view);
         const std::string name = object->name + (to_paper ? ", paper's maps" : ", central maps");
-        paper::BakeOptions options = bake_options({name});
-        options.maps = maps_for(to_paper);
+        const BakeMeshOptions options = bake_options({name}, to_paper);
         try {
             const auto twin = rebaked(*object, *parts, options, words);
             twin->name = name;

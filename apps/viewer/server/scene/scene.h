@@ -20,7 +20,7 @@ namespace sqmap::viewer {
 
 struct SceneOptions {
     double size = 0.2;  ///< m, that R_max of every object becomes
-    paper::BakeOptions bake{};
+    BakeMeshOptions bake{};
     std::size_t max_objects = 16;
     io::ReadLimits limits{.max_bytes = 64u << 20, .max_faces = 500'000};  ///< of an uploaded mesh
 };
@@ -85,9 +85,7 @@ private:
     // On the worker's thread.
     void take_model(const Job& job, std::span<const std::byte> bytes, const Answer& answer);
     void take_mesh(const Job& job, AdmittedMesh loaded, bool is_paper, const Answer& answer);
-    /// The options of the paper maps that a bake makes; nothing for a central model.
-    [[nodiscard]] std::optional<paper::MapOptions> maps_for(bool is_paper) const;
-    [[nodiscard]] paper::BakeOptions bake_options(const Job& job);
+    [[nodiscard]] BakeMeshOptions bake_options(const Job& job, bool is_paper);
     void send_progress(const Job& job, const std::string& stage, double done = 1);
     void send_failure(const Job& job, const std::string& why);
 

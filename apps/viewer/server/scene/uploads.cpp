@@ -133,9 +133,7 @@ void Scene::take_mesh(const Job& job, AdmittedMesh loaded, bool is_paper, const 
                        {"triangles", loaded.mesh.triangles.size()}}));
     if (loaded.refused()) return;
     try {
-        paper::BakeOptions options = bake_options(job);
-        options.maps = maps_for(is_paper);
-        const auto object = object_from_mesh(std::move(loaded), job.name, options_.size, options);
+        const auto object = object_from_mesh(std::move(loaded), job.name, options_.size, bake_options(job, is_paper));
         audience_.post([this, object, job] {
             if (cancelled_.has(job.upload)) return send_progress(job, "cancelled");
             send_progress(job, "done");
