@@ -1,6 +1,5 @@
 #include "assemble.h"
 
-#include "append.h"
 #include "model/central_cells.h"
 #include "model/flags.h"
 #include "sqmap/math/box.h"
@@ -97,6 +96,20 @@ void count_surface(const mesh::Mesh& mesh, const Patch& patch, model::Part& p)
     bounding_sphere(points, p.sphere);
 }
 
+/// Puts a part's arrays behind those of the parts so far, and says in the part where they begin.
+template <template <class> class Array>
+void append_arrays(const model::CentralArrays<Array>& arrays, model::ModelData& data, model::Part& p)
+{
+    p.first_sample = static_cast<std::uint32_t>(data.samples.size());
+    p.first_cell = static_cast<std::uint32_t>(data.cells.size());
+    p.first_block = static_cast<std::uint32_t>(data.blocks.size());
+    p.first_split = static_cast<std::uint32_t>(data.splits.size() / model::k_split_size);
+    p.first_special = static_cast<std::uint32_t>(data.specials.size());
+    p.first_pool = static_cast<std::uint32_t>(data.pool.size());
+    const auto behind = [](const char*, const auto& some, auto& all) { all.insert(all.end(), some.begin(), some.end()); };
+    model::CentralArrays<Array>::each(behind, arrays, data);
+}
+
 void append_map(const CentralMapData& m, model::ModelData& data, model::Part& p)
 {
     p.sample_count = static_cast<std::uint32_t>(m.samples.size());
@@ -105,33 +118,27 @@ void append_map(const CentralMapData& m, model::ModelData& data, model::Part& p)
     p.split_count = static_cast<std::uint32_t>(m.splits.size() / model::k_split_size);
     p.special_count = static_cast<std::uint32_t>(m.specials.size());
     p.pool_count = static_cast<std::uint32_t>(m.pool.size());
-    p.first_sample = append(m.samples, data.samples);
-    append(m.offsets, data.offsets);
-    append(m.smoothing, data.smoothing);
-    p.first_cell = append(m.cells, data.cells);
-    p.first_block = append(m.blocks, data.blocks);
-    p.first_split = append(m.splits, data.splits) / model::k_split_size;
-    p.first_special = append(m.specials, data.specials);
-    p.first_pool = append(m.pool, data.pool);
+    append_arrays(m, data, p);
 }
 
 /// A part as it was, its map's arrays with it.
 model::Part taken_over(const model::Part& was, const model::ModelData& before, model::ModelData& data)
 {
-    const auto slice = [](const auto& from, std::size_t first, std::size_t count, auto& to) {
-        return append(std::span(from).subspan(first, count), to);
+    const auto slice = [](const auto& array, std::size_t first, std::size_t count) {
+        return std::span(array).subspan(first, count);
     };
+    constexpr std::size_t k_split = model::k_split_size;
+    const model::CentralArrays<model::ArrayView> arrays{
+        slice(before.samples, was.first_sample, was.sample_count),
+        slice(before.offsets, was.first_sample, was.sample_count),
+        slice(before.smoothing, was.first_sample, was.sample_count),
+        slice(before.cells, was.first_cell, was.cell_count),
+        slice(before.blocks, was.first_block, was.block_count),
+        slice(before.splits, k_split * was.first_split, k_split * was.split_count),
+        slice(before.specials, was.first_special, was.special_count),
+        slice(before.pool, was.first_pool, was.pool_count)};
     model::Part p = was;
-    p.first_sample = slice(before.samples, was.first_sample, was.sample_count, data.samples);
-    slice(before.offsets, was.first_sample, was.sample_count, data.offsets);
-    slice(before.smoothing, was.first_sample, was.sample_count, data.smoothing);
-    p.first_cell = slice(before.cells, was.first_cell, was.cell_count, data.cells);
-    p.first_block = slice(before.blocks, was.first_block, was.block_count, data.blocks);
-    p.first_split = slice(before.splits, std::size_t{was.first_split} * model::k_split_size,
-                          std::size_t{was.split_count} * model::k_split_size, data.splits) /
-                    model::k_split_size;
-    p.first_special = slice(before.specials, was.first_special, was.special_count, data.specials);
-    p.first_pool = slice(before.pool, was.first_pool, was.pool_count, data.pool);
+    append_arrays(arrays, data, p);
     return p;
 }
 

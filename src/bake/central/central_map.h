@@ -16,7 +16,7 @@
 namespace sqmap::bake {
 
 /// One part's arrays, offsets relative to the part.
-struct CentralMapData {
+struct CentralMapData : model::CentralArrays<model::ArrayData> {
     Vec3f centre;
     int centre_winding = 0;
     float chart_rows[9];
@@ -24,19 +24,12 @@ struct CentralMapData {
     model::SampleRange range;
     std::uint32_t base = 0;
     float offset_step = 0, smoothing_step = 0;
-    std::vector<std::uint16_t> samples, cells;
-    std::vector<std::uint8_t> offsets;   ///< as many as samples
-    std::vector<std::int8_t> smoothing;  ///< as many as samples
-    std::vector<model::Block> blocks;
-    std::vector<std::uint16_t> splits;
-    std::vector<std::uint32_t> specials;
-    std::vector<std::uint16_t> pool;
     double quantisation = 0;        ///< largest radius error of 16-bit storage, model units
     std::uint32_t rough_cells = 0;  ///< leaves that stayed above their tolerance
 
     std::size_t map_bytes() const
     {
-        constexpr std::size_t k_beside = 2;  // an offset and a smoothing term for each sample
+        constexpr std::size_t k_beside = 2;  // an offset and a smoothing term for each sample, which may not be made yet
         return (2 + k_beside) * samples.size() + 2 * (cells.size() + splits.size() + pool.size()) +
                4 * (blocks.size() + specials.size());
     }

@@ -1,5 +1,4 @@
 // A baked map seen through a view, and packed behind those of other parts.
-#include "bake/append.h"
 #include "sqmap/paper/bake.h"
 
 #include <algorithm>
@@ -44,9 +43,21 @@ std::size_t Map::stored_bytes() const
            sizeof(FootSeed) * (seeds.size() + surface_seeds.size());
 }
 
+namespace {
+
+/// Puts some behind all; returns where they begin.
+template <class T>
+std::uint32_t append(const std::vector<T>& some, std::vector<T>& all)
+{
+    const auto first = static_cast<std::uint32_t>(all.size());
+    all.insert(all.end(), some.begin(), some.end());
+    return first;
+}
+
+}  // namespace
+
 void append_map(const Map& m, MapArrays<model::ArrayData>& all)
 {
-    using bake::append;
     MapRecord p{};
     p.eta_count = m.eta_count;
     p.omega_count = m.omega_count;
