@@ -34,6 +34,8 @@ constexpr double k_max_growth = 1.03;  ///< of a superquadric's axes, until it i
 
 void check(const model::ModelData& before, std::span<const Vec3d> vertices)
 {
+    if (before.header.projection != 0)
+        throw mesh::InvalidInput("rebake needs central maps, and this is a paper model: bake the mesh again");
     if (before.header.solid == 0 || before.samples.empty() || before.triangle_part.empty() || before.bricks.empty())
         throw mesh::InvalidInput("rebake needs a solid with central maps, the exact layer and a locator");
     if (3 * vertices.size() != before.vertices.size())

@@ -2,6 +2,8 @@
 #include "queried_model.h"
 
 #include "model/schema.h"
+#include "paper_generated.h"
+#include "sqmap/paper/model_file.h"
 #include "sqmap/query/point.h"
 #include "support/baked_shapes.h"
 
@@ -9,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <string_view>
 
 namespace sqmap::io {
 namespace {
@@ -25,22 +28,21 @@ bool same_array(std::span<const T> a, const std::vector<T>& b)
 
 TEST(ModelFile, WhatIsSerializedParsesToTheSameArrays)
 {
-    for (const ModelData* data : {&torus_model()}) {
-        Bytes bytes(serialize(*data));
-        ModelView v;
-        ASSERT_EQ(model::parse(bytes.span(), v), ParseStatus::Ok);
-        EXPECT_EQ(std::memcmp(&v.header, &data->header, sizeof v.header), 0);
-        EXPECT_EQ(std::memcmp(&v.locator, &data->locator, sizeof v.locator), 0);
-        const auto expect_same = [](const char* name, const auto& read, const auto& written) {
-            EXPECT_TRUE(same_array(read, written)) << name;
-        };
-        model::each_surface_array(expect_same, v, *data);
-        model::each_cell_array(expect_same, v, *data);
-        EXPECT_EQ(std::memcmp(&v.distance.header, &data->distance.header, sizeof v.distance.header), 0);
-        model::DistanceArrays<model::ArrayView>::each(expect_same, v.distance, data->distance);
-        interrogate(v, 3);
-    }
-    EXPECT_TRUE(model::has_locator(torus_model().view()));
+    const ModelData& data = torus_model();
+    Bytes bytes(serialize(data));
+    ModelView v;
+    ASSERT_EQ(model::parse(bytes.span(), v), ParseStatus::Ok);
+    EXPECT_EQ(std::memcmp(&v.header, &data.header, sizeof v.header), 0);
+    EXPECT_EQ(std::memcmp(&v.locator, &data.locator, sizeof v.locator), 0);
+    const auto expect_same = [](const char* name, const auto& read, const auto& written) {
+        EXPECT_TRUE(same_array(read, written)) << name;
+    };
+    model::each_surface_array(expect_same, v, data);
+    model::each_cell_array(expect_same, v, data);
+    EXPECT_EQ(std::memcmp(&v.distance.header, &data.distance.header, sizeof v.distance.header), 0);
+    model::DistanceArrays<model::ArrayView>::each(expect_same, v.distance, data.distance);
+    interrogate(v, 3);
+    EXPECT_TRUE(model::has_locator(v));
 }
 
 /// Of a vector's element, by the schema; 0: there is no such vector.
@@ -64,8 +66,9 @@ TEST(ModelFile, EveryArrayIsAFieldOfTheSchemaOfTheSameSize)
     };
     model::each_surface_array(expect_field, v);
     model::each_cell_array(expect_field, v);
-    table = model::fb::NormalMapsTypeTable();
-    model::NormalArrays<model::ArrayView>::each(expect_field, v.normal);
+    table = paper::fb::MapsTypeTable();
+    const paper::ModelView paper;
+    paper::MapArrays<model::ArrayView>::each(expect_field, paper.maps);
     table = model::fb::DistanceTypeTable();
     model::DistanceArrays<model::ArrayView>::each(expect_field, v.distance);
 }
@@ -131,6 +134,23 @@ TEST(ModelFile, AnotherVersionIsNamedAsSuch)
         std::memcpy(bytes.data() + slot, &version, 4);
         EXPECT_EQ(parse_and_query(bytes), ParseStatus::WrongVersion);
     }
+}
+
+// Format 11 had the paper's maps in a table of the one kind of file that there was.
+TEST(ModelFile, AnOldPaperModelIsToBeBakedAgain)
+{
+    flatbuffers::FlatBufferBuilder builder;
+    const auto maps = model::fb::CreateFormerMaps(builder);
+    model::fb::ModelBuilder table(builder);
+    table.add_former_maps(maps);
+    table.add_version(model::k_format_version);
+    model::fb::FinishModelBuffer(builder, table.Finish());
+    const auto* first = reinterpret_cast<const std::byte*>(builder.GetBufferPointer());
+    Bytes bytes({first, builder.GetSize()});
+    ModelView view;
+    EXPECT_EQ(model::parse(bytes.span(), view), ParseStatus::WrongVersion);
+    EXPECT_EQ(paper::AnyModel().parse(bytes.span()), ParseStatus::WrongVersion);
+    EXPECT_NE(std::string_view(model::to_string(ParseStatus::WrongVersion)).find("bake it again"), std::string_view::npos);
 }
 
 TEST(ModelHash, CoversFiguresAndProvenance)

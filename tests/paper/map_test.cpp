@@ -1,5 +1,5 @@
-// Equations 11, 12 and 17 to 22, the lemma of section 5 and its corollaries, on the baked normal map.
-#include "model/normal_codes.h"
+// Equations 11, 12 and 17 to 22, the lemma of section 5 and its corollaries, on the baked paper map.
+#include "paper/model/codes.h"
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/paper/bake.h"
 #include "sqmap/paper/projection.h"
@@ -25,7 +25,7 @@ std::vector<std::uint32_t> all_triangles(const mesh::Mesh& m)
     return out;
 }
 
-NormalMap at_level(const mesh::Mesh& m, const Superquadricd& sq, int level, bool corrections = false)
+Map at_level(const mesh::Mesh& m, const Superquadricd& sq, int level, bool corrections = false)
 {
     const MapRays rays(m);
     return paper::bake_map(rays, all_triangles(m), sq, {.min_level = level, .max_level = level, .corrections = corrections});
@@ -54,7 +54,7 @@ Superquadricd around_two_spheres()
 TEST(Paper, Fig4MapOfTwoSpheresMatchesTheClosedForm)
 {
     const Superquadricd sq = around_two_spheres();
-    const NormalMap map = at_level(two_spheres(), sq, 6);
+    const Map map = at_level(two_spheres(), sq, 6);
     double mean = 0, largest = 0, waist = 0;
     int count = 0;
     for (std::uint32_t i = 1; i + 1 < map.eta_count; ++i)
@@ -84,7 +84,7 @@ TEST(Paper, Eq11MeasuresAlongTheNormalNotToTheNearestPoint)
 {
     const Superquadricd sq = around_two_spheres();
     const mesh::Mesh m = two_spheres();
-    const NormalMap map = at_level(m, sq, 5);
+    const Map map = at_level(m, sq, 5);
     const mesh::Bvh bvh(m);
     double difference = 0;
     for (std::uint32_t i = 1; i + 1 < map.eta_count; ++i) {
@@ -99,19 +99,19 @@ TEST(Paper, Eq11MeasuresAlongTheNormalNotToTheNearestPoint)
 
 TEST(Paper, Eq12OffsetIsZeroOnASphereInASphereAndPositiveOnBumps)
 {
-    const NormalMap smooth = at_level(mesh::sphere(0.5, 6), Superquadricd{}, 4);
+    const Map smooth = at_level(mesh::sphere(0.5, 6), Superquadricd{}, 4);
     double largest = 0;
     for (std::size_t i = 0; i < smooth.normal.size(); ++i)
-        largest = std::max(largest, double(smooth.offset_scale) * model::offset_steps(smooth.offset, i));
+        largest = std::max(largest, double(smooth.offset_scale) * paper::offset_steps(smooth.offset, i));
     EXPECT_LT(largest, 0.02);  // facets only
     // A box corner close to the superquadric is a local minimum of the map, where grad D = 0 but delta is wanted.
     Superquadricd sq;
     sq.a = {1.1, 1.1, 1.1};
-    const NormalMap box = at_level(mesh::rounded_box({0.6, 0.6, 0.6}, 0.05, 6), sq, 5);
+    const Map box = at_level(mesh::rounded_box({0.6, 0.6, 0.6}, 0.05, 6), sq, 5);
     largest = 0;
     int minima = 0;
     for (std::size_t i = 0; i < box.normal.size(); ++i) {
-        const std::uint32_t steps = model::offset_steps(box.offset, i);
+        const std::uint32_t steps = paper::offset_steps(box.offset, i);
         largest = std::max(largest, double(box.offset_scale) * steps);
         minima += steps > 0;
     }
@@ -123,7 +123,7 @@ TEST(Paper, Eq12OffsetIsOffUnlessAskedForAndOnlyBringsContactEarlier)
 {
     Superquadricd sq;
     sq.a = {1.1, 1.1, 1.1};
-    const NormalMap map = at_level(mesh::rounded_box({0.6, 0.6, 0.6}, 0.05, 6), sq, 5);
+    const Map map = at_level(mesh::rounded_box({0.6, 0.6, 0.6}, 0.05, 6), sq, 5);
     int nearer = 0;
     for (int n = 0; n < 3000; ++n) {
         const shape::SurfaceAnglesf at{static_cast<float>(1.5 * std::sin(0.37 * n)),
@@ -138,7 +138,7 @@ TEST(Paper, Eq12OffsetIsOffUnlessAskedForAndOnlyBringsContactEarlier)
 
 TEST(Paper, Eq17To19PyramidCosts8EvaluationsALevelAndOneMore)
 {
-    const NormalMap map = at_level(mesh::sphere(0.5, 3), Superquadricd{}, 8);
+    const Map map = at_level(mesh::sphere(0.5, 3), Superquadricd{}, 8);
     // Base grid 129 by 256: N_L = int(max(log2(129/16), log2(256/32))) = 3.
     const paper::GridFoot printed =
         paper::pyramid_search(map.view(), {0.3f, 0.5f, 0.4f},
@@ -148,7 +148,7 @@ TEST(Paper, Eq17To19PyramidCosts8EvaluationsALevelAndOneMore)
 }
 
 // Lemma and corollary 1, forward: on an injective projection the error goes to zero with the sampling density.
-double map_error(const NormalMap& map, const mesh::Mesh& m)
+double map_error(const Map& map, const mesh::Mesh& m)
 {
     const MapRays rays(m);
     Superquadricd sq;
@@ -172,7 +172,7 @@ double map_error(const NormalMap& map, const mesh::Mesh& m)
 }
 
 // Corollary 1 and 2 on the whole surface: how far mesh points are from the surface the map represents (eq. 20).
-double representation_error(const NormalMap& map, const mesh::Mesh& m)
+double representation_error(const Map& map, const mesh::Mesh& m)
 {
     double sum = 0, area = 0;
     for (std::uint32_t t = 0; t < m.triangles.size(); ++t) {
@@ -191,7 +191,7 @@ TEST(Paper, LemmaInjectiveProjectionRepresentsEverySurfacePoint)
     const mesh::Mesh m = mesh::sphere(0.6, 5);
     Superquadricd sq;
     sq.a = {0.7, 0.8, 1.0};
-    const NormalMap map = at_level(m, sq, 7);
+    const Map map = at_level(m, sq, 7);
     EXPECT_EQ(map.report.q2_share, 0.0);
     EXPECT_LT(representation_error(map, m), 2e-4);
 }
@@ -215,7 +215,7 @@ TEST(Paper, Corollary2RegionsOfTypeQ2LeaveAFloor)
     Superquadricd sq;
     sq.a = {1.4, 1.4, 1.8};
     sq.eps1 = 0.3;
-    const NormalMap coarse = at_level(m, sq, 5), fine = at_level(m, sq, 7);
+    const Map coarse = at_level(m, sq, 5), fine = at_level(m, sq, 7);
     EXPECT_GT(fine.report.q2_share, 0.2);
     EXPECT_GT(representation_error(fine, m), 0.5 * representation_error(coarse, m));
     EXPECT_GT(representation_error(fine, m), 1e-2);
@@ -228,7 +228,7 @@ TEST(Paper, Corollary2ConcaveRegionsOfTypeQ1DoNot)
     // The two balls' waist is concave but every point of it sees its foot.
     const mesh::Mesh m = two_spheres();
     const Superquadricd sq = around_two_spheres();
-    const NormalMap coarse = at_level(m, sq, 4), fine = at_level(m, sq, 7);
+    const Map coarse = at_level(m, sq, 4), fine = at_level(m, sq, 7);
     // Buried caps of the two balls are no surface: measured on the map, not on them.
     EXPECT_LT(map_error(fine, m), 0.25 * map_error(coarse, m));
 }

@@ -1,8 +1,13 @@
 // Rooms of the core that query bodies answer a paper model by its maps, through the table of its Reading.
 #include "query/dispatch/probe_pointwise.h"
+#include "sqmap/bake/rebake.h"
+#include "sqmap/bake/skin_lattice.h"
+#include "sqmap/io/replace_file.h"
+#include "sqmap/mesh/error.h"
 #include "sqmap/query/distance.h"
 #include "sqmap/query/point.h"
 #include "sqmap/query/scene.h"
+#include "sqmap/query/skin.h"
 #include "sqmap/query/swept.h"
 #include "support/bodies.h"
 #include "support/paper_model.h"
@@ -12,6 +17,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
+#include <filesystem>
+#include <string_view>
 
 namespace sqmap::paper {
 namespace {
@@ -75,6 +83,33 @@ TEST(PaperRooms, ProbesPairsAndScenesFindWhatPointsFind)
     const ProbeResult still =
         query::query_swept({{.model = &view}, &probe, {}, {}, points, points}, {.step = 0.01}, swept, contacts).probe;
     EXPECT_EQ(still.contacts, found);
+}
+
+TEST(PaperRooms, SkinsFindWhatPointsFind)
+{
+    const model::ModelView& view = hand().view();
+    const mesh::Mesh mesh = test::small_hand();
+    mesh::Influences influences;
+    for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+        influences.joints.push_back({0, 1, 0, 0});
+        influences.weights.push_back({0.5, 0.5, 0, 0});
+    }
+    const query::SkinLattice lattice = bake::skin_lattice(mesh, influences);
+    query::PosedSkin skin(lattice);
+    // The joints move apart by 3 cm, and the skin half as far.
+    const std::array<Affine, 2> maps{Affine{}, Affine{{}, {0.03, 0, 0}}};
+    ASSERT_TRUE(skin.pose(maps));
+    std::vector<Vec3d> points = points_about(view, 2000);
+    std::size_t inside = 0;
+    for (Vec3d& p : points) {
+        inside += query_point(view, p).contact ? 1u : 0u;
+        p.x += 0.015;
+    }
+    query::SkinWorkspace workspace(lattice, points);
+    std::vector<query::SkinContact> contacts(points.size());
+    EXPECT_GT(inside, 50u);
+    EXPECT_NEAR(static_cast<double>(query_skin({&view, &skin, points, {}}, {}, workspace, contacts).contacts),
+                static_cast<double>(inside), 3);
 }
 
 TEST(PaperRooms, CopiesOfAViewAnswerAsItDoes)
@@ -175,7 +210,7 @@ TEST(PaperRooms, SubdivisionsSetHowMuchFinerLayerThreeIs)
         }
     }
     for (const int levels : {6, -1})
-        EXPECT_THROW((void)bake(test::small_torus(), true, {{}, MapOptions{.subdivisions = levels}}), mesh::InvalidInput);
+        EXPECT_THROW((void)bake(test::small_torus(), true, {}, MapOptions{.subdivisions = levels}), mesh::InvalidInput);
 }
 
 TEST(PaperFile, EachParserRefusesTheOtherKindByName)
@@ -184,6 +219,28 @@ TEST(PaperFile, EachParserRefusesTheOtherKindByName)
     EXPECT_EQ(model::parse(hand().bytes(), central), model::ParseStatus::PaperModel);
     ModelView own;
     EXPECT_EQ(parse(test::baked_bytes(test::small_torus(), true), own), model::ParseStatus::NotAModel);
+}
+
+TEST(PaperFile, FunctionsOfTheCoreRefuseItByName)
+{
+    const auto named = [](const std::exception& e) {
+        return std::string_view(e.what()).find("a paper model") != std::string_view::npos;
+    };
+    const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "refused_paper_model.sqmap";
+    io::replace_file(path, hand().bytes());
+    try {
+        const io::MappedModel file(path);
+        ADD_FAILURE() << "opened";
+    } catch (const io::ModelFileError& e) {
+        EXPECT_TRUE(named(e)) << e.what();
+    }
+    std::filesystem::remove(path);
+    try {
+        (void)bake::rebake(torus().data().common, test::small_torus().vertices);
+        ADD_FAILURE() << "baked";
+    } catch (const mesh::InvalidInput& e) {
+        EXPECT_TRUE(named(e)) << e.what();
+    }
 }
 
 TEST(PaperFile, SerializingParsesToTheSameArrays)
