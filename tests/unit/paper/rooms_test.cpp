@@ -58,7 +58,7 @@ std::vector<Vec3d> points_about(const model::ModelView& view, std::size_t count)
 TEST(PaperRooms, ProbesPairsAndScenesFindWhatPointsFind)
 {
     const model::ModelView& view = hand().view();
-    const std::vector<Vec3d> points = points_about(view, 3000);
+    const std::vector<Vec3d> points = points_about(view, 5000);
     Probe probe(points);
     std::vector<Contact> contacts(points.size());
     for (const Layer layer : k_layers)
