@@ -22,14 +22,14 @@ namespace sqmap::bake {
 namespace {
 
 constexpr int k_refinements = 6;
-// Where sheets cross and hide each other small cells do not help: no further ones once they have gained less than this share, a
-// logarithm's, of what they should, or the maps take so many times their budget.
+// Small cells do not help where sheets cross and hide each other: none are made smaller once they have gained less than this
+// share, a logarithm's, of what they should, or the maps take so many times their budget.
 constexpr double k_least_gain = 0.5;
 constexpr double k_max_refined = 3;
 // A model that misses its targets by so many times is not measured with more points.
 constexpr double k_clear_miss = 3;
-// Where most of a solid's surface is hidden from its parts' projections, as in cups and cheese, no resolution of the maps shows
-// it and the locator answers: their cells are so much larger, and not refined.
+// No resolution of the maps shows a surface that is mostly hidden from its parts' projections, as in cups and cheese, and the
+// locator answers there: the maps' cells are so much larger, and not refined.
 constexpr double k_mostly_hidden = 50, k_hidden_coarser = 4;
 constexpr std::uint32_t k_hidden_base = 4;
 

@@ -46,7 +46,7 @@ public:
     virtual void accept() {}
     /// By which factor a model misses its targets; up to 1 it meets them.
     [[nodiscard]] virtual double shortfall(const model::Measured& m, const BakeOptions& options) const = 0;
-    /// Where so much of the surface is hidden from the maps, none is made finer; percent.
+    /// Maps that do not see more than so much of the surface are not made finer; percent.
     [[nodiscard]] virtual double max_hidden() const = 0;
     /// Bytes of maps that are not in the draft's model.
     [[nodiscard]] virtual std::size_t bytes_beside() const { return 0; }

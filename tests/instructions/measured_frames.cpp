@@ -1,7 +1,7 @@
 // Runs the same frames as ever on one layer, for a tool that counts instructions in measured_frames().
 // usage: measured_frames MODEL PROBE_MESH LAYER(1-4) -> contacts and the instruction set that answered
+#include "sqmap/io/model_file.h"
 #include "sqmap/io/read.h"
-#include "sqmap/paper/model_file.h"
 #include "sqmap/query/probe.h"
 
 #include <hwy/targets.h>
@@ -51,7 +51,7 @@ extern "C" __attribute__((noinline)) std::size_t measured_frames(const model::Mo
 int main(int argc, char** argv)
 {
     if (argc != 4) return 2;
-    const paper::MappedModel model(argv[1]);
+    const io::MappedModel model(argv[1]);
     std::vector<Vec3d> points = io::read_mesh_file(argv[2]).soup.positions;
     Vec3d lo = points.front(), hi = lo;
     for (const Vec3d& p : points)

@@ -3,6 +3,8 @@
 #include "sqmap/bake/skin_lattice.h"
 #include "sqmap/haptic/step.h"
 #include "sqmap/io/model_file.h"
+#include "sqmap/paper/bake.h"
+#include "sqmap/paper/model_file.h"
 #include "sqmap/query/distance.h"
 #include "sqmap/query/point.h"
 #include "sqmap/query/scene.h"

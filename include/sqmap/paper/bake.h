@@ -65,7 +65,7 @@ public:
     MapRays(MapRays&&) noexcept;
     MapRays& operator=(MapRays&&) noexcept;
 
-    /// Where a ray meets the mesh.
+    /// A place where a ray meets the mesh.
     struct Hit {
         double distance = 0;
         std::uint32_t triangle = 0;
@@ -74,7 +74,7 @@ public:
     /// First triangle within (from, to) along a unit direction, model units. Nothing where there is none.
     [[nodiscard]] std::optional<Hit> first_hit(Vec3d origin, Vec3d direction, double from, double to) const;
 
-    /// What a ray shows: a surface, nothing, or (Cap) that it starts inside the solid.
+    /// A ray shows one of these: a surface, nothing, or (Cap) that it starts inside the solid.
     enum class Kind : std::uint8_t { Hit, Cap, Miss };
     /// The first surface along a ray; distance and triangle of a hit alone.
     struct Surface {
@@ -91,7 +91,7 @@ public:
         double to;    ///< where it ends
         double lift;  ///< triangles so far behind the origin count too, at distance 0
     };
-    /// Where a ray from origin along a unit direction first enters the solid: Cap if it starts inside. Buried surfaces (the solid
+    /// Follows a ray along a unit direction to where it first enters the solid: Cap if it starts inside. Buried surfaces (solid
     /// on both sides) do not count. Crossings are counted along the whole ray; where they contradict each other (a grazed edge)
     /// the exact winding number decides. gaps: appended to, nearest first, also for a Cap; null where they are not wanted.
     [[nodiscard]] Surface surface_along(Vec3d origin, Vec3d direction, Reach reach, std::vector<Gap>* gaps = nullptr) const;
@@ -106,7 +106,7 @@ private:
     std::unique_ptr<Implementation> implementation_;
 };
 
-/// What was measured while baking. Shares are of grid samples unless said otherwise.
+/// Figures that the bake of a map measured. Shares are of grid samples unless said otherwise.
 struct MapReport {
     int level = 0;
     bool target_met = false;

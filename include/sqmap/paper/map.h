@@ -58,7 +58,7 @@ inline constexpr std::uint32_t k_surface_seeds = 12;
 /// The finest level has at most so many rows and columns.
 inline constexpr std::uint32_t k_max_map_rows = 4097, k_max_map_columns = 8192;
 
-/// Where one part's map lies in the arrays of a model; see MapView for what each holds. Layout equals the FlatBuffers struct
+/// The place of one part's map in the arrays of a model; see MapView for what each holds. Layout equals the FlatBuffers struct
 /// MapRecord.
 struct MapRecord {
     std::uint32_t eta_count, omega_count, subdivisions, vertex_count;

@@ -89,8 +89,11 @@ public:
 
     /// Valid, and its copies too, as long as this lives where it is.
     [[nodiscard]] const model::ModelView& view() const noexcept { return view_; }
+    /// The paper model with its maps.
     [[nodiscard]] const ModelView& model() const noexcept { return model_; }
+    /// The options of queries from now on.
     [[nodiscard]] const QueryOptions& options() const noexcept { return options_; }
+    /// Changes them, between queries.
     void set_options(const QueryOptions& options) noexcept { options_ = options; }
 
     /// The reading that a view stands for. @pre the view, or what it is a copy of, came from a Reading

@@ -46,7 +46,9 @@ public:
     /// @throw io::ModelFileError where the file cannot be opened or does not verify
     explicit MappedModel(const std::filesystem::path& path, std::uint64_t offset = 0, std::uint64_t size = 0);
 
+    /// The file's bytes. Valid as long as this.
     [[nodiscard]] std::span<const std::byte> bytes() const { return file_.bytes(); }
+    /// How many bytes the file has.
     [[nodiscard]] std::size_t size() const { return file_.bytes().size(); }
 
 private:

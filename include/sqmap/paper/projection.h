@@ -37,14 +37,14 @@ enum ProjectionFlags : std::uint8_t {
     k_projection_silhouette = 16  ///< the cell holds a jump of the surface: values of one sheet only were used
 };
 
-/// What one part says of a point.
+/// A part's verdict on a point.
 enum class Verdict : std::uint8_t {
     Outside,  ///< of this superquadric: says nothing about the solid
     Free,     ///< inside the superquadric, in front of the surface: proves that the point is free
     Contact,  ///< inside the superquadric and not in front of the surface
 };
 
-/// What one part says about one point.
+/// A part's answer about one point.
 struct PartAnswer {
     Verdict verdict = Verdict::Outside;
     std::uint8_t flags = 0;
@@ -70,7 +70,7 @@ struct PartAnswer {
     return answer.verdict == Verdict::Free && (answer.flags & (k_projection_unproven | k_projection_by_cap)) == 0;
 }
 
-/// What all parts together say about one point.
+/// The answer of all parts together about one point.
 struct CombinedAnswer {
     bool contact = false;
     bool has_surface = false;  ///< false where only caps claim the point: no depth, no normal
@@ -86,7 +86,7 @@ struct CombinedAnswer {
 [[nodiscard]] shape::Foot<float> find_foot(const MapView& map, Vec3f p, Projector projector,
                                            std::uint8_t* flags = nullptr) noexcept;
 
-/// Where the search departs from the paper's.
+/// The points in which the search departs from the paper's.
 struct PyramidOptions {
     bool both_directions = true;   ///< false: the one direction of eq. 16
     bool compare_distance = true;  ///< false: I_S of eq. 19 alone decides
@@ -106,7 +106,7 @@ struct GridFoot {
 /// it is the paper's. p in the model frame, inside the superquadric.
 [[nodiscard]] GridFoot pyramid_search(const MapView& map, Vec3f p, const PyramidOptions& options = {}) noexcept;
 
-/// What a map holds; also what the bake measures itself with.
+/// A map's content at one place. The bake measures itself with the same samples.
 struct MapSample {
     float distance = 0;  ///< infinity for a miss, 0 for a cap
     Vec3f normal;        ///< unit, outward, model frame; zero for caps and misses

@@ -78,7 +78,7 @@ struct InterpolationError {
     double mean = 0, p99 = 0, cut_share = 0;
 };
 
-// What bilinear interpolation misses at cell centres, on a regular subset of the cells.
+// Measures by how much bilinear interpolation misses the surface at cell centres, on a regular subset of the cells.
 InterpolationError measure_interpolation(const Caster& caster, const Grid& grid, const std::vector<std::uint8_t>& cuts)
 {
     const int every = std::max(1, grid.columns / 64);

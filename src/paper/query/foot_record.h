@@ -1,4 +1,4 @@
-// What a foot search tells of its steps: nothing, unless somebody records them.
+// A foot search tells its steps to a record, and nothing where nobody records them.
 #pragma once
 
 #include <cstdint>

@@ -75,7 +75,7 @@ public:
         const SampleLanes coded = value_of(code, hn::Zero(di));
         sample.distance = blend(hit, sample.distance, coded.distance);
         sample.normal = blend(hit, sample.normal, {hn::Zero(df), hn::Zero(df), hn::Zero(df)});
-        // Where a surface enters the superquadric inside the cell, which side of it a position lies on is a guess.
+        // In a cell inside which a surface enters the superquadric, the side of it that a position lies on is a guess.
         const M cap = equal(code, set_int(k_map_cap));
         M beside_cap = none();
         for (const I& corner : distance) beside_cap = hn::Or(beside_cap, equal(corner, set_int(k_map_cap)));
@@ -100,7 +100,7 @@ public:
         return c.bilinear(value[0], value[1], value[2], value[3]);
     }
 
-    /// What smoothing makes of a sample of layer 3 there; the sample as it is where the smoothed map has a hole.
+    /// Smooths a sample of layer 3 there; leaves the sample as it is where the smoothed map has a hole.
     HWY_INLINE SampleLanes smoothed(const AngleLanes& angles, SampleLanes sample) const
     {
         if (map_.smoothed.empty()) return sample;
@@ -254,7 +254,7 @@ private:
 
     static HWY_INLINE I high_half(I word) { return shift_right<16>(word); }
     static HWY_INLINE I flagged(M m) { return hn::IfThenElseZero(hn::RebindMask(di, m), set_int(1)); }
-    /// Of an array of four at least; nothing is read behind its last.
+    /// Reads bytes of an array that holds four at least, and nothing behind its last.
     static HWY_INLINE I byte_at(const std::uint8_t* base, I index)
     {
         const I from = hn::Max(hn::Sub(index, set_int(3)), hn::Zero(di));
@@ -265,7 +265,7 @@ private:
     {
         return hn::Add(hn::Mul(row, set_int(static_cast<std::int32_t>(map_.omega_count))), column);
     }
-    /// Of the base grid's sample in the finest.
+    /// The finest grid's node that is a sample of the base grid.
     HWY_INLINE I base_node(I row, I column) const
     {
         const I every = set_int(std::int32_t{1} << map_.subdivisions);

@@ -1,4 +1,4 @@
-// What one part's map says about points, many at a time: the layers of section 4.2.
+// One part's map answers points, many at a time: the layers of section 4.2.
 #if defined(SQMAP_PAPER_PART_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef SQMAP_PAPER_PART_INL_H
 #undef SQMAP_PAPER_PART_INL_H
@@ -103,8 +103,8 @@ public:
         return a;
     }
 
-    /// What this part's map shows of the surface about contacts, from the sample whose surface is about the nearest on, whether
-    /// its superquadric holds them or not: those of the lanes where that is nearer than a distance. Every surface point bounds
+    /// Looks for a nearer surface about contacts on this part's map, from the sample whose surface is about the nearest on; its
+    /// superquadric need not hold them. Returns the lanes that have one nearer than a distance. Every surface point bounds
     /// the depth, so the nearest is right.
     HWY_NOINLINE M nearer_surface(const V3& p, F within, PartAnswerLanes& a) const
     {

@@ -16,7 +16,7 @@ namespace sqmap::paper::HWY_NAMESPACE {
 using namespace query::HWY_NAMESPACE;
 namespace {
 
-/// What is known of the points of a batch, after the parts that have been heard.
+/// The state of each point of a batch after the parts that have answered so far.
 struct PointStates {
     static constexpr std::size_t k_size = 1024;  ///< whole clusters
     static constexpr std::size_t k_capacity = k_size + k_lanes;
@@ -136,7 +136,7 @@ private:
         cluster_radius_[clusters_] = std::sqrt(square);
     }
 
-    /// What the parts say about the batch, written down.
+    /// Writes down the parts' answers about the batch.
     HWY_NOINLINE void finish()
     {
         if (is_done()) states_.count = clusters_ = 0;

@@ -90,7 +90,7 @@ private:
         return std::max(count, 1);
     }
 
-    /// Of a candidate: smaller is better.
+    /// The score of a candidate: smaller is better.
     HWY_INLINE F score_of(const Row& row, const Column& column) const
     {
         const PositionLanes at{row.arc, column.arc};

@@ -45,7 +45,7 @@ ModelContact query_maps(const model::ModelView& model, Vec3f point, const query:
     ModelContact contact;
     contact.point = point;
     if (run_one_lane({job, options}).contacts == 0) {
-        // Where no part holds the point this is a proof, as the superquadrics cover the solid.
+        // The superquadrics cover the solid, so a point that no part holds is proven free.
         contact.certain = batch.reached[0] == 0;
         return contact;
     }
