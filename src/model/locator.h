@@ -64,6 +64,7 @@ inline LocatedCell locate(const ModelView& model, Vec3f p)
 /// True where the surface nearest to a point in its cell may be made up. Cost: as locate. @pre view.made_up_cells is not empty
 inline bool is_made_up_at(const ModelView& view, Vec3f p)
 {
+    SQMAP_ASSERT(!view.made_up_cells.empty());
     const LocatedCell at = locate(view, p);
     return !at.is_free && (view.made_up_cells[at.index / 32] >> (at.index % 32) & 1u) != 0;
 }

@@ -1,5 +1,7 @@
 #include "contacts.h"
 
+#include "sqmap/math/assert.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -146,6 +148,7 @@ void Contacts::turn_over(bool some) noexcept
 
 void Contacts::append(const HalfSpace& space) noexcept
 {
+    SQMAP_ASSERT(count_ < spaces_.size());
     spaces_[count_] = space;
     spaces_[count_].next = head_[space.node];
     head_[space.node] = static_cast<std::uint32_t>(count_++);

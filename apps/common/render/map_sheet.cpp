@@ -2,6 +2,7 @@
 // Normal: the stored grid, longitude omega across, latitude eta up.
 #include "common/render/pictures.h"
 #include "common/render/unrolled.h"
+#include "sqmap/math/assert.h"
 #include "sqmap/query/point.h"
 
 #include <algorithm>
@@ -66,6 +67,7 @@ int draw_legend(Image& image, int top, int dot, const std::vector<Swatch>& entri
 
 Image map_picture(const Subject& subject, int width, int height)
 {
+    SQMAP_ASSERT(subject.model.has_value());
     const model::ModelView& model = subject.model->view();
     const bool central = !paper::is_paper(model);
     const int count = static_cast<int>(model.parts.size());

@@ -2,6 +2,7 @@
 #include "common/render/pictures.h"
 
 #include "sqmap/decompose/decompose.h"
+#include "sqmap/math/assert.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/mesh/solid.h"
@@ -143,6 +144,7 @@ Image curvature_picture(const Subject& subject, const View& view)
 
 Image error_picture(const Subject& subject, const View& view)
 {
+    SQMAP_ASSERT(subject.model.has_value());
     // As many cells as give each a few pixels; their errors span decades, hence the logarithm.
     constexpr std::size_t k_cells = 100000;
     constexpr double k_low = 0.01, k_high = 1;

@@ -1,5 +1,6 @@
 #include "common/render/unrolled.h"
 
+#include "sqmap/math/assert.h"
 #include "sqmap/paper/model.h"
 #include "sqmap/query/point.h"
 
@@ -112,6 +113,7 @@ std::optional<MapPosition> position_on_cross(const model::Part& part, Vec3f poin
 
 Unrolled unrolled_normal(const model::ModelView& model, std::uint32_t part, int width, int height)
 {
+    SQMAP_ASSERT(paper::is_paper(model) && width > 0 && height > 0);
     const paper::MapView map = paper::map_of(model, part);
     Unrolled out{.width = width, .height = height, .distance = {}};
     for (int y = 0; y < height; ++y)

@@ -4,6 +4,7 @@
 #include "sqmap/haptic/patch.h"
 #include "sqmap/haptic/step.h"
 #include "sqmap/haptic/zone.h"
+#include "sqmap/math/assert.h"
 
 #include <array>
 #include <cstddef>
@@ -48,9 +49,17 @@ public:
     /// The tool's points in its own frame, m. Valid while this lives.
     [[nodiscard]] std::span<const Vec3d> points() const noexcept { return description_.points; }
     /// The probe of the same points, which a deforming tool moves. @pre the tool was made of a description
-    [[nodiscard]] query::Probe& probe() noexcept { return *probe_; }
+    [[nodiscard]] query::Probe& probe() noexcept
+    {
+        SQMAP_ASSERT(probe_ != nullptr);
+        return *probe_;
+    }
     /// The probe of the same points. @pre the tool was made of a description
-    [[nodiscard]] const query::Probe& probe() const noexcept { return *probe_; }
+    [[nodiscard]] const query::Probe& probe() const noexcept
+    {
+        SQMAP_ASSERT(probe_ != nullptr);
+        return *probe_;
+    }
     /// The forces of these zones on so many touched bodies; refers to the tool. @throw std::bad_alloc
     [[nodiscard]] State state(std::size_t max_touched = 1) const;
 

@@ -2,6 +2,7 @@
 // Everything else of sqmap queries it through a Reading.
 #pragma once
 
+#include "sqmap/math/assert.h"
 #include "sqmap/model/model_data.h"
 #include "sqmap/model/parse.h"
 #include "sqmap/paper/map.h"
@@ -99,6 +100,7 @@ public:
     /// The reading that a view stands for. @pre the view, or what it is a copy of, came from a Reading
     [[nodiscard]] static const Reading& of(const model::ModelView& view) noexcept
     {
+        SQMAP_ASSERT(view.answers != nullptr);
         return static_cast<const Reading&>(*view.answers);
     }
 

@@ -2,6 +2,7 @@
 
 #include "model/central_cells.h"
 #include "model/chart.h"
+#include "sqmap/math/assert.h"
 
 #include <algorithm>
 #include <cmath>
@@ -103,6 +104,7 @@ double smoothed(const CentralMapData& map, SampleIndex i, int radius)
 
 void add_offsets(const Projection& projection, const CentralOptions& options, CentralMapData& map)
 {
+    SQMAP_ASSERT(!map.samples.empty());
     const auto n = static_cast<int>(map.base);
     std::vector<double> delta;
     double largest = 0;
@@ -122,6 +124,7 @@ void add_offsets(const Projection& projection, const CentralOptions& options, Ce
 
 void add_smoothing(int radius, CentralMapData& map)
 {
+    SQMAP_ASSERT(!map.samples.empty());
     const auto n = static_cast<int>(map.base);
     std::vector<double> change;
     double largest = 0;

@@ -4,6 +4,7 @@
 #include "model/central_map.h"
 #include "query/chart/point_verdict.h"
 #include "query/layer.h"
+#include "sqmap/math/assert.h"
 
 #include <cmath>
 
@@ -186,6 +187,7 @@ void nearest_on_map(const ModelView& model, std::int32_t index, Vec3f p, bool re
 
 ModelContact query_central(const ModelView& model, Vec3f point, Layer layer, std::uint32_t gate) noexcept
 {
+    SQMAP_ASSERT(is_finite(point) && model::has_central_maps(model));
     const PointVerdict verdict = verdict_by_charts(model, point, layer, gate);
     const std::int32_t answering = verdict.part;
     ModelContact contact;

@@ -3,6 +3,7 @@
 #include "point_verdict.h"
 
 #include "query/layer.h"
+#include "sqmap/math/assert.h"
 
 #include <hwy/highway.h>
 
@@ -33,6 +34,7 @@ std::optional<bool> side_of_base_map(const ModelView& model, const Part& part, V
 
 PointVerdict verdict_by_charts(const ModelView& model, Vec3f point, Layer layer, std::uint32_t gate) noexcept
 {
+    SQMAP_ASSERT(model::has_central_maps(model));
     // Bounds hold at every layer. A side that they leave open, Layer 2 decides by the base map alone.
     const auto refine = [&](std::size_t index, VerdictLanes& v) {
         const Part& part = model.parts[index];

@@ -2,6 +2,7 @@
 #include "query/dispatch/model_point.h"
 
 #include "model/locator.h"
+#include "sqmap/math/assert.h"
 
 #include "query/chart/central_query.h"
 #include "query/dispatch/probe_kernels.h"
@@ -94,6 +95,7 @@ bool is_far_off(const ModelView& model, Vec3f point) noexcept
 
 ModelContact query_triangles(const ModelView& model, Vec3f point, const QueryOptions& options) noexcept
 {
+    SQMAP_ASSERT(model::has_exact(model) && is_finite(point));
     ModelContact contact = free_at(point, true);
     if (is_far_off(model, point)) return contact;
     if (!model::has_locator(model)) return query_unlocated(model, point, options);

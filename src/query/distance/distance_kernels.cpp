@@ -10,6 +10,7 @@
 
 #include "query/distance/bounds-inl.h"
 #include "query/distance/packet-inl.h"
+#include "sqmap/math/assert.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {
@@ -102,11 +103,13 @@ HWY_EXPORT(find_nearest);
 std::size_t bound_surfaces(const model::ModelView& model, float within, std::span<const Vec3f> points,
                            std::span<NearestSurface> found, std::span<std::uint16_t> near) noexcept
 {
+    SQMAP_ASSERT(found.size() >= points.size() && near.size() >= points.size() && model::has_distance(model));
     return HWY_DYNAMIC_DISPATCH(find_bounds)(model, within, points, found, near.data());
 }
 
 void search_surfaces(const model::ModelView& model, std::span<const Vec3f> points, std::span<NearestSurface> found) noexcept
 {
+    SQMAP_ASSERT(found.size() >= points.size());
     if (points.empty()) return;
     if (model.distance.groups.empty())
         std::fill_n(found.begin(), points.size(), NearestSurface{});

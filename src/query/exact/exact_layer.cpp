@@ -223,6 +223,7 @@ ModelContact query_exact(const ModelView& model, Vec3f point) noexcept
 
 ModelContact nearest_in_model(const ModelView& model, Vec3f point, const ModelContact& from) noexcept
 {
+    SQMAP_ASSERT(model::has_exact(model));
     const auto finite = [](Vec3f p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); };
     if (!finite(point) || !finite(from.point) || !finite(from.normal)) return {};
     constexpr int k_rounds = 6;

@@ -6,6 +6,7 @@
 #include "exact_layer.h"
 #include "model/candidate_lists.h"
 #include "model/flags.h"
+#include "sqmap/math/assert.h"
 
 #include <bit>
 
@@ -333,7 +334,11 @@ namespace sqmap::query {
 
 HWY_EXPORT(run_exact);
 
-ProbeResult run_probe_exact(const ProbeJob& job) noexcept { return HWY_DYNAMIC_DISPATCH(run_exact)(job); }
+ProbeResult run_probe_exact(const ProbeJob& job) noexcept
+{
+    SQMAP_ASSERT(model::has_locator(job.model) && model::has_exact(job.model));
+    return HWY_DYNAMIC_DISPATCH(run_exact)(job);
+}
 
 }  // namespace sqmap::query
 #endif

@@ -1,6 +1,7 @@
 #include "sqmap/query/probe.h"
 
 #include "refit.h"
+#include "sqmap/math/assert.h"
 
 #include <algorithm>
 #include <cmath>
@@ -77,6 +78,7 @@ void Probe::move(std::span<const Vec3d> points) noexcept { move(points, {}); }
 
 void Probe::move(std::span<const Vec3d> points, std::span<const std::uint8_t> wanted) noexcept
 {
+    SQMAP_ASSERT(points.size() == size() && (wanted.empty() || wanted.size() == size()));
     if (points.size() != size_) return;
     fill_clusters(
         points.data(), point_.data(), origin_, wanted.size() == size_ ? wanted.data() : nullptr, k_far,

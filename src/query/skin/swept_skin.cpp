@@ -95,6 +95,7 @@ struct SkinSweep {
 SweptResult query_swept_skin(const SweptSkinQuery& query, const SweptOptions& options, SkinWorkspace& workspace,
                              std::span<SkinContact> contacts) noexcept
 {
+    SQMAP_ASSERT(!options.query.offset && !(options.query.margin > 0));
     SQMAP_ASSERT(query.skin != nullptr);
     if (query.bound == nullptr) return {};
     return SkinSweep{query, options, workspace, contacts}.run();

@@ -6,6 +6,7 @@
 #include <hwy/highway.h>
 
 #include "layer_one-inl.h"
+#include "sqmap/math/assert.h"
 
 namespace sqmap::query {
 
@@ -13,6 +14,7 @@ using namespace HWY_NAMESPACE;
 
 ModelContact query_layer_one(const model::ModelView& model, Vec3f point) noexcept
 {
+    SQMAP_ASSERT(is_finite(point));
     PointsOfLayerOne points(model);
     points.add({set(point.x), set(point.y), set(point.z)}, hn::Zero(di), hn::Not(none()));
     points.answer(false);

@@ -1,6 +1,7 @@
 #include "viewer/server/scene/displacement.h"
 
 #include "common/render/png.h"
+#include "sqmap/math/assert.h"
 #include "sqmap/mesh/bvh.h"
 #include "sqmap/shape/surface.h"
 
@@ -16,6 +17,7 @@ constexpr double k_pi = std::numbers::pi;
 
 Displacement displacement_of(const Object& object, const Parts& parts, std::uint32_t part, int width, int height)
 {
+    SQMAP_ASSERT(part < object.view.parts.size());
     Displacement out{.width = width, .height = height, .below = {}};
     out.below.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), -1.f);
     const mesh::Mesh own = part_mesh(object, parts, part);

@@ -1,5 +1,6 @@
 #include "viewer/server/scene/fields.h"
 
+#include "sqmap/math/assert.h"
 #include "sqmap/mesh/bvh.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/solid.h"
@@ -80,6 +81,7 @@ std::string field_bytes(const Object& object, Field field)
 
 std::string difference_bytes(const Object& object, const Object& other)
 {
+    SQMAP_ASSERT(are_of_one_mesh(object, other));
     Bytes out("SQF1");
     out.count(object.mesh.triangles.size());
     const model::Header& h = object.view.header;

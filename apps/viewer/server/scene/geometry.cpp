@@ -1,6 +1,7 @@
 #include "viewer/server/scene/geometry.h"
 
 #include "common/render/unrolled.h"
+#include "sqmap/math/assert.h"
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/paper/model.h"
 #include "viewer/server/protocol/bytes.h"
@@ -77,6 +78,7 @@ std::string sample_bytes(const Object& object)
 
 std::string map_bytes(const Object& object, std::uint32_t part, int side)
 {
+    SQMAP_ASSERT(part < object.view.parts.size());
     const app::Unrolled map = unrolled(object.view, part, side);
     Bytes out("SQU1");
     out.count(static_cast<std::size_t>(map.width));

@@ -2,6 +2,7 @@
 
 #include "common/layer_name.h"
 #include "common/render/unrolled.h"
+#include "sqmap/math/assert.h"
 #include "sqmap/paper/projection.h"
 #include "sqmap/query/distance.h"
 #include "sqmap/query/point.h"
@@ -110,6 +111,7 @@ ordered_json answers_json(const Object& object, Vec3d point)
 
 ordered_json search_json(const Object& object, std::uint32_t part, Vec3d point)
 {
+    SQMAP_ASSERT(paper::is_paper(object.view) && part < object.view.parts.size());
     constexpr std::pair<paper::Projector, const char*> k_projectors[] = {
         {paper::Projector::Newton, "newton"}, {paper::Projector::Pyramid, "pyramid"}, {paper::Projector::Printed, "printed"}};
     const paper::MapView map = paper::map_of(object.view, part);
@@ -167,6 +169,7 @@ std::string slice_bytes(const Object& object, int axis, Vec3d through)
 
 std::string section_bytes(const Object& object, const Parts& parts, const SectionPlane& plane)
 {
+    SQMAP_ASSERT(plane.part < object.view.parts.size());
     const Square square(object, parts, plane);
     const std::vector<Cut> cuts = cuts_of(object, parts, square);
     Bytes out("SQC1");

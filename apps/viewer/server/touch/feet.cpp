@@ -1,6 +1,7 @@
 #include "viewer/server/touch/feet.h"
 
 #include "common/render/unrolled.h"
+#include "sqmap/math/assert.h"
 #include "sqmap/paper/projection.h"
 
 #include <algorithm>
@@ -26,6 +27,7 @@ std::optional<Foot> foot_of(const Object& object, std::uint32_t part, Vec3d poin
 
 std::vector<Foot> feet_of(const Forces& forces, const sqmap::Pose& pose, std::size_t object, query::Layer layer)
 {
+    SQMAP_ASSERT(object < forces.objects().size());
     const ObjectPtr& touched = forces.objects()[object];
     std::vector<Foot> out;
     if (touched == nullptr) return out;
