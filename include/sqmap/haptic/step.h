@@ -18,7 +18,8 @@ namespace sqmap::haptic {
 enum StepStatus : std::uint32_t {
     k_step_ok = 0,
     k_step_contact = 1,
-    k_step_full = 2,        ///< more contacts than the state holds: the rest does not count
+    k_step_full = 2,        ///< more contacts or bodies than the state holds, the rest does not count: raise
+                            ///< StateOptions::max_contacts or max_touched
     k_step_not_finite = 4,  ///< a pose, a touched body or dt was not finite: that zone's wrench is zero and its memory is cleared
     k_step_degraded = 8,    ///< answered from the last tangent planes
     k_step_blended = 16,    ///< a jump of the force is being blended

@@ -12,13 +12,14 @@ namespace sqmap::query {
 enum Status : std::uint8_t {
     k_ok = 0,
     k_not_finite = 1,  ///< a point or pose is NaN or infinite: reported free, no contacts
-    k_no_exact = 2,    ///< Layer::Exact (or an Auto that needs it) of a model baked without it: answered by Layer 3
+    k_no_exact = 2,    ///< Layer::Exact (or an Auto that needs it) of a model baked without it, answered by Layer 3: bake with
+                       ///< BakeOptions::exact
     k_no_surface = 4,  ///< inside, but no map knows the surface above: depth is 0 and normal zero, push nowhere
-    k_full = 8,        ///< more contacts than the span or workspace holds: the rest is counted, not written
+    k_full = 8,        ///< more contacts than fit, the rest is counted only: give a longer span or a workspace for more
     /// Of contacts: the mesh was closed or wrapped, and the surface there made up. Layer Exact: the triangle was; layers Two and
     /// Three: one of those nearest to the locator's cell was. Results of scenes have SceneStatus's bit in this position.
     k_made_up = 16,
-    k_coarse = 32,   ///< swept: SweptOptions::max_steps did not suffice
+    k_coarse = 32,   ///< swept: a path needs more queries than allowed: raise SweptOptions::max_steps
     k_crowded = 64,  ///< skins: more than SkinWorkspace::k_max positions of the bound solid at one point: the rest was left out
 };
 

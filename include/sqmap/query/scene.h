@@ -18,7 +18,7 @@ inline constexpr BodyId k_no_body = 0xffffffffu;
 
 /// A bit of a scene's result, beside those of Status.
 enum SceneStatus : std::uint8_t {
-    k_pairs_full = 16,  ///< more pairs than the span holds: the rest is counted, not queried
+    k_pairs_full = 16,  ///< more pairs than fit, the rest is counted only: give a longer span of pairs
 };
 
 /// Bodies that are near each other, and which of the contacts are theirs.
