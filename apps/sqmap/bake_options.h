@@ -9,7 +9,7 @@
 
 namespace sqmap::app {
 
-/// What the flags set.
+/// The settings that the flags write.
 struct BakeSettings {
     bake::BakeOptions bake;
     paper::MapOptions maps;

@@ -76,7 +76,7 @@ model::Part stored_shape(const fit::FitReport& fit, const CentralMapData& map)
     return p;
 }
 
-/// What the patch tells of a part.
+/// Counts the triangles and vertices of a part's own surface, and measures its area and bounding sphere.
 void count_surface(const mesh::Mesh& mesh, const Patch& patch, model::Part& p)
 {
     p.triangle_count = static_cast<std::uint32_t>(patch.triangles.size());

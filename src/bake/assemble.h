@@ -12,7 +12,7 @@
 
 namespace sqmap::bake {
 
-/// Where a part of the model comes from: a fit and its map, or another model.
+/// A part of the model comes from a fit and its map, or is taken over from another model.
 struct PartSource {
     const FittedPart* fitted = nullptr;  ///< null: taken over
     const CentralMapData* map = nullptr;

@@ -12,7 +12,7 @@ namespace sqmap::bake {
 
 namespace {
 
-// Where verdicts are wrong, the locator may take so many times its bytes.
+// A locator that gives wrong verdicts may grow to this many times its share of bytes.
 constexpr double k_max_locator = 8;
 // Eq. 35's mean and 99th percentile are held to these shares of the target too, where that is not less than what is promised at
 // the default; the percentile, which few points make, with room to spare.
@@ -49,7 +49,7 @@ public:
     }
 
 private:
-    /// Where verdicts are wrong the locator takes more bytes than its share.
+    /// Doubles the locator's bytes until layer 3 has no wrong verdicts or the locator is as large as it may be.
     static void bake_measured_locator(const Subject& subject, Draft& draft)
     {
         for (LocatorOptions locator = subject.locator();; locator.more *= 2) {

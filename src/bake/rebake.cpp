@@ -69,7 +69,8 @@ std::vector<std::uint8_t> moved_triangles(const Meshes& meshes)
     return moved;
 }
 
-/// What crosses what. Among those that have not moved, nothing does if nothing did.
+/// Flags the triangles that cross another one. Triangles that have not moved cross each other only if they did before, so for a
+/// mesh that had no crossing it suffices to test the moved ones.
 std::vector<std::uint8_t> crossed_triangles(const model::ModelData& data, const mesh::Mesh& mesh,
                                             std::span<const std::uint8_t> moved)
 {
@@ -79,7 +80,7 @@ std::vector<std::uint8_t> crossed_triangles(const model::ModelData& data, const 
     return any ? mesh::find_self_intersections(mesh, k_all, moved).crossed : std::vector<std::uint8_t>(moved.size(), 0);
 }
 
-/// Those that have moved, and those of which another piece is boundary now.
+/// Lists the triangles that have moved, and the triangles of which another piece bounds the solid now.
 std::vector<std::uint32_t> changed_triangles(const model::ModelData& data, const mesh::Solid& solid,
                                              std::span<const std::uint8_t> moved)
 {
@@ -100,7 +101,7 @@ std::vector<std::uint32_t> changed_triangles(const model::ModelData& data, const
     return changed;
 }
 
-/// Whether a triangle may reach into a part's domain, by the nine directions.
+/// False where one of the nine directions proves that a triangle stays outside a part's domain.
 bool reaches_domain(const model::Part& part, const std::array<Vec3d, 3>& triangle)
 {
     Vec3d x[3];
@@ -226,7 +227,7 @@ struct Situation {
     std::vector<std::uint32_t> part_of_triangle;
 };
 
-/// What a change reaches.
+/// The part of the model that a change reaches.
 struct Reach {
     mesh::Mesh both;                   ///< changed triangles, where they were and where they are
     std::vector<std::uint8_t> remade;  ///< #parts: charts that see one of these, or whose centre changed sides

@@ -105,8 +105,8 @@ struct ModelView : CentralArrays<ArrayView>, MeshArrays<ArrayView>, LocatorArray
     ArrayView<std::uint32_t> made_up_cells;     ///< a bit for each of locator_cells; empty where nothing was made up
     std::string_view made_by, source, options;  ///< provenance
     std::uint64_t mesh_hash = 0;                ///< mesh::content_hash of the mesh that was baked; 0: not known
-    /// Who answers queries of a model whose maps are those of another library, as sqmap::paper's are; null: the central maps do.
-    /// Outlives the view.
+    /// Functions that answer queries of a model whose maps belong to another library, as sqmap::paper's do. Null: the central
+    /// maps answer. Outlives the view.
     const query::Answers* answers = nullptr;
 };
 
