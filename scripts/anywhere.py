@@ -13,12 +13,13 @@ import subprocess
 import sys
 import time
 
-import static_page
-
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BUILD = ROOT / "build/anywhere"
 NATIVE = ROOT / "build/release"
 PROGRAMS = ROOT / "tests/anywhere"
+WEB = ROOT / "apps/viewer/web"
+PAGE = BUILD / "page"  # a folder for any static host, with the viewer's program in a worker; the documentation site takes it too
+SHAPES = ("hand", "dumbbell")  # the page begins with the first
 HEADERS = ("hwy", "flatbuffers", "nlohmann", "CLI", "fast_float", "eigen3")
 
 
@@ -204,10 +205,41 @@ def door_wasm(cases):
     return said
 
 
+def can_build_page():
+    """True where npm's packages are here."""
+    return shutil.which("npm") is not None and all((WEB / "node_modules" / name).is_dir() for name in ("vite", "iwer"))
+
+
+def bake_shapes(folder):
+    """Shapes that the project makes itself, as models."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in SHAPES:
+        mesh = folder / f"{name}.obj"
+        for command in (["shapes", name, "-o", mesh], ["bake", mesh, "-o", folder / f"{name}.sqmap", "--exact"]):
+            subprocess.run([NATIVE / "bin/sqmap", *command], check=True, stdout=subprocess.DEVNULL)
+        mesh.unlink()
+
+
+def assemble_page(program):
+    """program: the folder with program.mjs and program.wasm. The finished folder."""
+    subprocess.run(["npm", "run", "--silent", "build", "--", "--outDir", PAGE, "--emptyOutDir", "--logLevel", "error"], cwd=WEB,
+                   check=True, stderr=subprocess.DEVNULL)
+    for file in (program / "program.mjs", program / "program.wasm", ROOT / "apps/viewer/page/worker.js", ROOT / "LICENSE"):
+        shutil.copy(file, PAGE)
+    bake_shapes(PAGE / "models")
+    index = PAGE / "index.html"
+    text = index.read_text()
+    begin = '<html lang="en">'
+    if begin not in text:
+        raise SystemExit(f"{index}: has no {begin}")
+    index.write_text(text.replace(begin, f'<html lang="en" data-worker="worker.js" data-models="models/{SHAPES[0]}.sqmap">'))
+    return PAGE
+
+
 def door_page(cases):
-    if not static_page.can_build():
+    if not can_build_page():
         raise Skip("missing here: npm's packages, which ./dev view installs")
-    package, page = npm_package(), static_page.assemble(build_wasm("sqmap_page"))
+    package, page = npm_package(), assemble_page(build_wasm("sqmap_page"))
     size = sum(f.stat().st_size for f in page.rglob("*") if f.is_file())
     said = [f"the page is {size / 1e6:.2f} MB, models included: {page}"]
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")

@@ -11,8 +11,7 @@ import shutil
 import subprocess
 import sys
 
-import animals
-import demo
+import demo_meshes
 import measure
 import shape_families
 
@@ -25,11 +24,10 @@ def say(text):
 
 
 def gather(shapes):
-    for folder in (animals.CACHE, animals.MESHES, MESHES):
-        folder.mkdir(parents=True, exist_ok=True)
-    animals.fetch()
-    demo.fetch_hand()
-    for mesh in [*animals.MESHES.glob("*.off"), *animals.MESHES.glob("hand.obj")]:
+    MESHES.mkdir(parents=True, exist_ok=True)
+    demo_meshes.fetch()
+    demo_meshes.fetch_hand()
+    for mesh in [*demo_meshes.MESHES.glob("*.off"), *demo_meshes.MESHES.glob("hand.obj")]:
         if not (MESHES / mesh.name).exists():
             shutil.copy(mesh, MESHES)
     shape_families.make(MESHES, shapes)

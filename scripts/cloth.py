@@ -9,7 +9,7 @@ import json
 import pathlib
 import subprocess
 
-import animals
+import demo_meshes
 import measure
 import plot
 import rig
@@ -19,20 +19,20 @@ IMAGES = measure.ROOT / "docs" / "images" / "cloth"
 GARMENTS = measure.ROOT / "examples" / "garments"
 HEIGHT = {"bull": 1.36, "homer": 1.80}  # metres
 
-# Row of the record -> the chart's words, colour, shape, hollow.
+# Row of the record -> the chart's words, colour, marker, hollow.
 METHODS = [
-    ("sqmap, layer 1", "layer 1: superquadrics", plot.RED, "circle", True),
-    ("sqmap, layer 2", "layer 2", plot.BLUE, "circle", True),
-    ("sqmap, layer 3", "layer 3", plot.BLUE, "circle", False),
-    ("sqmap, exact layer", "exact layer", plot.VIOLET, "square", True),
-    ("dense field", "dense field", plot.GREEN, "diamond", False),
+    ("sqmap, layer 1", "layer 1: superquadrics", plot.RED, "o", True),
+    ("sqmap, layer 2", "layer 2", plot.BLUE, "o", True),
+    ("sqmap, layer 3", "layer 3", plot.BLUE, "o", False),
+    ("sqmap, exact layer", "exact layer", plot.VIOLET, "s", True),
+    ("dense field", "dense field", plot.GREEN, "D", False),
 ]
 TREE = "OBB tree with refit, all pairs"
 
 
 def metres(name):
     """The mesh standing on y = 0, as tall as HEIGHT says."""
-    lines = [l for l in (animals.MESHES / f"{name}.off").read_text().split("\n") if l.strip() and not l.startswith("#")]
+    lines = [l for l in (demo_meshes.MESHES / f"{name}.off").read_text().split("\n") if l.strip() and not l.startswith("#")]
     counts = list(map(int, lines[1].split()))
     points = [list(map(float, l.split()[:3])) for l in lines[2:2 + counts[0]]]
     low = min(p[1] for p in points)
@@ -53,6 +53,15 @@ def short(case):
     return f"{garment if body.endswith('figure') else body.replace('.off', '')}, {state}"
 
 
+def draw(cases):
+    figure, (axes,) = plot.panels(("Fig. 11b: cloth against an avatar", "", f"% of the {TREE}"), width=9, height=4.8)
+    for method, words, colour, marker, hollow in METHODS:
+        share = [100 * c["methods"][method]["us_median"] / c["methods"][TREE]["us_median"] for c in cases]
+        axes.semilogy([short(c) for c in cases], share, label=words, **plot.marks(colour, marker, hollow))
+    axes.margins(x=0.5 / len(cases))
+    plot.save(IMAGES / "fig11b.svg", figure)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--vertices", type=int, default=10000)
@@ -62,8 +71,8 @@ def main():
         folder.mkdir(parents=True, exist_ok=True)
     meshes = []
     if not args.quick:
-        animals.fetch(tuple(HEIGHT))
-        meshes = [metres(name) for name in HEIGHT if (animals.MESHES / f"{name}.off").exists()]
+        demo_meshes.fetch(tuple(HEIGHT))
+        meshes = [metres(name) for name in HEIGHT if (demo_meshes.MESHES / f"{name}.off").exists()]
     record = OUT / "fig11b.json"
     program = measure.ROOT / "build" / "release" / "bin" / "sqmap_measure"
     subprocess.run([program, "cloth", record, str(1500 if args.quick else args.vertices), *meshes], check=True)
@@ -75,12 +84,7 @@ def main():
             for method, m in case["methods"].items():
                 rows.writerow((short(case), case["vertices"], method, m["us_median"], m["us_p99"], m["found"]))
     if not args.quick:
-        chart = plot.Chart("Fig. 11b: cloth against an avatar", "", "% of the OBB tree with refit, all pairs", y_log=True,
-                           categories=[short(c) for c in cases], width=900, height=470)
-        for method, words, colour, shape, hollow in METHODS:
-            chart.dots(words, [(short(c), 100 * c["methods"][method]["us_median"] / c["methods"][TREE]["us_median"]) for c in cases], colour,
-                       shape=shape, hollow=hollow)
-        plot.save(IMAGES / "fig11b.svg", chart)
+        draw(cases)
     for garment in ("skirt", "poncho", "shirt"):
         pictures = OUT / garment
         pictures.mkdir(exist_ok=True)

@@ -1,23 +1,15 @@
 #!/usr/bin/env python3
 """Real meshes in, certified models and pictures out: what ./dev demo runs once the program is built.
 
-The animals come from the data of CGAL, which Debian packages as libcgal-demo; the hand is the open glTF hand of the WebXR
-input profiles, from npm, subdivided once. Both are fetched once into build/demo/cache and never committed. Where npm or
-the network is missing, a hand that the program makes itself stands in.
+demo_meshes.py fetches the meshes; where it cannot, shapes that the program makes itself stand in.
 """
-import shutil
 import sys
-import tarfile
 import time
 
-import animals
+import demo_meshes
 import measure
+from demo_meshes import DEMO, MESHES
 
-ROOT = measure.ROOT
-DEMO, CACHE, MESHES = animals.DEMO, animals.CACHE, animals.MESHES
-
-HAND = "@webxr-input-profiles/assets@1.0.20"
-HAND_FILE = "package/dist/profiles/generic-hand/right.glb"
 # Name of the mesh -> its upward axis, for the pictures.
 SUBJECTS = {"elephant": "y", "camel": "y", "bull": "y", "triceratops": "y", "dino": "z", "cow": "y", "hand": "y"}
 AZIMUTH = {"elephant": 165, "camel": 325}  # elsewhere the program's own choice
@@ -27,24 +19,6 @@ PICTURES = ("parts", "superquadrics", "map", "error")
 
 def say(text):
     print(f"\n==> {text}", flush=True)
-
-
-def fetch_hand():
-    target = MESHES / "hand.obj"
-    if target.exists():
-        return
-    packages = list(CACHE.glob("webxr-input-profiles-assets-*.tgz"))
-    if not packages and shutil.which("npm"):
-        say("fetching the hand (npm package @webxr-input-profiles/assets, 94 MB for a file of 94 kB, once)")
-        animals.tried("npm", "pack", "--silent", HAND, cwd=CACHE)
-        packages = list(CACHE.glob("webxr-input-profiles-assets-*.tgz"))
-    if packages:
-        with tarfile.open(packages[0]) as archive, archive.extractfile(HAND_FILE) as source:
-            (CACHE / "hand.glb").write_bytes(source.read())
-        print(measure.run("shapes", CACHE / "hand.glb", "--subdivide", "1", "-o", target), end="")
-    else:
-        say("no npm here: the hand is one that the program makes itself")
-        print(measure.run("shapes", "hand", "-o", target), end="")
 
 
 def show(mesh, row):
@@ -79,11 +53,9 @@ def print_table(rows):
 
 
 def main():
-    for folder in (CACHE, MESHES):
-        folder.mkdir(parents=True, exist_ok=True)
     say("step 3 of 4, about a minute: fetching the meshes, where they are missing")
-    animals.fetch()
-    fetch_hand()
+    demo_meshes.fetch()
+    demo_meshes.fetch_hand()
     meshes = [p for n in SUBJECTS for p in (MESHES / f"{n}.off", MESHES / f"{n}.obj") if p.exists()]
     if len(meshes) == 1:
         say("the animals could not be fetched: shapes that the program makes itself stand in")
@@ -108,7 +80,7 @@ def main():
           "  bake: CPU seconds.")
     say("pictures")
     for picture in sorted(DEMO.glob("*.png")):
-        print(f"  {picture.relative_to(ROOT)}")
+        print(f"  {picture.relative_to(measure.ROOT)}")
 
 
 if __name__ == "__main__":

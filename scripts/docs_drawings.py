@@ -6,9 +6,12 @@ usage: docs_drawings.py     writes docs/images/{chart,layers,locator,candidates,
 import math
 import pathlib
 
+from matplotlib import lines, patches, text
+
 import plot
 
 IMAGES = pathlib.Path(__file__).resolve().parent.parent / "docs/images"
+POINTS = 0.75  # of a pixel
 TINT = {"free": "#ffffff", "inside": "#dbe6f5", "flat": "#f7dccd", "chart": "#e3daf3"}
 
 
@@ -53,46 +56,41 @@ def nearest_on(p, a, b):
 
 
 class Panel:
-    """Plane coordinates to pixels, y up."""
+    """Draws in plane coordinates, y up, at a position of the picture; all sizes are pixels."""
 
     def __init__(self, x, y, scale):
-        self.x, self.y, self.scale, self.parts = x, y, scale, []
+        self.x, self.y, self.scale, self.artists = x, y, scale, []
 
     def at(self, p):
         return (self.x + self.scale * p[0], self.y - self.scale * p[1])
 
-    def path(self, points, stroke=plot.INK, fill="none", width=1.5, closed=False, dash="", opacity=1):
-        d = "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in map(self.at, points)) + ("z" if closed else "")
-        dashed = f" stroke-dasharray='{dash}'" if dash else ""
-        self.parts.append(f"<path d='{d}' fill='{fill}' stroke='{stroke}' stroke-width='{width}' opacity='{opacity}'"
-                          f" stroke-linejoin='round'{dashed}/>")
+    def path(self, points, stroke=plot.INK, fill="none", width=1.5, closed=False, dash=(), opacity=1):
+        self.artists.append(patches.Polygon([self.at(p) for p in points], closed=closed, facecolor=fill, edgecolor=stroke, alpha=opacity,
+                                            linewidth=POINTS * width, joinstyle="round", linestyle=(0, dash) if dash else "-"))
 
     def dot(self, p, colour=plot.INK, size=3):
-        x, y = self.at(p)
-        self.parts.append(f"<circle cx='{x:.1f}' cy='{y:.1f}' r='{size}' fill='{colour}'/>")
+        self.artists.append(lines.Line2D(*([v] for v in self.at(p)), color=colour, marker="o", markersize=2 * POINTS * size, markeredgewidth=0))
 
     def square(self, corner, side, fill):
         self.path([corner, (corner[0] + side, corner[1]), (corner[0] + side, corner[1] + side), (corner[0], corner[1] + side)],
                   stroke=plot.GRID, fill=fill, width=0.8, closed=True)
 
     def arrow(self, a, b, colour, width=1.6):
-        self.path([a, b], colour, width=width)
-        length = math.dist(a, b)
-        ux, uy = (b[0] - a[0]) / length, (b[1] - a[1]) / length
-        h = 7 / self.scale
-        self.path([(b[0] - h * ux - 0.5 * h * uy, b[1] - h * uy + 0.5 * h * ux), b,
-                   (b[0] - h * ux + 0.5 * h * uy, b[1] - h * uy - 0.5 * h * ux)], colour, width=width)
+        self.artists.append(patches.FancyArrowPatch(self.at(a), self.at(b), arrowstyle="->", mutation_scale=9, shrinkA=0, shrinkB=0,
+                                                    color=colour, linewidth=POINTS * width))
 
-    def text(self, p, words, colour=plot.INK, anchor="middle", size=12):
-        x, y = self.at(p)
-        self.parts.append(f"<text x='{x:.1f}' y='{y:.1f}' fill='{colour}' text-anchor='{anchor}' font-size='{size}'>{words}</text>")
+    def text(self, p, words, colour=plot.INK, anchor="center", size=12):
+        self.artists.append(text.Text(*self.at(p), words, color=colour, ha=anchor, fontsize=POINTS * size))
 
 
 def save(name, width, height, *panels):
-    body = "\n".join(part for panel in panels for part in panel.parts)
-    (IMAGES / name).write_text(
-        f"<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {width} {height}' width='{width}' height='{height}' {plot.FONT}>\n"
-        f"<rect width='{width}' height='{height}' fill='{plot.GROUND}'/>\n{body}\n</svg>\n", encoding="utf-8")
+    figure = plot.pyplot.figure(figsize=(width / 96, height / 96), layout="none")
+    axes = figure.add_axes((0, 0, 1, 1), xlim=(0, width), ylim=(height, 0))
+    axes.set_axis_off()
+    for panel in panels:
+        for artist in panel.artists:
+            axes.add_artist(artist)
+    plot.save(IMAGES / name, figure)
 
 
 def face_point(s, rho):
@@ -226,7 +224,7 @@ def locator():
         e = (CURVE[(k + 1) % 720][0] - CURVE[k - 1][0], CURVE[(k + 1) % 720][1] - CURVE[k - 1][1])
         n = math.hypot(*e)
         b.path([(q[0] - 0.16 * e[0] / n, q[1] - 0.16 * e[1] / n), (q[0] + 0.16 * e[0] / n, q[1] + 0.16 * e[1] / n)], plot.ORANGE)
-        b.path([p, q], plot.FAINT, dash="3 3")
+        b.path([p, q], plot.FAINT, dash=(3, 3))
         b.dot(p, plot.INK)
         b.dot(q, plot.ORANGE)
     near = [q for q in CURVE if abs(q[0] - c[0]) < 0.75 * side and abs(q[1] - c[1]) < 0.75 * side]
@@ -259,7 +257,7 @@ def candidates():
     t = Panel(470, 130, 1)
     for i, words in enumerate(("square: one cell of the locator", f"orange: its candidate list, {len(found)} of {len(edges)}",
                                "each is nearest to some point", "of the cell", "blue: depth of one point")):
-        t.text((0, -20 * i), words, plot.FAINT, "start")
+        t.text((0, -20 * i), words, plot.FAINT, "left")
     save("candidates.svg", 690, 320, p, t)
 
 
@@ -287,7 +285,7 @@ def distance():
             q = (CURVE[k][0] + side * band * e[1] / n, CURVE[k][1] - side * band * e[0] / n)
             if away(q) > 0.97 * band:
                 offset.append(q)
-        p.path(offset, plot.ORANGE, closed=True, dash="4 3")
+        p.path(offset, plot.ORANGE, closed=True, dash=(4, 3))
     near = (1.15, 0.75)
     best = min(CURVE, key=lambda q: math.dist(q, near))
     k = CURVE.index(best)
@@ -300,14 +298,14 @@ def distance():
     far = (-1.35, 1.2)
     bound = 0.7 * away(far)
     p.path([(far[0] + bound * math.cos(a / 30 * math.pi), far[1] + bound * math.sin(a / 30 * math.pi)) for a in range(60)],
-           plot.BLUE, closed=True, dash="2 3")
+           plot.BLUE, closed=True, dash=(2, 3))
     p.dot(far, plot.BLUE)
     t = Panel(430, 120, 1)
     for i, words in enumerate(("orange: the band, exact on either side", "blue arrow: distance, gradient, nearest point",
                                "squares: leaves of the tree of bounds,", "smaller near the surface", "blue circle: nothing is nearer than this",
                                "bound, at least half of the distance")):
-        t.text((0, -20 * i), words, plot.FAINT, "start")
-    save("distance.svg", 690, 350, p, t)
+        t.text((0, -20 * i), words, plot.FAINT, "left")
+    save("distance.svg", 730, 350, p, t)
 
 
 def pair():
@@ -321,8 +319,8 @@ def pair():
     a.dot((-0.1, -0.35), plot.ORANGE, 4)
     a.dot((-0.1, 0), plot.BLUE, 4)
     a.text((-0.2, -0.55), "vertex of b: witness point on b", plot.ORANGE)
-    a.text((-0.2, 0.06), "witness point on a", plot.BLUE, "end", 11)
-    a.text((0.0, 0.4), "normal", plot.GREEN, "start")
+    a.text((-0.2, 0.06), "witness point on a", plot.BLUE, "right", 11)
+    a.text((0.0, 0.4), "normal", plot.GREEN, "left")
     a.text((-0.8, -0.85), "a")
     a.text((0.2, 0.8), "b")
     c = Panel(520, 150, 100)
@@ -349,7 +347,7 @@ def cover():
         p.path(chain + chain[:1], "none", TINT["inside"] if i == 0 else TINT["flat"], closed=True)
         p.path(chain, plot.BLUE if i == 0 else plot.ORANGE, width=2.2)
         p.arrow(chain[-1], chain[0], plot.RED, 2)
-        p.path(bound(chain, 0.7, 0.0 if i else 0.35), plot.FAINT, dash="5 4", closed=True)
+        p.path(bound(chain, 0.7, 0.0 if i else 0.35), plot.FAINT, dash=(5, 4), closed=True)
         p.text((-0.5 if i == 0 else 0.65, -1.4), words, plot.FAINT)
         panels.append(p)
     save("cover.svg", 700, 310, *panels)
@@ -363,20 +361,22 @@ def refine():
     one.path(bound(bent, 0.6, 0.35), plot.RED, closed=True)
     two.path(bound([(-1.2, -0.25), (0.15, -0.25), (-0.15, 0.2), (-1.2, 0.2)], 0.45, 0.0), plot.GREEN, closed=True)
     two.path(bound([(0.15, -0.25), (0.95, 0.95), (0.55, 1.2), (-0.15, 0.2)], 0.45, 0.98), plot.GREEN, closed=True)
-    two.path([(0.15, -0.25), (-0.15, 0.2)], plot.INK, dash="4 3")
+    two.path([(0.15, -0.25), (-0.15, 0.2)], plot.INK, dash=(4, 3))
     one.text((0, -1.2), "before: one loose bound", plot.FAINT)
     two.text((0, -1.2), "after: two tight bounds", plot.FAINT)
     save("refine.svg", 680, 310, one, two)
 
 
 def safety():
-    stale = plot.Chart("a. Samples stop at 0 ms", "ms since the last sample", "N", y_from_zero=True, height=300)
-    stale.line("commanded", [(0, 1.5), (30, 1.5)], plot.GREY, dashed=True)
-    stale.line("sent", [(0, 1.5), (5, 1.5), (20, 0), (30, 0)], plot.ORANGE, width=2.4)
-    slew = plot.Chart("b. A step of 3 N, limit 2 N", "ms", "N", y_from_zero=True, height=300)
-    slew.line("commanded", [(0, 0), (2, 0), (2, 3), (18, 3), (18, 0.5), (24, 0.5)], plot.GREY, dashed=True)
-    slew.line("sent", [(0, 0), (2, 0), (10, 2), (18, 2), (18, 0.5), (24, 0.5)], plot.ORANGE, width=2.4)
-    plot.save(IMAGES / "safety.svg", stale, slew)
+    figure, (stale, slew) = plot.panels(("a. Samples stop at 0 ms", "ms since the last sample", "N"),
+                                        ("b. A step of 3 N, limit 2 N", "ms", "N"), height=3)
+    stale.plot([0, 30], [1.5, 1.5], color=plot.GREY, linestyle="--", label="commanded")
+    stale.plot([0, 5, 20, 30], [1.5, 1.5, 0, 0], color=plot.ORANGE, linewidth=2, label="sent")
+    slew.plot([0, 2, 2, 18, 18, 24], [0, 0, 3, 3, 0.5, 0.5], color=plot.GREY, linestyle="--", label="commanded")
+    slew.plot([0, 2, 10, 18, 18, 24], [0, 0, 2, 2, 0.5, 0.5], color=plot.ORANGE, linewidth=2, label="sent")
+    for axes in (stale, slew):
+        axes.set_ylim(0)
+    plot.save(IMAGES / "safety.svg", figure)
 
 
 def answers():

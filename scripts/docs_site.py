@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """The documentation as a site: build/docs/site/index.html. Guides and references of C++, C, Python and JavaScript, notebooks with
-their output, the format, the changelog, and live models where ./dev anywhere page has built the page. A broken link fails,
-and so does a public name that is not on the site, or there without a word.
+their output, the format, the changelog, and live models where ./dev anywhere page has built the page. A broken link fails.
 
 usage: docs_site.py [--without-notebooks]     exit 77 where a package is missing
 """
@@ -12,8 +11,7 @@ import shutil
 import subprocess
 import sys
 
-import docs_names
-import static_page
+import anywhere
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BUILD = ROOT / "build/docs"
@@ -129,6 +127,11 @@ style="font-size:1.1em;padding:.5em 1em">Touch the model here</button><br><small
 '''
 
 
+C_SECTION = re.compile(r"^// -{20,} (.+)$", re.MULTILINE)
+C_NAME = re.compile(r"^typedef (?P<kind>struct|enum) (?P<type>\w+) \{|^enum (?P<bits>\w+) \{|^typedef [^;{]*\(\*(?P<callback>\w+)\)"
+                    r"|^SQMAP_API [^;]*?(?P<function>\w+)\(", re.MULTILINE)
+
+
 def run(*command, **options):
     done = subprocess.run([str(c) for c in command], text=True, capture_output=True, check=False, **options)
     if done.returncode != 0:
@@ -138,7 +141,7 @@ def run(*command, **options):
 
 def live(model, up):
     """A model in a frame; nothing where the page was not built."""
-    page = static_page.FOLDER
+    page = anywhere.PAGE
     if not (page / "program.wasm").exists():
         return ""
     if not (page / model).exists():
@@ -176,6 +179,28 @@ def copy_pages():
     shutil.copytree(ROOT / "docs/images", SOURCE / "docs/images", dirs_exist_ok=True)
 
 
+def c_names(text):
+    """[(directive of Breathe, name, whether a /// comment stands above it)] of the header of C, in order."""
+    directives = {"struct": "doxygenstruct", "enum": "doxygenenum"}
+    for m in C_NAME.finditer(text):
+        documented = text[: m.start()].rstrip("\n").rsplit("\n", 1)[-1].startswith("///")
+        directive = directives.get(m["kind"] or "", "doxygenenum" if m["bits"] else "doxygentypedef" if m["callback"] else "doxygenfunction")
+        yield directive, m["type"] or m["bits"] or m["callback"] or m["function"], documented
+
+
+def c_page(text):
+    """The reference of C: what the header says of itself, then its sections."""
+    begin, *sections = C_SECTION.split(text)
+    introduction = re.sub(r"^// ?", "", begin.split("#pragma")[0], flags=re.MULTILINE).strip()
+    page = ["# C\n", re.sub(r"^(\w+):", r"\n**\1:**", introduction, flags=re.MULTILINE) + "\n"]
+    for title, body in zip(sections[::2], sections[1::2]):
+        page.append(f"## {title.capitalize()}\n")
+        for directive, name, _ in c_names(body):
+            members = ":members:\n:undoc-members:\n" if directive == "doxygenstruct" else ""
+            page.append(f"```{{{directive}}} {name}\n:project: sqmap\n{members}```\n")
+    return "\n".join(page)
+
+
 def write_cpp_reference():
     """A page for each public folder: what its headers declare."""
     folder = SOURCE / "reference"
@@ -191,7 +216,7 @@ def write_cpp_reference():
         (folder / f"cpp_{group.name}.md").write_text("\n".join(parts))
     listed = "\n".join(names)
     (folder / "cpp.md").write_text(f"# C++\n\nOne page for each folder of `include/sqmap`.\n\n```{{toctree}}\n:maxdepth: 2\n\n{listed}\n```\n")
-    (folder / "c.md").write_text(docs_names.c_page((ROOT / "include/sqmap.h").read_text()))
+    (folder / "c.md").write_text(c_page((ROOT / "include/sqmap.h").read_text()))
     (folder / "javascript.md").write_text("# JavaScript\n\n```{literalinclude} index.d.ts\n:language: typescript\n```\n")
     shutil.copy(ROOT / "js/index.d.ts", folder)
     (folder / "python.md").write_text("# Python\n\n```{eval-rst}\n.. automodule:: sqmap\n   :members:\n   :imported-members:\n```\n")
@@ -244,11 +269,10 @@ def main():
     wrong = [line for line in warnings.read_text().splitlines()
              if re.search("WARNING|ERROR|CRITICAL", line)
              and not ("/reference/cpp_" in line and re.search("uplicate|Using fallback parser", line))]
-    wrong += docs_names.missing(ROOT, BUILD / "site", run(PYTHON, "-c", docs_names.PYTHON_NAMES, env=env).split())
     if wrong:
         sys.exit("\n".join(wrong))
-    if (static_page.FOLDER / "program.wasm").exists():
-        shutil.copytree(static_page.FOLDER, BUILD / "site/live", dirs_exist_ok=True)
+    if (anywhere.PAGE / "program.wasm").exists():
+        shutil.copytree(anywhere.PAGE, BUILD / "site/live", dirs_exist_ok=True)
     else:
         print("without live models: ./dev anywhere page builds them")
     print(f"{len(list((BUILD / 'site').rglob('*.html')))} pages: {BUILD / 'site/index.html'}")

@@ -51,8 +51,8 @@ def window(rows, reach=80):
 def picture(trace, out):
     with open(trace, encoding="utf-8") as file:
         rows = window(list(csv.DictReader(file)))
-    turn = plot.Chart("a. Direction of the force", "way, mm", "angle to its mean direction, degrees")
-    step = plot.Chart("b. |F_i - F_(i-1)|, k = 500 N/m, 1 mm deep", "way, mm", "N")
+    figure, (turn, step) = plot.panels(("a. Direction of the force", "way, mm", "angle to its mean direction, degrees"),
+                                       ("b. |F_i - F_(i-1)|, k = 500 N/m, 1 mm deep", "way, mm", "N"))
     # One plane for all: the mean direction, and the way that the mesh's force turns most.
     forces = [vector(r, "mesh") for r in rows]
     mean = [sum(f[k] for f in forces) for k in range(3)]
@@ -67,9 +67,10 @@ def picture(trace, out):
     for name, words, colour in METHODS:
         f = [vector(r, name) for r in rows]
         angle = [math.degrees(math.atan2(sum(a * b for a, b in zip(v, side)), sum(a * b for a, b in zip(v, mean)))) for v in f]
-        turn.line(words, [(0.1 * i, a) for i, a in enumerate(angle)], colour)
-        step.line(words, [(0.1 * i, distance(f[i], f[i - 1])) for i in range(1, len(f))], colour)
-    plot.save(out, turn, step)
+        way = [0.1 * i for i in range(len(f))]
+        turn.plot(way, angle, color=colour, label=words)
+        step.plot(way[1:], [distance(a, b) for a, b in zip(f, f[1:])], color=colour, label=words)
+    plot.save(out, figure)
 
 
 def draw(program, mesh, out):

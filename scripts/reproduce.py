@@ -20,8 +20,9 @@ import subprocess
 import sys
 import time
 
-import animals
 import demo
+import demo_meshes
+import docs_images
 import measure
 import reproduce_figures as figures
 
@@ -89,9 +90,9 @@ def subjects(folder, quick, out):
     if all((folder / "meshes" / f"{stem}.obj").exists() for stem, _, _ in ROLES.values()):
         return [Subject(role, folder / "meshes" / f"{stem}.obj", up) for role, (stem, up, _) in ROLES.items()]
     say(f"no stand-ins in {folder}: the demo's meshes are used")
-    animals.fetch()
-    demo.fetch_hand()
-    found = {role: next(iter(sorted(demo.MESHES.glob(f"{stem}.o*"))), None) for role, (_, _, stem) in ROLES.items()}
+    demo_meshes.fetch()
+    demo_meshes.fetch_hand()
+    found = {role: next(iter(sorted(demo_meshes.MESHES.glob(f"{stem}.o*"))), None) for role, (_, _, stem) in ROLES.items()}
     missing = [role for role, mesh in found.items() if mesh is None]
     if missing:
         sys.exit(f"no mesh for: {', '.join(missing)}\n  cure: run where apt-get reaches a Debian mirror, or give a FOLDER")
@@ -209,8 +210,8 @@ def draw_pictures(models, out, images):
         rows.append(out / f"fig10.{role}.png")
         measure.run("render", out / f"{role}.paper1.sqmap", subject.mesh, "--what", "parts,superquadrics", "--up", subject.up, "--size",
                     "430x340", *(["--azimuth", subject.azimuth] if subject.azimuth else []), "-o", rows[-1])
-    figures.stack([out / "fig04.png"], images / "fig04.png")
-    figures.stack(rows, images / "fig10.png")
+    docs_images.stacked([out / "fig04.png"], images / "fig04.png")
+    docs_images.stacked(rows, images / "fig10.png")
 
 
 # --- What is made of it ------------------------------------------------------------------------------------------------

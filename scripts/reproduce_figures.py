@@ -1,12 +1,15 @@
 """What reproduce.py makes of its numbers: CSV, plots, tables. One function a figure of the paper."""
 import csv
 import dataclasses
+import math
 import statistics
+
+from matplotlib import collections as shapes
 
 import docs_images
 import measure
 import plot
-from plot import BLUE, GREEN, GREY, ORANGE, RED, VIOLET
+from plot import BLUE, GREEN, GREY, INK, ORANGE, RED, VIOLET
 
 # Table 1 of the paper: polygons, DF, ADF and SQ in MB, segments.
 PAPER = {
@@ -36,10 +39,6 @@ class Data:
     run: dict = dataclasses.field(default_factory=dict)
 
 
-def stack(paths, path):
-    docs_images.stacked(paths, path)
-
-
 def rows_to(path, header, rows):
     with open(path, "w", newline="") as out:
         writer = csv.writer(out)
@@ -67,9 +66,35 @@ def longest_gap(grid):
     return max(edges) / statistics.mean(edges)
 
 
+def quads_that_face_the_eye(grid):
+    """Corners of the quads of a grid[i][j] = (x, y, z), rows closed around j, seen from the front; the farthest first."""
+    turn, tilt = math.radians(32), math.radians(24)
+
+    def seen(p):
+        a = math.cos(turn) * p[0] - math.sin(turn) * p[1]
+        b = math.sin(turn) * p[0] + math.cos(turn) * p[1]
+        return a, math.cos(tilt) * p[2] + math.sin(tilt) * b, math.sin(tilt) * p[2] - math.cos(tilt) * b
+
+    flat, quads = [[seen(p) for p in row] for row in grid], []
+    for row, above in zip(flat, flat[1:]):
+        for j in range(len(row)):
+            k = (j + 1) % len(row)
+            quad = [row[j], row[k], above[k], above[j]]
+            (ax, ay, _), (bx, by, _), (cx, cy, _), (dx, dy, _) = quad
+            if (cx - ax) * (dy - by) - (cy - ay) * (dx - bx) > 0:
+                quads.append((sum(p[2] for p in quad), [p[:2] for p in quad]))
+    return [corners for _, corners in sorted(quads)]
+
+
 def figure_3(data, images):
-    before, after = grids(data)
-    plot.save_meshes(images / "fig03.svg", [("(a) equal steps of the angles of eq. 8", before), ("(b) after eqs. 9 and 10", after)])
+    figure, panels = plot.panels(("(a) equal steps of the angles of eq. 8", "", ""), ("(b) after eqs. 9 and 10", "", ""), width=4.2,
+                                 height=4.5)
+    for axes, grid in zip(panels, grids(data)):
+        axes.add_collection(shapes.PolyCollection(quads_that_face_the_eye(grid), facecolor="#dfe9f6", edgecolor=BLUE, linewidth=0.5))
+        axes.set_aspect("equal")
+        axes.autoscale_view()
+        axes.set_axis_off()
+    plot.save(images / "fig03.svg", figure)
 
 
 # --- Figs. 11 and 14: times --------------------------------------------------------------------------------------------
@@ -91,30 +116,30 @@ def share_of_obb(data, role, kind, method, series=None):
     return 100 * statistics.median(f[method + "_us"] for f in frames) / statistics.median(f["fcl_obb_all_us"] for f in frames)
 
 
-LAYERS = [  # method, words, colour, shape, hollow
-    ("sqmap_normal_layer1", "paper's maps, layer 1", BLUE, "circle", False),
-    ("sqmap_normal_printed", "paper's maps, layer 2, search as printed", GREY, "circle", True),
-    ("sqmap_normal_pyramid3", "paper's maps, layer 3, pyramid", GREY, "circle", False),
-    ("sqmap_normal_layer2", "paper's maps, layer 2", ORANGE, "circle", False),
-    ("sqmap_normal_layer3", "paper's maps, layer 3", RED, "circle", False),
-    ("sqmap_layer3", "central model, layer 3", RED, "square", True),
-    ("sqmap_exact", "central model, exact layer", VIOLET, "square", True),
-    ("dense128", "dense field, 128 a side", GREEN, "diamond", True),
-    ("adf", "ADF, split to an error of 0.1 %", GREEN, "diamond", False),
+LAYERS = [  # method, words, colour, marker, hollow
+    ("sqmap_normal_layer1", "paper's maps, layer 1", BLUE, "o", False),
+    ("sqmap_normal_printed", "paper's maps, layer 2, search as printed", GREY, "o", True),
+    ("sqmap_normal_pyramid3", "paper's maps, layer 3, pyramid", GREY, "o", False),
+    ("sqmap_normal_layer2", "paper's maps, layer 2", ORANGE, "o", False),
+    ("sqmap_normal_layer3", "paper's maps, layer 3", RED, "o", False),
+    ("sqmap_layer3", "central model, layer 3", RED, "s", True),
+    ("sqmap_exact", "central model, exact layer", VIOLET, "s", True),
+    ("dense128", "dense field, 128 a side", GREEN, "D", True),
+    ("adf", "ADF, split to an error of 0.1 %", GREEN, "D", False),
 ]
 
 
 def figure_11a(data, images):
-    roles = [*data.roles[1:], SCENE]
-    charts = []
-    for kind, words in (("light", "light contact"), ("deep", "deep contact")):
-        chart = plot.Chart(f"Fig. 11a: time of a frame, {words}", "object under the hand", "% of FCL's OBB tree, all contacts",
-                           y_log=True, categories=roles, height=470)
-        chart.level(100, "OBB tree")
-        for method, name, colour, shape, hollow in LAYERS:
-            chart.dots(name, [(r, share_of_obb(data, r, kind, method)) for r in roles], colour, shape=shape, hollow=hollow)
-        charts.append(chart)
-    plot.save(images / "fig11a.svg", *charts)
+    roles, x, y = [*data.roles[1:], SCENE], "object under the hand", "% of FCL's OBB tree, all contacts"
+    kinds = {"light": "light contact", "deep": "deep contact"}
+    figure, panels = plot.panels(*((f"Fig. 11a: time of a frame, {words}", x, y) for words in kinds.values()), width=5.6, height=4.7)
+    for axes, kind in zip(panels, kinds):
+        axes.axhline(100, color=INK, linewidth=0.9, linestyle="--")
+        axes.text(0.5, 105, "OBB tree", ha="center", va="bottom")
+        for method, name, colour, marker, hollow in LAYERS:
+            axes.semilogy(roles, [share_of_obb(data, r, kind, method) for r in roles], label=name, **plot.marks(colour, marker, hollow))
+        axes.margins(x=0.5 / len(roles))
+    plot.save(images / "fig11a.svg", figure)
 
 
 TIMED = [
@@ -127,49 +152,49 @@ FORCES = [("paper", "the paper's force on its maps"), ("full", "the central mode
 
 
 def figure_14a(data, images):
-    role = "Elephant"
-    frames = data.series[role, "deep"]
-    chart = plot.Chart("Fig. 14a: collision detection while sliding over the elephant", "frame", "µs a frame", y_log=True, width=900)
+    frames = data.series["Elephant", "deep"]
+    ticks = [(f"Fig. 14a: a haptic tick, {name}, layer 3", "frame", "µs a tick") for _, name in FORCES]
+    figure, (race, *panels) = plot.panels(("Fig. 14a: collision detection while sliding over the elephant", "frame", "µs a frame"), *ticks,
+                                          width=7)
     for method, name, colour in TIMED:
-        chart.line(name, [(f["frame"], f[method + "_us"]) for f in frames], colour, width=1.4)
-    charts = [chart]
-    for force, name in FORCES:
-        chart = plot.Chart(f"Fig. 14a: a haptic tick, {name}, layer 3", "frame", "µs a tick", y_from_zero=True, width=900)
+        race.semilogy([f["frame"] for f in frames], [f[method + "_us"] for f in frames], color=colour, linewidth=1, label=name)
+    for axes, (force, _) in zip(panels, FORCES):
         ticks = data.ticks[force, "deep"]
-        chart.line("collision detection", [(t["tick"], t["query_us"]) for t in ticks], BLUE, width=1.4)
-        chart.line("force, torque, friction, safety", [(t["tick"], t["tick_us"] - t["query_us"]) for t in ticks], ORANGE, width=1.4)
-        chart.line("whole tick", [(t["tick"], t["tick_us"]) for t in ticks], RED, width=1.4)
-        charts.append(chart)
-    plot.save(images / "fig14a.svg", *charts)
+        for name, colour, time in (("collision detection", BLUE, lambda t: t["query_us"]),
+                                   ("force, torque, friction, safety", ORANGE, lambda t: t["tick_us"] - t["query_us"]),
+                                   ("whole tick", RED, lambda t: t["tick_us"])):
+            axes.plot([t["tick"] for t in ticks], [time(t) for t in ticks], color=colour, linewidth=1, label=name)
+        axes.set_ylim(0)
+    plot.save(images / "fig14a.svg", figure)
 
 
 def figure_14b(data, images):
     frames = [f for kind in kinds_of("Elephant") for f in data.series["Elephant", kind]]
-    charts = []
-    for methods, force, title in ((TIMED[:2], "paper", "the paper's maps"), (TIMED[2:], "full", "the central model")):
-        chart = plot.Chart(f"Fig. 14b: time against contacts, {title}", "vertices of the hand inside the elephant", "µs a frame",
-                           y_from_zero=True)
+    x, y = "vertices of the hand inside the elephant", "µs a frame"
+    figure, panels = plot.panels(("Fig. 14b: time against contacts, the paper's maps", x, y),
+                                 ("Fig. 14b: time against contacts, the central model", x, y))
+    small = {"marker": "o", "linestyle": "none", "markersize": 3, "alpha": 0.6, "markeredgewidth": 0}
+    for axes, methods, force in zip(panels, (TIMED[:2], TIMED[2:]), ("paper", "full")):
         for method, name, colour in methods:
-            chart.dots(name, [(f["sqmap_exact_contacts"], f[method + "_us"]) for f in frames], colour, size=2.4, opacity=0.6)
-        chart.dots("whole haptic tick, layer 3",
-                   [(t["contacts"], t["tick_us"]) for kind in kinds_of("Elephant") for t in data.ticks[force, kind]], ORANGE, size=2.4,
-                   opacity=0.6)
-        charts.append(chart)
-    plot.save(images / "fig14b.svg", *charts)
+            axes.plot([f["sqmap_exact_contacts"] for f in frames], [f[method + "_us"] for f in frames], color=colour, label=name, **small)
+        ticks = [t for kind in kinds_of("Elephant") for t in data.ticks[force, kind]]
+        axes.plot([t["contacts"] for t in ticks], [t["tick_us"] for t in ticks], color=ORANGE, label="whole haptic tick, layer 3", **small)
+        axes.set_ylim(0)
+    plot.save(images / "fig14b.svg", figure)
 
 
 def figure_14c(data, images):
-    chart = plot.Chart("Fig. 14c: performance against error", "error allowed: eq. 35 as a mean, % of R_max", "frames a millisecond", x_log=True,
-                       y_from_zero=True, width=720)
-    bases = sorted({d["rows"] for d in data.density})
-    for rows, colour in zip(bases, (BLUE, ORANGE, GREEN, VIOLET)):
+    figure, (axes,) = plot.panels(("Fig. 14c: performance against error", "error allowed: eq. 35 as a mean, % of R_max", "frames a millisecond"),
+                                  width=7)
+    loosest = 2 * max(d["eq35_mean_pct"] for d in data.density)  # layer 2 answers from its own error on
+    for rows, colour in zip(sorted({d["rows"] for d in data.density}), (BLUE, ORANGE, GREEN, VIOLET)):
         chain = [d for d in data.density if d["rows"] == rows]
-        points = [(d["eq35_mean_pct"], 1000 / d["p50_us"]) for d in chain]
-        loosest = (2 * max(d["eq35_mean_pct"] for d in data.density), points[0][1])  # layer 2 answers from its own error on
-        chart.line(f"base grid {rows} x {chain[0]['columns']}: layer 3, A_S = 1 to {len(chain) - 1}", points, colour, shape="circle")
-        chart.line("", [points[0], loosest], colour)
-        chart.dots("its layer 2", points[:1], colour, hollow=True, size=6)
-    plot.save(images / "fig14c.svg", chart)
+        errors, rates = [d["eq35_mean_pct"] for d in chain], [1000 / d["p50_us"] for d in chain]
+        axes.semilogx([loosest, *errors], [rates[0], *rates], color=colour, marker="o", markevery=range(1, len(chain) + 1),
+                      label=f"base grid {rows} x {chain[0]['columns']}: layer 3, A_S = 1 to {len(chain) - 1}")
+        axes.plot(errors[:1], rates[:1], **plot.marks(colour, hollow=True), label="its layer 2")
+    axes.set_ylim(0)
+    plot.save(images / "fig14c.svg", figure)
 
 
 # --- Fig. 12 and Table 1: memory ---------------------------------------------------------------------------------------
@@ -195,35 +220,35 @@ def memory_curves(data, roles):
 
 
 def figure_12(data, images):
-    charts = []
-    for roles, title in ((["Tiger"], "(a) tiger"), (data.roles, "(b) whole scene")):
-        chart = plot.Chart(f"Fig. 12{title}", "samples along the object's longest side", "MB", x_log=True, y_log=True,
-                           x_ticks=[m["cells"] for m in data.memory[data.roles[0]]["fields"]], height=460)
+    parts = (["Tiger"], "(a) tiger"), (data.roles, "(b) whole scene")
+    figure, panels = plot.panels(*((f"Fig. 12{title}", "samples along the object's longest side", "MB") for _, title in parts), width=5.6, height=4.8)
+    for axes, (roles, _) in zip(panels, parts):
         curves = memory_curves(data, roles)
         for key, name, colour, dashed in FIELDS:
-            chart.line(name, curves[key], colour, dashed=dashed, shape="circle")
-        chart.line("SQ-Map, the paper's maps", curves["map"], BLUE, shape="circle", width=2.4)
+            axes.loglog(*zip(*curves[key]), color=colour, marker="o", linestyle="--" if dashed else "-", label=name)
+        axes.loglog(*zip(*curves["map"]), color=BLUE, marker="o", linewidth=2, label="SQ-Map, the paper's maps")
         right = max(x for curve in curves.values() for x, _ in curve)
-        table = [sum(PAPER[r][k] for r in roles) for k in (1, 2, 3)]
-        for value, colour in zip(table, (GREY, ORANGE, BLUE)):
-            chart.dots("", [(1.35 * right, value)], colour, shape="dash")
-        chart.dots("the paper's Table 1, unknown density", [], GREY, shape="dash")
-        charts.append(chart)
-    plot.save(images / "fig12.svg", *charts)
+        for k, colour in ((1, GREY), (2, ORANGE), (3, BLUE)):
+            axes.plot(1.35 * right, sum(PAPER[r][k] for r in roles), color=colour, marker="_", markersize=14, linestyle="none")
+        axes.plot([], [], color=GREY, marker="_", markersize=14, linestyle="none", label="the paper's Table 1, unknown density")
+        axes.set_xticks([m["cells"] for m in data.memory[data.roles[0]]["fields"]])
+    plot.save(images / "fig12.svg", figure)
 
 
 def figure_12_error(data, images):
     """Beyond the paper: the same memory against the error that it buys."""
     role = "Tiger"
-    chart = plot.Chart("Memory against error, tiger", "mean error, % of R_max: depth of a field, eq. 35 of a map", "MB", x_log=True,
-                       y_log=True, width=720, height=430)
+    figure, (axes,) = plot.panels(("Memory against error, tiger", "mean error, % of R_max: depth of a field, eq. 35 of a map", "MB"), width=7,
+                                  height=4.5)
     fields, maps, model = data.memory[role]["fields"], data.memory[role]["maps"], data.model[role]
     for key, name, colour, dashed in (FIELDS[0], FIELDS[1], FIELDS[3]):
-        chart.line(name, [(f["error_pct"], f[key] / MB) for f in fields], colour, dashed=dashed, shape="circle")
-    chart.line("SQ-Map, the paper's maps", [(m["error_pct"], m["bytes"] / MB) for m in maps], BLUE, shape="circle", width=2.4)
+        axes.loglog([f["error_pct"] for f in fields], [f[key] / MB for f in fields], color=colour, marker="o",
+                    linestyle="--" if dashed else "-", label=name)
+    axes.loglog([m["error_pct"] for m in maps], [m["bytes"] / MB for m in maps], color=BLUE, marker="o", linewidth=2,
+                label="SQ-Map, the paper's maps")
     for kind, name, colour in (("default", "central model, default, without the exact layer", RED), ("paper1", "the paper's whole model, A_S = 1", BLUE)):
-        chart.dots(name, [(model[kind]["eq35_mean_pct"], model[kind]["bytes_without_exact"] / MB)], colour, shape="square", size=5)
-    plot.save(images / "memory-error.svg", chart)
+        axes.plot(model[kind]["eq35_mean_pct"], model[kind]["bytes_without_exact"] / MB, **plot.marks(colour, "s"), label=name)
+    plot.save(images / "memory-error.svg", figure)
 
 
 # --- Files -------------------------------------------------------------------------------------------------------------

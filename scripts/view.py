@@ -6,16 +6,16 @@ import pathlib
 import sys
 import time
 
-import animals
 import demo
+import demo_meshes
 import measure
 
-NAMES = pathlib.Path(__file__).resolve().parent / "demo_names.json"  # what their parts are called: points of the meshes
+NAMES = measure.ROOT / "examples" / "demo_names.json"  # what the parts of the meshes are called: points of them
 SCENE = ("elephant", "bull", "triceratops", "camel", "cow", "hand")  # three in front, three behind
 
 
 def model_of(mesh):
-    return demo.DEMO / f"{mesh.stem}.sqmap"
+    return demo_meshes.DEMO / f"{mesh.stem}.sqmap"
 
 
 def is_old(model):
@@ -35,11 +35,11 @@ def bake(meshes):
 def scene():
     """Models of the demo scene, baked once; none where nothing could be fetched."""
     demo.say("step 3 of 4: the meshes of the demo")
-    animals.fetch()
-    demo.fetch_hand()
+    demo_meshes.fetch()
+    demo_meshes.fetch_hand()
     demo.say("step 4 of 4: their models")
     known = json.loads(NAMES.read_text())
-    either = [[demo.MESHES / f"{name}.{kind}" for kind in ("off", "obj")] for name in SCENE]
+    either = [[demo_meshes.MESHES / f"{name}.{kind}" for kind in ("off", "obj")] for name in SCENE]
     found = [next(p for p in paths if p.exists()) for paths in either if any(p.exists() for p in paths)]
     bake([m for m in found if is_old(model_of(m))])
     models = []

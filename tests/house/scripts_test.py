@@ -37,7 +37,7 @@ def missing(name, tree, known):
 
 known = {name: defined(tree) for name, tree in TREES.items()}
 wrong = [line for name, tree in TREES.items() for line in missing(name, tree, known)]
-broken = ast.parse("import animals\nimport plot as p\nfrom measure import gone\nanimals.fetch()\nanimals.gone()\np.gone\n")
+broken = ast.parse("import demo_meshes\nimport plot as p\nfrom measure import gone\ndemo_meshes.fetch()\ndemo_meshes.gone()\np.gone\n")
 found = list(missing("broken", broken, known))
 if len(found) != 3:
     wrong.append(f"three errors were put in, {len(found)} were found: {found}")

@@ -1,12 +1,15 @@
-"""The structs, handles and functions of the package are those of include/sqmap.h, and the library exports exactly those.
+"""The structs, handles and functions of the package are those of include/sqmap.h, the library exports exactly those, and each public
+name of the package has a docstring, which the documentation shows.
 
 usage: header_test.py HEADER LIBRARY NM"""
 import ctypes
+import inspect
 import re
 import subprocess
 import sys
 import unittest
 
+import sqmap
 from sqmap import _library as c
 
 HEADER, LIBRARY, NM = sys.argv[1:4]
@@ -74,6 +77,20 @@ class Header(unittest.TestCase):
     def test_codes_are_those_of_the_header(self):
         codes = {int(n): name for name, n in re.findall(r"SQMAP_(E_\w+) = (\d+)", TEXT)}
         self.assertEqual(set(codes), set(c.BY_CODE))
+
+
+class Docstrings(unittest.TestCase):
+    def test_every_public_name_has_one(self):
+        bare = []
+        for name in sqmap.__all__:
+            value = getattr(sqmap, name)
+            if inspect.isclass(value) or inspect.isfunction(value):
+                bare += [] if inspect.getdoc(value) else [name]
+            for key, member in vars(value).items() if inspect.isclass(value) else ():
+                member = getattr(member, "fget", None) or getattr(member, "__func__", member)
+                if not key.startswith("_") and inspect.isfunction(member) and not inspect.getdoc(member):
+                    bare.append(f"{name}.{key}")
+        self.assertEqual(bare, [])
 
 
 if __name__ == "__main__":
