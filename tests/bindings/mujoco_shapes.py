@@ -129,7 +129,7 @@ def pile(folders):
 def main():
     folder = pathlib.Path(sys.argv[1])
     shared = pathlib.Path(os.environ.get("SQMAP_SHARED_DIR", sys.argv[2]))
-    if animals := pile([shared / "meshes", pathlib.Path(__file__).resolve().parents[2] / "build/demo/meshes"]):
+    if animals := pile([shared / "meshes", pathlib.Path(__file__).resolve().parents[2] / "build/demo/test_meshes"]):
         (folder / "pile.xml").write_text(animals)
     length, height = 6 * PITCH, 2.5 * PITCH
     bolt = tube(lambda a, z: RADIUS + thread(a, z), None, 0, length, 6 * ALONG)

@@ -119,7 +119,7 @@ TEST_P(SharedMesh, ExactLayer)
     compare(GetParam(), *mesh);
 }
 
-INSTANTIATE_TEST_SUITE_P(AgainstCgal, SharedMesh, testing::Values("horse_5946", "knot_6400", "fandisk_8000"),
+INSTANTIATE_TEST_SUITE_P(AgainstCgal, SharedMesh, testing::Values("elephant_10272", "knot_6400", "fandisk_8000"),
                          [](const auto& mesh) { return std::string(mesh.param); });
 
 }  // namespace

@@ -96,7 +96,7 @@ bool has_warning(const AdmittedMesh& loaded, const std::string& code)
 
 TEST(BadMeshes, EveryFileGetsItsVerdict)
 {
-    if (!fs::exists(k_meshes / "bad")) GTEST_SKIP() << "no shared meshes at " << k_meshes;
+    if (!fs::exists(k_meshes / "bad")) GTEST_SKIP() << "no " << k_meshes << " (SQMAP_SHARED_DIR=FOLDER)";
     for (const std::string& name : obj_files(k_meshes / "bad")) {
         const auto* expected = std::find_if(std::begin(k_expectations), std::end(k_expectations),
                                             [&](const Expectation& e) { return name == e.file; });
@@ -123,7 +123,7 @@ TEST(BadMeshes, EveryFileGetsItsVerdict)
 
 TEST(BadMeshes, EveryGoodMeshIsAcceptedAsItIs)
 {
-    if (!fs::exists(k_meshes)) GTEST_SKIP() << "no shared meshes at " << k_meshes;
+    if (!fs::exists(k_meshes)) GTEST_SKIP() << "no " << k_meshes << " (SQMAP_SHARED_DIR=FOLDER)";
     for (const std::string& name : obj_files(k_meshes)) {
         const AdmittedMesh loaded = admit_mesh(k_meshes / name, {});
         EXPECT_STREQ(mesh::name_of(loaded.admission), "ACCEPT") << name << ": " << loaded.diagnosis.message;

@@ -40,7 +40,7 @@ const std::vector<ObjectPtr>& demo_objects()
                                      {"triceratops", "cat_8108.obj"},
                                      {"camel", "camel_4512.obj"},
                                      {"cow", "horse_5946.obj"}}) {
-        std::filesystem::path file = std::filesystem::path(SQMAP_ANIMALS_DIR) / (std::string(name) + ".off");
+        std::filesystem::path file = std::filesystem::path(SQMAP_TEST_MESHES_DIR) / (std::string(name) + ".off");
         if (!std::filesystem::exists(file)) file = sqmap::test::real_mesh_file(like);
         if (file.empty()) continue;
         out.push_back(object_of(admit_mesh(file).mesh, name));

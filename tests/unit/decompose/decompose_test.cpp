@@ -2,19 +2,16 @@
 
 #include "sqmap/mesh/mesh.h"
 #include "sqmap/mesh/shapes.h"
-#include "support/shared_folder.h"
+#include "support/baked_shapes.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <map>
 #include <numbers>
 #include <numeric>
 #include <set>
-#include <sstream>
 #include <string>
 
 namespace sqmap::decompose {
@@ -307,34 +304,13 @@ TEST(MergeParts, UndoesASplit)
     for (std::size_t i = 0; i < p.boundaries.size(); ++i) EXPECT_EQ(back.boundaries[i].kind, p.boundaries[i].kind);
 }
 
-mesh::Mesh read_obj(const std::filesystem::path& path)
-{
-    mesh::Mesh m;
-    std::ifstream in(path);
-    for (std::string line; std::getline(in, line);) {
-        std::istringstream s(line);
-        std::string key;
-        s >> key;
-        if (key == "v") {
-            Vec3d v;
-            s >> v.x >> v.y >> v.z;
-            m.vertices.push_back(v);
-        } else if (key == "f") {
-            mesh::Triangle t;
-            s >> t[0] >> t[1] >> t[2];
-            m.triangles.push_back({t[0] - 1, t[1] - 1, t[2] - 1});
-        }
-    }
-    return m;
-}
-
 class SharedMesh : public testing::TestWithParam<const char*> {};
 
 TEST_P(SharedMesh, HasTheSamePartsHoweverItIsTurned)
 {
-    const auto path = test::shared_folder() / "meshes" / GetParam();
-    if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
-    const mesh::Mesh m = read_obj(path);
+    const std::optional<mesh::Mesh> found = test::shared_mesh(GetParam());
+    if (!found) return test::skip_without(GetParam());
+    const mesh::Mesh& m = *found;
     const auto a = labels_in_order_of(m);
     const auto parts = *std::max_element(a.begin(), a.end()) + 1;
     EXPECT_GE(parts, 6u);
