@@ -4,7 +4,7 @@
 usage: bench.py [FOLDER] [--kinds light,deep,near] [options of sqmap_bench frames]
 
 FOLDER holds meshes/ and paths/ (OBJECT.PROBE.KIND.csv); default: SQMAP_SHARED_DIR, or ../shared. Kinds of paths that it lacks
-are made. Without meshes there the project's own shapes are used: a hand that slides over a torus, a dumb-bell and an ellipsoid.
+are made. Without meshes there the project's own shapes are used: a hand that slides over a bent body, a dumb-bell and a rounded box.
 Records go to build/bench, one file a path; tables to build/bench/tables.md, a chart of each kind to build/bench/pareto.KIND.svg.
 """
 import argparse
@@ -20,7 +20,7 @@ import plot
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BIN = ROOT / "build" / "release" / "bin"
 OUT = ROOT / "build" / "bench"
-SHAPES = ("torus", "dumbbell", "ellipsoid")
+SHAPES = ("bent", "dumbbell", "rounded_box")  # a hand can slide over these at every depth
 COLOURS = (("sqmap", plot.ORANGE), ("dense", plot.BLUE), ("fcl", plot.GREEN), ("embree", plot.VIOLET), ("bullet", plot.RED),
            ("", plot.GREY))
 MARKERS = ("o", "s", "D")
