@@ -13,7 +13,7 @@ endfunction()
 file(MAKE_DIRECTORY ${WORK})
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/prefix --config ${CONFIG})
 run(${WORK}/prefix/bin/sqmap --version)
-foreach(components "runtime io build" "runtime io" "runtime io device" "runtime io hardware")
+foreach(components "bake_mesh" "runtime io" "runtime io device" "runtime io hardware")
   string(MAKE_C_IDENTIFIER "${components}" name)
   run(${CMAKE_COMMAND} -S ${CONSUMER} -B ${WORK}/${name} -G Ninja -DCMAKE_BUILD_TYPE=${CONFIG}
     -DCMAKE_PREFIX_PATH=${WORK}/prefix -DCMAKE_CXX_FLAGS=${FLAGS} "-DCOMPONENTS=${components}")

@@ -1,8 +1,7 @@
-// Uses every installed library: makes a ball, bakes it, writes the model, maps it back and queries it.
-#include <sqmap/bake/bake.h>
+// Bakes a ball through the front door, as a central and as a paper model, writes and maps the file, and queries both.
+#include <sqmap/bake_mesh.h>
 #include <sqmap/io/model_file.h>
 #include <sqmap/mesh/shapes.h>
-#include <sqmap/paper/bake.h>
 #include <sqmap/sqmap.h>
 
 #include <cmath>
@@ -11,14 +10,12 @@
 int main()
 {
     const sqmap::mesh::Mesh ball = sqmap::mesh::sphere(1.0, 3);
-    const sqmap::bake::BakeResult baked = sqmap::bake::bake(ball, true, {});
-    sqmap::io::write_model(baked.model, "ball.sqmap");
+    const sqmap::BakedModel baked = sqmap::bake_mesh(ball);
+    baked.save("ball.sqmap");
     const sqmap::io::MappedModel file("ball.sqmap");
-    const sqmap::model::ModelView& model = file.view();
-    const sqmap::query::PointResult contact = sqmap::query::query_point(model, {0, 0, 0.8});
-    // Rays of the paper map.
-    const sqmap::paper::MapRays rays(ball);
-    const bool hit = rays.first_hit({0, 0, 3}, {0, 0, -1}, 0, 10).has_value();
-    std::printf("contact %d, depth %.4f, ray hit %d\n", contact.contact, contact.depth, hit);
-    return contact.contact && std::abs(contact.depth - 0.2) < 0.01 && hit ? 0 : 1;
+    const sqmap::query::PointResult contact = sqmap::query::query_point(file.view(), {0, 0, 0.8});
+    const sqmap::BakedModel paper = sqmap::bake_mesh(ball, {.paper_maps = sqmap::paper::MapOptions{}});
+    const sqmap::query::PointResult by_maps = sqmap::query::query_point(paper.view(), {0, 0, 0.8});
+    std::printf("depth %.4f, by the paper's maps %.4f\n", contact.depth, by_maps.depth);
+    return std::abs(contact.depth - 0.2) < 0.01 && std::abs(by_maps.depth - 0.2) < 0.01 ? 0 : 1;
 }
