@@ -1,4 +1,5 @@
 // Bullet's GImpact: a mesh against a mesh by the algorithm that a world would keep for the pair, every contact point taken.
+#include "clock.h"
 #include "method.h"
 
 #include <BulletCollision/Gimpact/btGImpactCollisionAlgorithm.h>

@@ -39,6 +39,9 @@ double median(std::array<double, N>& values)
 
 }  // namespace
 
+double thread_seconds() { return 1e-9 * static_cast<double>(nanoseconds(CLOCK_THREAD_CPUTIME_ID)); }
+double process_seconds() { return 1e-9 * static_cast<double>(nanoseconds(CLOCK_PROCESS_CPUTIME_ID)); }
+
 FrameClock::FrameClock()
 {
     const std::int64_t t0 = nanoseconds(CLOCK_MONOTONIC_RAW);

@@ -1,9 +1,12 @@
-// Time of one frame: the time-stamp counter, corrected by the thread's CPU clock.
+// Clocks of measurements, and the time of one frame: the time-stamp counter, corrected by the thread's CPU clock.
 #pragma once
 
 #include <cstdint>
 
 namespace sqmap::bench {
+
+[[nodiscard]] double thread_seconds();   ///< CPU time of this thread
+[[nodiscard]] double process_seconds();  ///< CPU time of all threads
 
 /// Times intervals from a fraction of a microsecond upwards. The time-stamp counter is read next to the work, so that the
 /// clocks cost nothing of what they measure; the thread's CPU time is read around it and replaces the counter's interval

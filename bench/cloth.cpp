@@ -307,47 +307,60 @@ Case played(std::string name, sim::Cloth& cloth, std::vector<Part>& parts,
     return c;
 }
 
-}  // namespace
+struct Options {
+    std::uint32_t vertices = 0;
+    bool own = false;                 ///< the cloth alone, without peers
+    std::string_view scene;           ///< empty: all
+    Vec3d shift{};                    ///< of blankets, m
+    std::vector<const char*> models;  ///< that blankets fall on
 
-int sqmap::bench::measure_cloth(int argc, char** argv)
+    [[nodiscard]] bool wants(std::string_view name) const { return scene.empty() || scene == name; }
+};
+
+Options parsed(int argc, char** argv)
 {
-    if (argc < 3) return k_wrong_usage;
-    const auto vertices = static_cast<std::uint32_t>(std::atoi(argv[2]));
-    bool own = false;
-    std::string_view scene;
-    Vec3d shift{};  // of blankets, m
-    std::vector<const char*> models;
+    Options o;
+    o.vertices = static_cast<std::uint32_t>(std::atoi(argv[2]));
     for (int a = 3; a < argc; ++a) {
         const std::string_view word = argv[a];
         if (word == "--own")
-            own = true;
+            o.own = true;
         else if (word == "--scene" && a + 1 < argc)
-            scene = argv[++a];
+            o.scene = argv[++a];
         else if (word == "--shift" && a + 2 < argc)
-            shift = {std::atof(argv[a + 1]), 0, std::atof(argv[a + 2])}, a += 2;
+            o.shift = {std::atof(argv[a + 1]), 0, std::atof(argv[a + 2])}, a += 2;
         else
-            models.push_back(argv[a]);
+            o.models.push_back(argv[a]);
     }
-    const auto wanted = [scene](std::string_view name) { return scene.empty() || scene == name; };
-    const bench::FrameClock clock;
-    nlohmann::json out{{"vertices", vertices}, {"target_error_percent", k_target_error}, {"cases", nlohmann::json::array()}};
-    const auto report = [&](const Case& c, std::vector<Part>& parts) {
+    return o;
+}
+
+/// Prints each case as it ends and keeps all of them.
+class Report {
+public:
+    explicit Report(const Options& options)
+        : own_(options.own),
+          out_{{"vertices", options.vertices}, {"target_error_percent", k_target_error}, {"cases", nlohmann::json::array()}}
+    {
+    }
+
+    void add(const Case& c, std::vector<Part>& parts)
+    {
         nlohmann::json row{{"name", c.name},
                            {"vertices", c.frames.front().nodes.size()},
                            {"frames", c.frames.size()},
                            {"height_m", c.height},
-                           {"methods", own ? nlohmann::json::object() : compare(clock, c, parts)}};
-        std::vector<double> us = c.cloth_us;
-        row["cloth_step_us_median"] = median(us);
-        row["cloth_move_us_median"] = median(c.move_us);
+                           {"methods", own_ ? nlohmann::json::object() : compare(clock_, c, parts)}};
+        const double step_us = median(c.cloth_us), move_us = median(c.move_us);
+        row["cloth_step_us_median"] = step_us;
+        row["cloth_move_us_median"] = move_us;
         row["nodes_percent"] = 100 * c.deep.nodes / c.height;
         row["interiors_percent"] = 100 * c.deep.interiors / c.height;
         row["fastest_m_s"] = c.fastest;
         std::printf(
             "%s: %zu vertices; cloth's own collision %.0f us a step (positions queried %.0f); nodes %.3f %%, interiors %.3f %% "
-            "of "
-            "the height; %.3f m/s at the end; %016llx\n",
-            c.name.c_str(), c.frames.front().nodes.size(), median(us), median(c.move_us), 100 * c.deep.nodes / c.height,
+            "of the height; %.3f m/s at the end; %016llx\n",
+            c.name.c_str(), c.frames.front().nodes.size(), step_us, move_us, 100 * c.deep.nodes / c.height,
             100 * c.deep.interiors / c.height, c.fastest, static_cast<unsigned long long>(c.hash));
         for (const auto& [method, m] : row["methods"].items()) {
             std::printf("  %-34s %9.1f us  (p99 %.1f)  finds %.0f", method.c_str(), m["us_median"].get<double>(),
@@ -358,73 +371,100 @@ int sqmap::bench::measure_cloth(int argc, char** argv)
             std::printf("\n");
         }
         std::fflush(stdout);
-        out["cases"].push_back(std::move(row));
-    };
+        out_["cases"].push_back(std::move(row));
+    }
 
-    if (wanted("skirt") || wanted("shirt")) {
-        const std::vector<sim::Bone> bones = sim::capsule_human(1.75);
-        std::vector<Part> parts(bones.size());
-        for (std::size_t b = 0; b < bones.size(); ++b) {
-            mesh::CapsuleSolid solid;
-            solid.blend = 0.003;
-            for (const sim::BoneCapsule& f : bones[b].flesh) solid.capsules.push_back({f.a, f.b, f.radius_a, f.radius_b});
-            parts[b].mesh = mesh::polygonized(solid, 0.022);
-            fill(parts[b], k_samples / 2, own);
-        }
-        const sim::Gait gait{.lower_at = 4.0, .walk_at = 4.5, .ease = 0.5};
-        const auto pose = [&](double time, std::span<sqmap::Pose> poses) { sim::walk(bones, gait, time, poses); };
-        std::vector<sqmap::Pose> rest(bones.size());
-        pose(0, rest);
-        sim::ClothOptions options;
-        options.sweep_step = 0.02;
-        for (const bool is_shirt : {false, true}) {
-            if (!wanted(is_shirt ? "shirt" : "skirt")) continue;
-            const sim::Garment garment = is_shirt ? sim::shirt({.collar = {0, 1.53, 0},
-                                                                .chest = 0.52,
-                                                                .length = 0.62,
-                                                                .span = 1.0,
-                                                                .sleeve = 0.24,
-                                                                .neck = 0.24,
-                                                                .gap = 0.14,
-                                                                .vertices = vertices})
-                                                  : sim::skirt({{0, 1.08, 0}, 0.155, 0.5, vertices});
-            sim::Cloth cloth(garment, sim::fabric("cotton"), options);
-            if (!is_shirt) cloth.pin(garment.waist, 0, rest[0]);
-            const std::string name = is_shirt ? "shirt" : "skirt";
-            double time = 0;
-            for (const bool walks : {false, true}) {
-                Case c = played(name + (walks ? " on the figure, walking" : " on the figure, standing"), cloth, parts, pose, time,
-                                walks ? 6.0 : 4.0, walks ? 5.0 : 3.75, walks ? 4 : 1);
-                c.height = 1.75;
-                report(c, parts);
-            }
-        }
+    void write(const char* path) const
+    {
+        const std::string text = out_.dump(1) + "\n";
+        io::replace_file(path, std::as_bytes(std::span(text)));
     }
-    for (const char* file : models) {
-        if (!wanted("blanket")) break;
-        const AdmittedMesh admitted = admit_mesh(file);
-        if (admitted.refused() || !admitted.solid) {
-            std::fprintf(stderr, "%s: no closed mesh\n", file);
-            return 2;
-        }
-        std::vector<Part> parts(1);
-        parts[0].mesh = admitted.mesh;
-        fill(parts[0], k_samples, own);
-        Vec3d lo = admitted.facts.box.lo, hi = admitted.facts.box.hi;
-        const double height = hi.y - lo.y, side = 0.6 * std::max(hi.x - lo.x, hi.z - lo.z);
-        sim::Cloth cloth(sim::sheet({Vec3d{0.5 * (lo.x + hi.x), hi.y + 0.02 * height, 0.5 * (lo.z + hi.z)} + shift, side, side, 0,
-                                     0, vertices}),
-                         sim::fabric("wool"), {});
+
+private:
+    bool own_;
+    bench::FrameClock clock_;
+    nlohmann::json out_;
+};
+
+/// Skirt and shirt on a figure that stands, then walks.
+void play_garments(const Options& o, Report& report)
+{
+    const std::vector<sim::Bone> bones = sim::capsule_human(1.75);
+    std::vector<Part> parts(bones.size());
+    for (std::size_t b = 0; b < bones.size(); ++b) {
+        mesh::CapsuleSolid solid;
+        solid.blend = 0.003;
+        for (const sim::BoneCapsule& f : bones[b].flesh) solid.capsules.push_back({f.a, f.b, f.radius_a, f.radius_b});
+        parts[b].mesh = mesh::polygonized(solid, 0.022);
+        fill(parts[b], k_samples / 2, o.own);
+    }
+    const sim::Gait gait{.lower_at = 4.0, .walk_at = 4.5, .ease = 0.5};
+    const auto pose = [&](double time, std::span<sqmap::Pose> poses) { sim::walk(bones, gait, time, poses); };
+    std::vector<sqmap::Pose> rest(bones.size());
+    pose(0, rest);
+    sim::ClothOptions options;
+    options.sweep_step = 0.02;
+    for (const bool is_shirt : {false, true}) {
+        const std::string name = is_shirt ? "shirt" : "skirt";
+        if (!o.wants(name)) continue;
+        const sim::Garment garment = is_shirt ? sim::shirt({.collar = {0, 1.53, 0},
+                                                            .chest = 0.52,
+                                                            .length = 0.62,
+                                                            .span = 1.0,
+                                                            .sleeve = 0.24,
+                                                            .neck = 0.24,
+                                                            .gap = 0.14,
+                                                            .vertices = o.vertices})
+                                              : sim::skirt({{0, 1.08, 0}, 0.155, 0.5, o.vertices});
+        sim::Cloth cloth(garment, sim::fabric("cotton"), options);
+        if (!is_shirt) cloth.pin(garment.waist, 0, rest[0]);
         double time = 0;
-        const auto pose = [](double, std::span<sqmap::Pose> poses) { std::fill(poses.begin(), poses.end(), sqmap::Pose{}); };
-        Case falling = played(std::string("blanket on ") + file + ", falling", cloth, parts, pose, time, 1.0, 0.3, 3);
-        falling.height = height;
-        report(falling, parts);
-        Case still = played(std::string("blanket on ") + file + ", at rest", cloth, parts, pose, time, 4.0, 3.75, 1);
-        still.height = height;
-        report(still, parts);
+        for (const bool walks : {false, true}) {
+            Case c = played(name + (walks ? " on the figure, walking" : " on the figure, standing"), cloth, parts, pose, time,
+                            walks ? 6.0 : 4.0, walks ? 5.0 : 3.75, walks ? 4 : 1);
+            c.height = 1.75;
+            report.add(c, parts);
+        }
     }
-    const std::string text = out.dump(1) + "\n";
-    io::replace_file(argv[1], std::as_bytes(std::span(text)));
+}
+
+/// A blanket that falls on a closed mesh. False where the mesh is none.
+bool play_blanket(const char* file, const Options& o, Report& report)
+{
+    const AdmittedMesh admitted = admit_mesh(file);
+    if (admitted.refused() || !admitted.solid) {
+        std::fprintf(stderr, "%s: no closed mesh\n", file);
+        return false;
+    }
+    std::vector<Part> parts(1);
+    parts[0].mesh = admitted.mesh;
+    fill(parts[0], k_samples, o.own);
+    const Vec3d lo = admitted.facts.box.lo, hi = admitted.facts.box.hi;
+    const double height = hi.y - lo.y, side = 0.6 * std::max(hi.x - lo.x, hi.z - lo.z);
+    sim::Cloth cloth(sim::sheet({Vec3d{0.5 * (lo.x + hi.x), hi.y + 0.02 * height, 0.5 * (lo.z + hi.z)} + o.shift, side, side, 0,
+                                 0, o.vertices}),
+                     sim::fabric("wool"), {});
+    double time = 0;
+    const auto pose = [](double, std::span<sqmap::Pose> poses) { std::fill(poses.begin(), poses.end(), sqmap::Pose{}); };
+    Case falling = played(std::string("blanket on ") + file + ", falling", cloth, parts, pose, time, 1.0, 0.3, 3);
+    falling.height = height;
+    report.add(falling, parts);
+    Case still = played(std::string("blanket on ") + file + ", at rest", cloth, parts, pose, time, 4.0, 3.75, 1);
+    still.height = height;
+    report.add(still, parts);
+    return true;
+}
+
+}  // namespace
+
+int sqmap::bench::measure_cloth(int argc, char** argv)
+{
+    if (argc < 3) return k_wrong_usage;
+    const Options options = parsed(argc, argv);
+    Report report(options);
+    if (options.wants("skirt") || options.wants("shirt")) play_garments(options, report);
+    for (const char* file : options.models)
+        if (options.wants("blanket") && !play_blanket(file, options, report)) return 2;
+    report.write(argv[1]);
     return 0;
 }

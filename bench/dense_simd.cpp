@@ -1,5 +1,6 @@
 // The rival at its best: 16-bit values, vertices in clusters of 16 and groups of 256 that are culled by the field's own
 // value at their spheres' centres, sixteen trilinear look-ups at a time with pairs of values a gather, contacts packed.
+#include "clock.h"
 #include "clusters.h"
 #include "dense_simd_kernel.h"
 #include "distance_grid.h"

@@ -1,4 +1,5 @@
 // Signed distances of a baked model against the exact oracle in double, and their time beside Embree's closest point with sign.
+#include "clock.h"
 #include "distance_grid.h"
 #include "embree_nearest.h"
 #include "error.h"
@@ -17,7 +18,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
-#include <ctime>
 #include <functional>
 #include <string_view>
 
@@ -27,13 +27,6 @@ namespace {
 constexpr double k_band = 0.05;  // of R_max
 constexpr std::size_t k_timed = 100000;
 constexpr int k_rounds = 5;
-
-double thread_seconds()
-{
-    timespec t{};
-    ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 /// On the surface, moved along its normal by up to the band.
 class BandPoints {

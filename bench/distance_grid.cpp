@@ -3,6 +3,7 @@
 // there and nowhere else.
 #include "distance_grid.h"
 
+#include "clock.h"
 #include "method.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/io/replace_file.h"

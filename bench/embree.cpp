@@ -1,4 +1,5 @@
 // Exact closest points with Embree's point query, signed: see embree_nearest.cpp.
+#include "clock.h"
 #include "embree_nearest.h"
 #include "method.h"
 

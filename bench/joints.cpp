@@ -21,6 +21,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -128,106 +129,143 @@ void report(const char* pose, const char* method, const std::vector<Position>& p
                         at.largest);
 }
 
+struct Options {
+    query::Layer layer = query::Layer::Exact;
+    double least_weight = 0.05;
+    app::View view{.azimuth = 60, .elevation = 15, .up = {0, 0, -1}, .width = 380, .height = 360, .shadows = false};
+};
+
+Options parsed(int argc, char** argv)
+{
+    Options o;
+    for (int i = 3; i + 1 < argc; i += 2) {
+        const std::string name = argv[i], value = argv[i + 1];
+        if (name == "--layer") o.layer = app::layer_named(value).value_or(query::Layer::Three);
+        if (name == "--solids") o.least_weight = std::atof(argv[i + 1]);
+        if (name == "--azimuth") o.view.azimuth = std::atof(argv[i + 1]);
+        if (name == "--elevation") o.view.elevation = std::atof(argv[i + 1]);
+    }
+    return o;
+}
+
+/// Positions spread over the posed surface. joints: of the skeleton, in the bound mesh's frame.
+std::vector<Position> positions_of(const bench::Bound& bound, const mesh::Mesh& posed, const mesh::Solid& truth,
+                                   const std::vector<Vec3d>& joints, double r_max)
+{
+    std::vector<Position> out;
+    for (const auto& [i, j, k] : posed.triangles) {
+        const auto& at = posed.vertices;
+        const auto& was = bound.mesh.vertices;
+        const Vec3d n = cross(at[j] - at[i], at[k] - at[i]);
+        for (std::uint32_t cell = 0; cell < k_detail * k_detail; ++cell) {
+            const auto w = app::cell_centre(k_detail, cell);
+            Position position{.point = w[0] * at[i] + w[1] * at[j] + w[2] * at[k], .normal = normalized(n)};
+            const Vec3d bound_position = w[0] * was[i] + w[1] * was[j] + w[2] * was[k];
+            const auto nearer = [&](Vec3d a, Vec3d b) { return norm_sq(a - bound_position) < norm_sq(b - bound_position); };
+            position.joint = static_cast<std::size_t>(std::min_element(joints.begin(), joints.end(), nearer) - joints.begin());
+            position.area = norm(n) / (2 * k_detail * k_detail);
+            const Vec3d beside = 1e-6 * r_max * position.normal;
+            position.boundary = truth.inside(position.point - beside) && !truth.inside(position.point + beside);
+            out.push_back(position);
+        }
+    }
+    return out;
+}
+
+struct HandPose {
+    const char* name;
+    double curl;
+    bool pointing;
+};
+constexpr std::array<HandPose, 3> k_poses{{{"half closed", 0.5, false}, {"fist", 1, false}, {"pointing", 1, true}}};
+constexpr std::array<const char*, 2> k_methods{"rigid solids", "lattice"};
+
+/// Both methods on one skin, and the picture of where they are wrong.
+class JointMap {
+public:
+    JointMap(const io::SkinnedSoup& skin, const Options& options)
+        : skin_(skin),
+          options_(options),
+          baked_(skin, bake::SkinLatticeOptions{}.cell),
+          solids_(baked_.bound, skin.skeleton.size(), options.least_weight)
+    {
+        for (const io::SkinJoint& j : skin.skeleton)
+            joints_.push_back(sqmap::inverse({j.inverse_bind.linear, j.inverse_bind.shift}).translation);
+        image_ = app::Image(static_cast<int>(k_poses.size()) * options.view.width,
+                            static_cast<int>(k_methods.size()) * options.view.height, app::srgb(0xffffff));
+        image_ = app::Image(image_.width + app::scale_width(image_, scale_), image_.height, app::srgb(0xffffff));
+    }
+
+    void run(std::size_t p)
+    {
+        const std::vector<Affine> maps = bench::maps_of(skin_, k_poses[p].curl, k_poses[p].pointing);
+        app::Layer drawn{.mesh = baked_.bound.mesh, .detail = k_detail, .groups = bones_of(baked_.bound)};
+        drawn.mesh.vertices = mesh::skinned(baked_.bound.mesh.vertices, baked_.bound.influences, maps);
+        const mesh::Solid truth(drawn.mesh, mesh::find_self_intersections(drawn.mesh).crossed);
+        if (!baked_.posed->pose(maps)) throw std::runtime_error("a pose is not finite");
+        const std::vector<Position> positions = positions_of(baked_.bound, drawn.mesh, truth, joints_, baked_.r_max);
+        const std::array<Verdicts, 2> verdicts{[&](const auto& points) { return by_solids(maps, points); },
+                                               [&](const auto& points) { return by_lattice(points); }};
+        for (std::size_t m = 0; m < k_methods.size(); ++m) {
+            const std::vector<double> error = errors_of(positions, truth, baked_.r_max, verdicts[m]);
+            report(k_poses[p].name, k_methods[m], positions, error, baked_.r_max, skin_);
+            drawn.colours.clear();
+            for (const double e : error) drawn.colours.push_back(colour_of(100 * e / baked_.r_max));
+            const app::View& view = options_.view;
+            const int left = static_cast<int>(p) * view.width, top = static_cast<int>(m) * view.height;
+            paste(image_, app::render({drawn}, view), left, top);
+            const int dot = app::text_dot(image_);
+            app::draw_text(image_, left + 6 * dot, top + 6 * dot, dot, std::string(k_methods[m]) + ", " + k_poses[p].name,
+                           app::srgb(0x30343a));
+        }
+    }
+
+    void write(const char* path)
+    {
+        app::draw_scale(image_, scale_);
+        app::write_png(path, image_);
+    }
+
+private:
+    std::vector<bool> by_solids(const std::vector<Affine>& maps, const std::vector<Vec3d>& points) const
+    {
+        std::vector<double> depth(points.size(), -1);
+        solids_.query_depths(maps, points, options_.layer, depth);
+        std::vector<bool> contact;
+        for (const double d : depth) contact.push_back(d >= 0);
+        return contact;
+    }
+    std::vector<bool> by_lattice(const std::vector<Vec3d>& points)
+    {
+        query::SkinWorkspace workspace(baked_.lattice, points);
+        std::vector<query::SkinContact> contacts(points.size());
+        const auto r =
+            query::query_skin({&baked_.model, &*baked_.posed, points, {}}, {.layer = options_.layer}, workspace, contacts);
+        std::vector<bool> contact(points.size(), false);
+        for (std::size_t c = 0; c < r.contacts; ++c) contact[contacts[c].index] = true;
+        return contact;
+    }
+
+    const io::SkinnedSoup& skin_;
+    Options options_;
+    bench::BakedSkin baked_;
+    bench::Solids solids_;
+    std::vector<Vec3d> joints_;  ///< in the bound mesh's frame
+    app::Scale scale_{.title = {"off by,", "% of R_max"},
+                      .colour = app::error_colour,
+                      .ticks = {{0, "< 0.05"}, {0.25f, "0.16"}, {0.5f, "0.5"}, {0.75f, "1.6"}, {1, "> 5"}}};
+    app::Image image_;
+};
+
 }  // namespace
 
 int sqmap::bench::measure_joints(int argc, char** argv)
 {
-    query::Layer layer = query::Layer::Exact;
-    double least_weight = 0.05;
-    app::View view{.azimuth = 60, .elevation = 15, .up = {0, 0, -1}, .width = 380, .height = 360, .shadows = false};
-    for (int i = 3; i + 1 < argc; i += 2) {
-        const std::string name = argv[i], value = argv[i + 1];
-        if (name == "--layer") layer = app::layer_named(value).value_or(query::Layer::Three);
-        if (name == "--solids") least_weight = std::atof(argv[i + 1]);
-        if (name == "--azimuth") view.azimuth = std::atof(argv[i + 1]);
-        if (name == "--elevation") view.elevation = std::atof(argv[i + 1]);
-    }
     if (argc < 3 || argc % 2 == 0) return k_wrong_usage;
-    const std::optional<io::SkinnedSoup> read = bench::read_skin(argv[1]);
-    if (!read) return 2;
-    const io::SkinnedSoup& skin = *read;
-    const bench::Bound bound = bench::welded(skin);
-    const double r_max = mesh::largest_vertex_distance(bound.mesh);
-    const bench::Solids solids(bound, skin.skeleton.size(), least_weight);
-    const std::vector<std::byte> bytes = io::serialize(bake::bake(bound.mesh, true, {}).model);
-    model::ModelView model;
-    if (model::parse(bytes, model) != model::ParseStatus::Ok) return 70;
-    query::SkinLattice lattice = bake::skin_lattice(bound.mesh, bound.influences);
-    lattice.bones = static_cast<std::uint32_t>(skin.skeleton.size());
-    query::PosedSkin posed_skin(lattice);
-
-    std::vector<Vec3d> joints;  // in the bound mesh's frame
-    for (const io::SkinJoint& j : skin.skeleton)
-        joints.push_back(sqmap::inverse({j.inverse_bind.linear, j.inverse_bind.shift}).translation);
-
-    struct Pose {
-        const char* name;
-        double curl;
-        bool pointing;
-    };
-    constexpr std::array<Pose, 3> k_poses{{{"half closed", 0.5, false}, {"fist", 1, false}, {"pointing", 1, true}}};
-    const std::array<const char*, 2> methods{"rigid solids", "lattice"};
-    const app::Scale scale{.title = {"off by,", "% of R_max"},
-                           .colour = app::error_colour,
-                           .ticks = {{0, "< 0.05"}, {0.25f, "0.16"}, {0.5f, "0.5"}, {0.75f, "1.6"}, {1, "> 5"}}};
-    app::Image image(static_cast<int>(k_poses.size()) * view.width, static_cast<int>(methods.size()) * view.height,
-                     app::srgb(0xffffff));
-    const int width = app::scale_width(image, scale);
-    image = app::Image(image.width + width, image.height, app::srgb(0xffffff));
-
-    for (std::size_t p = 0; p < k_poses.size(); ++p) {
-        const std::vector<Affine> maps = bench::maps_of(skin, k_poses[p].curl, k_poses[p].pointing);
-        app::Layer drawn{.mesh = bound.mesh, .detail = k_detail, .groups = bones_of(bound)};
-        drawn.mesh.vertices = mesh::skinned(bound.mesh.vertices, bound.influences, maps);
-        const mesh::Solid truth(drawn.mesh, mesh::find_self_intersections(drawn.mesh).crossed);
-        if (!posed_skin.pose(maps)) return 70;
-        std::vector<Position> positions;
-        for (const auto& [i, j, k] : drawn.mesh.triangles) {
-            const auto& at = drawn.mesh.vertices;
-            const auto& was = bound.mesh.vertices;
-            const Vec3d n = cross(at[j] - at[i], at[k] - at[i]);
-            for (std::uint32_t cell = 0; cell < k_detail * k_detail; ++cell) {
-                const auto w = app::cell_centre(k_detail, cell);
-                Position position{.point = w[0] * at[i] + w[1] * at[j] + w[2] * at[k], .normal = normalized(n)};
-                const Vec3d bound_position = w[0] * was[i] + w[1] * was[j] + w[2] * was[k];
-                const auto nearer = [&](Vec3d a, Vec3d b) { return norm_sq(a - bound_position) < norm_sq(b - bound_position); };
-                position.joint =
-                    static_cast<std::size_t>(std::min_element(joints.begin(), joints.end(), nearer) - joints.begin());
-                position.area = norm(n) / (2 * k_detail * k_detail);
-                const Vec3d beside = 1e-6 * r_max * position.normal;
-                position.boundary = truth.inside(position.point - beside) && !truth.inside(position.point + beside);
-                positions.push_back(position);
-            }
-        }
-        const std::array<Verdicts, 2> verdicts{
-            [&](const std::vector<Vec3d>& points) {
-                std::vector<double> depth(points.size(), -1);
-                solids.query_depths(maps, points, layer, depth);
-                std::vector<bool> contact;
-                for (const double d : depth) contact.push_back(d >= 0);
-                return contact;
-            },
-            [&](const std::vector<Vec3d>& points) {
-                query::SkinWorkspace workspace(lattice, points);
-                std::vector<query::SkinContact> contacts(points.size());
-                const auto r = query::query_skin({&model, &posed_skin, points, {}}, {.layer = layer}, workspace, contacts);
-                std::vector<bool> contact(points.size(), false);
-                for (std::size_t c = 0; c < r.contacts; ++c) contact[contacts[c].index] = true;
-                return contact;
-            }};
-        for (std::size_t m = 0; m < methods.size(); ++m) {
-            const std::vector<double> error = errors_of(positions, truth, r_max, verdicts[m]);
-            report(k_poses[p].name, methods[m], positions, error, r_max, skin);
-            drawn.colours.clear();
-            for (const double e : error) drawn.colours.push_back(colour_of(100 * e / r_max));
-            const int left = static_cast<int>(p) * view.width, top = static_cast<int>(m) * view.height;
-            paste(image, app::render({drawn}, view), left, top);
-            const int dot = app::text_dot(image);
-            app::draw_text(image, left + 6 * dot, top + 6 * dot, dot, std::string(methods[m]) + ", " + k_poses[p].name,
-                           app::srgb(0x30343a));
-        }
-    }
-    app::draw_scale(image, scale);
-    app::write_png(argv[2], image);
+    const std::optional<io::SkinnedSoup> skin = bench::read_skin(argv[1]);
+    if (!skin) return 2;
+    JointMap map(*skin, parsed(argc, argv));
+    for (std::size_t p = 0; p < k_poses.size(); ++p) map.run(p);
+    map.write(argv[2]);
     return 0;
 }

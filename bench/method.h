@@ -68,7 +68,6 @@ struct MethodEntry {
 [[nodiscard]] std::unique_ptr<Method> make_bullet(const Setting& setting, int);
 
 /// CPU seconds of the whole process, for build times.
-[[nodiscard]] double process_seconds();
 
 /// 64-bit FNV-1a over words: small, stable, good enough to tell answers apart.
 class Hash {

@@ -1,7 +1,6 @@
 #include "method.h"
 
 #include <array>
-#include <ctime>
 
 namespace sqmap::bench {
 namespace {
@@ -57,13 +56,6 @@ std::span<const MethodEntry> method_entries()
         MethodEntry{.name = "dense256_simd_normal", .extra = true, .make = make_dense_simd_normal, .argument = 256},
     };
     return k_entries;
-}
-
-double process_seconds()
-{
-    timespec t{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
 }  // namespace sqmap::bench

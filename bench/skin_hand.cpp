@@ -1,7 +1,9 @@
 // The skinned hand that contacts are measured on: posed, as one closed mesh, and as rigid solids.
 #include "skin_hand.h"
 
+#include "clock.h"
 #include "sqmap/bake/bake.h"
+#include "sqmap/bake/skin_lattice.h"
 #include "sqmap/io/model_file.h"
 
 #include <algorithm>
@@ -9,6 +11,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <map>
+#include <stdexcept>
 #include <utility>
 
 namespace sqmap::bench {
@@ -105,6 +108,20 @@ Bound welded(const io::SkinnedSoup& skin)
         if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) bound.mesh.triangles.push_back(t);
     }
     return bound;
+}
+
+BakedSkin::BakedSkin(const io::SkinnedSoup& skin, double cell)
+    : bound(welded(skin)), r_max(mesh::largest_vertex_distance(bound.mesh))
+{
+    const double start = thread_seconds();
+    bytes = io::serialize(bake::bake(bound.mesh, true, {}).model);
+    if (model::parse(bytes, model) != model::ParseStatus::Ok) throw std::runtime_error("the bound model does not parse");
+    const double baked = thread_seconds();
+    lattice = bake::skin_lattice(bound.mesh, bound.influences, {.cell = cell});
+    lattice.bones = static_cast<std::uint32_t>(skin.skeleton.size());
+    posed.emplace(lattice);
+    bake_seconds = baked - start;
+    lattice_seconds = thread_seconds() - baked;
 }
 
 Solids::Solids(const Bound& bound, std::size_t joints, double least_weight)

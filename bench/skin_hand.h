@@ -5,6 +5,7 @@
 #include "sqmap/io/read_skin.h"
 #include "sqmap/mesh/skin.h"
 #include "sqmap/query/probe.h"
+#include "sqmap/query/skin.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -26,6 +27,20 @@ struct Bound {
     mesh::Influences influences;
 };
 [[nodiscard]] Bound welded(const io::SkinnedSoup& skin);
+
+/// A skin baked for queries: the model of its bound mesh, and the lattice that carries points back to that mesh.
+struct BakedSkin {
+    /// cell: of the lattice, a share of R_max. @throw std::runtime_error where the bound model does not parse
+    BakedSkin(const io::SkinnedSoup& skin, double cell);
+
+    Bound bound;
+    double r_max;
+    std::vector<std::byte> bytes;
+    model::ModelView model;
+    query::SkinLattice lattice;
+    std::optional<query::PosedSkin> posed;
+    double bake_seconds = 0, lattice_seconds = 0;  ///< CPU time
+};
 
 /// Rigid solids of the joints, united.
 class Solids {

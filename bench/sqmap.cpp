@@ -1,4 +1,5 @@
 // The project's own method, a layer a name: bake with default options, then one query a frame.
+#include "clock.h"
 #include "method.h"
 #include "sqmap/bake/bake.h"
 #include "sqmap/io/model_file.h"

@@ -1,6 +1,7 @@
 // Wrapping beside CGAL's alpha wrap: time, triangles and distances of both from the input; see docs/algorithms/wrap.md. CGAL's
 // algorithm is GPL: it is used by this bench and by nothing that is shipped.
 #include "sqmap/mesh/wrap.h"
+#include "clock.h"
 #include "measure.h"
 #include "sqmap/io/read.h"
 #include "sqmap/math/box.h"
@@ -12,7 +13,6 @@
 #include <array>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <string>
 #include <vector>
 
@@ -21,8 +21,6 @@ namespace {
 using namespace sqmap;
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using SurfaceMesh = CGAL::Surface_mesh<Kernel::Point_3>;
-
-double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 /// Polygons as fans.
 mesh::Mesh triangles_of(const io::PolygonSoup& soup)
@@ -90,12 +88,12 @@ int sqmap::bench::measure_wrap(int argc, char** argv)
         }
         const mesh::Mesh input = triangles_of(file.soup);
         const double r_max = mesh::largest_vertex_distance(input);
-        double start = cpu_seconds();
+        double start = bench::process_seconds();
         const mesh::WrapResult own = mesh::wrap(input.vertices, input.triangles);
-        report(name, "sqmap", cpu_seconds() - start, own.mesh, mesh::deviation(input, own.mesh, own.made_up), r_max);
-        start = cpu_seconds();
+        report(name, "sqmap", bench::process_seconds() - start, own.mesh, mesh::deviation(input, own.mesh, own.made_up), r_max);
+        start = bench::process_seconds();
         const mesh::Mesh rival = alpha_wrap(input, alpha * r_max, offset * r_max);
-        report(name, "alpha wrap", cpu_seconds() - start, rival, mesh::deviation(input, rival), r_max);
+        report(name, "alpha wrap", bench::process_seconds() - start, rival, mesh::deviation(input, rival), r_max);
     }
     return 0;
 }
