@@ -2,6 +2,7 @@
 // octree whose leaves hold their eight corner distances; a cell is split while trilinear interpolation misses the exact
 // distance at one of 19 test points (middles of edges, faces and the cell) by more than a tolerance. Cells that the solid
 // cannot reach are left alone: their only answer is "outside".
+#include "clock.h"
 #include "distance_grid.h"
 #include "field_bytes.h"
 #include "method.h"

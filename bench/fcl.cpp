@@ -1,4 +1,5 @@
 // FCL, whose OBB tree descends from RAPID (the paper's reference [3]): pairs of intersecting triangles.
+#include "clock.h"
 #include "method.h"
 
 #include <fcl/geometry/bvh/BVH_model.h>

@@ -1,5 +1,6 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, sections 4.1 and 4.2.
 #include "normal_maps.h"
+#include "clock.h"
 
 #include "paper/query/job.h"
 #include "sqmap/paper/bake.h"

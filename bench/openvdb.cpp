@@ -1,4 +1,5 @@
 // OpenVDB: a level set with the whole interior filled, read by its BoxSampler (trilinear).
+#include "clock.h"
 #include "method.h"
 
 #include <openvdb/openvdb.h>

@@ -71,14 +71,27 @@ def through_program(path, folder):
     return {k: verdict[k] for k in ("code", "element", "message", "cure")}
 
 
+def through_batch(folder):
+    """Answers by name of file."""
+    library = folder / "library"
+    subprocess.run([program, "batch", folder, "-o", library, "--no-pictures"], capture_output=True, check=True)
+    listed = subprocess.run([program, "batch", "list", library, "--json"], capture_output=True, text=True, check=True).stdout
+    rows = {r["path"]: r for r in map(json.loads, listed.splitlines())}
+    return {name: {"notes": r["notes"]} if "notes" in r
+            else {"code": r["code"], "element": r["element"], "message": r["reason"], "cure": r["cure"]}
+            for name, r in rows.items()}
+
+
 with tempfile.TemporaryDirectory() as name:
     folder = pathlib.Path(name)
     cured, refused = folder / "cured.off", folder / "refused.off"
     cured.write_text(grid(6, True))
     refused.write_text(SHEET)
+    batch = through_batch(folder)
     for path in (cured, refused):
         answers = json.loads(subprocess.run([doors, path], capture_output=True, text=True, check=True).stdout)
         answers |= {"program": through_program(path, folder), "c": through_c(path, 0), "python": through_python(path),
+                    "batch": batch[path.name],
                     "javascript's words": through_c(path, 2)}
         first = answers["program"]
         for door, answer in answers.items():
