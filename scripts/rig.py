@@ -71,64 +71,76 @@ def gait(phase):
     return turns, 0.015 * math.cos(2 * phase)
 
 
-def write_glb(path, vertices, triangles, skeleton, weights, times, turns, lifts):
-    """skeleton: (name, parent, place); weights: of each vertex [(name, weight)], at most four; turns: of each time {name: quaternion}."""
-    binary, views, accessors = bytearray(), [], []
-    number = {name: i for i, (name, _, _) in enumerate(skeleton)}
+class Glb:
+    """The arrays of a glTF file with one buffer, which follows its JSON."""
 
-    def add(values, form, kind, component, bounds=None):
-        views.append({"buffer": 0, "byteOffset": len(binary), "byteLength": struct.calcsize(form) * len(values)})
-        for value in values:
-            binary.extend(struct.pack("<" + form, *value))
-        binary.extend(b"\0" * (-len(binary) % 4))
-        accessors.append({"bufferView": len(views) - 1, "componentType": component, "count": len(values), "type": kind, **(bounds or {})})
-        return len(accessors) - 1
+    def __init__(self):
+        self.binary, self.views, self.accessors = bytearray(), [], []
 
-    def box(values):
-        rounded = [struct.unpack(f"<{len(v)}f", struct.pack(f"<{len(v)}f", *v)) for v in values]
-        return {"min": [min(c) for c in zip(*rounded)], "max": [max(c) for c in zip(*rounded)]}
+    def add(self, values, form, kind, component, bounded=False):
+        """The number of a new accessor; form: of struct, for one value. bounded: with its least and greatest values."""
+        self.views.append({"buffer": 0, "byteOffset": len(self.binary), "byteLength": struct.calcsize(form) * len(values)})
+        packed = [struct.pack("<" + form, *value) for value in values]
+        self.binary.extend(b"".join(packed))
+        self.binary.extend(b"\0" * (-len(self.binary) % 4))
+        accessor = {"bufferView": len(self.views) - 1, "componentType": component, "count": len(values), "type": kind}
+        if bounded:
+            columns = list(zip(*(struct.unpack("<" + form, value) for value in packed)))
+            accessor.update(min=[min(c) for c in columns], max=[max(c) for c in columns])
+        self.accessors.append(accessor)
+        return len(self.accessors) - 1
 
-    four = [(list(w) + [("", 0.0)] * 4)[:4] for w in weights]
-    primitive = {
+    def write(self, path, document):
+        text = json.dumps({"asset": {"version": "2.0", "generator": "sqmap, rig.py"}, **document, "buffers": [{"byteLength": len(self.binary)}],
+                           "bufferViews": self.views, "accessors": self.accessors}).encode()
+        text += b" " * (-len(text) % 4)
+        with open(path, "wb") as out:
+            out.write(struct.pack("<III", 0x46546C67, 2, 12 + 8 + len(text) + 8 + len(self.binary)))
+            out.write(struct.pack("<II", len(text), 0x4E4F534A) + text)
+            out.write(struct.pack("<II", len(self.binary), 0x004E4942) + bytes(self.binary))
+
+
+def skinned(glb, vertices, triangles):
+    """The mesh with its weights, as a primitive."""
+    number = {name: i for i, (name, _, _) in enumerate(SKELETON)}
+    four = [(weights_of(p) + [("", 0.0)] * 4)[:4] for p in vertices]
+    return {
         "attributes": {
-            "POSITION": add(vertices, "3f", "VEC3", 5126, box(vertices)),
-            "JOINTS_0": add([[number.get(n, 0) if w > 0 else 0 for n, w in v] for v in four], "4B", "VEC4", 5121),
-            "WEIGHTS_0": add([[w for _, w in v] for v in four], "4f", "VEC4", 5126)
+            "POSITION": glb.add(vertices, "3f", "VEC3", 5126, bounded=True),
+            "JOINTS_0": glb.add([[number.get(n, 0) if w > 0 else 0 for n, w in v] for v in four], "4B", "VEC4", 5121),
+            "WEIGHTS_0": glb.add([[w for _, w in v] for v in four], "4f", "VEC4", 5126)
         },
-        "indices": add([[c] for t in triangles for c in t], "I", "SCALAR", 5125)
+        "indices": glb.add([[c] for t in triangles for c in t], "I", "SCALAR", 5125)
     }
-    binds = add([[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, -x, -y, -z, 1] for _, _, (x, y, z) in skeleton], "16f", "MAT4", 5126)
+
+
+def joints():
+    """The nodes of the skeleton, each where it is from the joint above it."""
     nodes = []
-    for name, parent, place in skeleton:
-        above = skeleton[parent][2] if parent >= 0 else (0, 0, 0)
-        nodes.append({"name": name, "translation": [a - b for a, b in zip(place, above)]})
-    for i, (_, parent, _) in enumerate(skeleton):
+    for name, parent, at in SKELETON:
+        above = SKELETON[parent][2] if parent >= 0 else (0, 0, 0)
+        nodes.append({"name": name, "translation": [a - b for a, b in zip(at, above)]})
+    for i, (_, parent, _) in enumerate(SKELETON):
         if parent >= 0:
             nodes[parent].setdefault("children", []).append(i)
-    nodes.append({"name": "body", "mesh": 0, "skin": 0})
-    seconds = [[t] for t in times]
-    at, samplers, channels = add(seconds, "f", "SCALAR", 5126, box(seconds)), [], []
+    return nodes
 
-    def channel(joint, way, output):
-        channels.append({"sampler": len(samplers), "target": {"node": joint, "path": way}})
+
+def walk(glb, pelvis):
+    """The gait as an animation; pelvis: where the first joint stands."""
+    times = [PERIOD * k / FRAMES for k in range(FRAMES + 1)]
+    keys = [gait(2 * math.pi * t / PERIOD) for t in times]
+    at, samplers, channels = glb.add([[t] for t in times], "f", "SCALAR", 5126, bounded=True), [], []
+
+    def channel(joint, path, output):
+        channels.append({"sampler": len(samplers), "target": {"node": joint, "path": path}})
         samplers.append({"input": at, "output": output, "interpolation": "LINEAR"})
 
-    for i, (name, _, _) in enumerate(skeleton):
-        channel(i, "rotation", add([t.get(name, (0, 0, 0, 1)) for t in turns], "4f", "VEC4", 5126))
-    x, y, z = nodes[0]["translation"]
-    channel(0, "translation", add([(x, y + lift, z) for lift in lifts], "3f", "VEC3", 5126))
-    text = json.dumps({
-        "asset": {"version": "2.0", "generator": "sqmap, rig.py"},
-        "scene": 0, "scenes": [{"nodes": [0, len(nodes) - 1]}], "nodes": nodes, "meshes": [{"primitives": [primitive]}],
-        "skins": [{"joints": list(range(len(skeleton))), "inverseBindMatrices": binds}],
-        "animations": [{"name": "walk", "channels": channels, "samplers": samplers}],
-        "buffers": [{"byteLength": len(binary)}], "bufferViews": views, "accessors": accessors
-    }).encode()
-    text += b" " * (-len(text) % 4)
-    with open(path, "wb") as out:
-        out.write(struct.pack("<III", 0x46546C67, 2, 12 + 8 + len(text) + 8 + len(binary)))
-        out.write(struct.pack("<II", len(text), 0x4E4F534A) + text)
-        out.write(struct.pack("<II", len(binary), 0x004E4942) + bytes(binary))
+    for i, (name, _, _) in enumerate(SKELETON):
+        channel(i, "rotation", glb.add([turns.get(name, (0, 0, 0, 1)) for turns, _ in keys], "4f", "VEC4", 5126))
+    x, y, z = pelvis
+    channel(0, "translation", glb.add([(x, y + lift, z) for _, lift in keys], "3f", "VEC3", 5126))
+    return {"name": "walk", "channels": channels, "samplers": samplers}
 
 
 def read_off(path):
@@ -142,10 +154,13 @@ def read_off(path):
 
 
 def rig(mesh, target):
-    vertices, triangles = read_off(mesh)
-    times = [PERIOD * k / FRAMES for k in range(FRAMES + 1)]
-    keys = [gait(2 * math.pi * t / PERIOD) for t in times]
-    write_glb(target, vertices, triangles, SKELETON, [weights_of(p) for p in vertices], times, [k[0] for k in keys], [k[1] for k in keys])
+    glb, nodes = Glb(), joints()
+    primitive = skinned(glb, *read_off(mesh))
+    binds = glb.add([[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, -x, -y, -z, 1] for _, _, (x, y, z) in SKELETON], "16f", "MAT4", 5126)
+    animation = walk(glb, nodes[0]["translation"])
+    nodes.append({"name": "body", "mesh": 0, "skin": 0})
+    glb.write(target, {"scene": 0, "scenes": [{"nodes": [0, len(nodes) - 1]}], "nodes": nodes, "meshes": [{"primitives": [primitive]}],
+                       "skins": [{"joints": list(range(len(SKELETON))), "inverseBindMatrices": binds}], "animations": [animation]})
 
 
 if __name__ == "__main__":
