@@ -35,10 +35,10 @@ def marks(colour, marker="o", hollow=False):
 
 
 def log_ticks(axis):
-    """Ticks at 1, 2 and 5 of few decades, at the decades of many; words without exponents."""
+    """Ticks at round values, the fewer to a decade the more decades there are; words without exponents."""
     low, high = axis.get_data_interval()
     if not isinstance(axis.get_major_locator(), ticker.FixedLocator):
-        steps = (1, 2, 5) if high < 2000 * low else (1, 3) if high < 1e5 * low else (1,)
+        steps = next((s for ratio, s in ((8, (1, 1.5, 2, 3, 5, 7)), (2000, (1, 2, 5)), (1e5, (1, 3))) if high < ratio * low), (1,))
         axis.set_major_locator(ticker.LogLocator(subs=steps, numticks=99))
     axis.set_major_formatter(ticker.FuncFormatter(lambda value, _: f"{value:,.0f}" if value >= 1000 else f"{value:g}"))
     axis.set_minor_locator(ticker.NullLocator())
