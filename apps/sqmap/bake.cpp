@@ -107,8 +107,6 @@ int run(const Options& o)
                      e.diagnosis().cure.text(k_program_settings).c_str());
     } catch (const mesh::Error& e) {
         std::fprintf(stderr, "%s: %s\n", o.mesh.c_str(), e.what());
-    } catch (const io::ModelFileError& e) {
-        std::fprintf(stderr, "%s\n", e.what());
     }
     return 2;
 }
@@ -123,8 +121,7 @@ void add_bake(CommandLine& line)
         .required()
         .existing_file();
     command.option("-o,--output", options->model, "Model to write (.sqmap)").required();
-    command.option("--threads", options->bake.bake.threads, "Threads, 0 for one a core; the model does not depend on it")
-        .shows_default();
+    command.option("--threads", options->bake.bake.threads, "Threads, 0 for one a core; the model does not depend on it");
     command.option("--report", options->report, "Write what happened, a part and a stage at a time, as JSON");
     add_load_options(command, options->load);
     add_bake_options(command, options->bake);
@@ -132,7 +129,7 @@ void add_bake(CommandLine& line)
         "Exit code: 0 written (it says so first where the target error was not reached or layer 3 errs), 2 mesh refused or model "
         "not written, 64 wrong "
         "usage, 70 internal error.");
-    command.run([options, command] {
+    command.run<io::ModelFileError>([options, command] {
         for (const std::string& option : command.given_but({"--output", "--threads", "--report"}))
             options->given += (options->given.empty() ? "" : " ") + option;
         return run(*options);

@@ -14,12 +14,11 @@ constexpr const char* k_of_paper_maps[] = {"--grid",          "--subdivisions", 
 void add_paper_options(Command& command, BakeSettings& options)
 {
     decompose::DecomposeOptions& d = options.bake.decompose;
-    const char* const k_decomposition =
-        "Decomposition (section 3 of the paper; lengths in roots of the surface area, areas as shares of it)";
-    command.flag("--exact-geodesics", options.exact_geodesics, "Protrusion over every triangle (eq. 4): quadratic cost")
-        .group(k_decomposition);
+    Command cuts =
+        command.titled("Decomposition (section 3 of the paper; lengths in roots of the surface area, areas as shares of it)");
+    cuts.flag("--exact-geodesics", options.exact_geodesics, "Protrusion over every triangle (eq. 4): quadratic cost");
     const auto limited = [&](const char* name, double& value, const char* words, double least, double max) {
-        command.option(name, value, words).in_range(least, max).group(k_decomposition).shows_default();
+        cuts.option(name, value, words).in_range(least, max);
     };
     const auto threshold = [&](const char* name, double& value, const char* words) { limited(name, value, words, 1e-3, 1e6); };
     const auto share = [&](const char* name, double& value, const char* words) { limited(name, value, words, 0, 1); };
@@ -40,25 +39,19 @@ void add_paper_options(Command& command, BakeSettings& options)
               "Window of the Gaussian curvature, of roots of a triangle's area (2: printed)");
     share("--fragment-roundness", d.fragment_roundness, "Parts less round than this are joined to a neighbour; a disc has 1");
     share("--minimum-part", d.minimum_part_area, "Least area of a part");
-    command.option("--protrusion-sources", d.protrusion_sources, "Sources of the sampled sum of eq. 4")
-        .in_range(1, 100000)
-        .group(k_decomposition)
-        .shows_default();
-    command
-        .choice<decompose::Cutting>(
-            "--cuts", d.cutting, {{"passes", decompose::Cutting::Passes}, {"printed", decompose::Cutting::Printed}},
-            "passes: parts, then bends, along creases; printed: both tests locale by locale", "passes|printed")
-        .group(k_decomposition);
-    command
-        .choice<decompose::CurvatureMean>(k_of_printed_cuts[0], d.curvature_mean,
+    cuts.option("--protrusion-sources", d.protrusion_sources, "Sources of the sampled sum of eq. 4").in_range(1, 100000);
+    cuts.choice<decompose::Cutting>(
+        "--cuts", d.cutting, {{"passes", decompose::Cutting::Passes}, {"printed", decompose::Cutting::Printed}},
+        "passes: parts, then bends, along creases; printed: both tests locale by locale", "passes|printed");
+    cuts.choice<decompose::CurvatureMean>(k_of_printed_cuts[0], d.curvature_mean,
                                           {{"area", decompose::CurvatureMean::Area}, {"count", decompose::CurvatureMean::Count}},
-                                          "Of --cuts printed: weighted by area, or over the points as printed", "area|count")
-        .group(k_decomposition);
+                                          "Of --cuts printed: weighted by area, or over the points as printed", "area|count");
     threshold(k_of_printed_cuts[1], d.printed_strength,
               "Of --cuts printed: Boundary Strength that makes a cut; on a plane it is 1");
     threshold(k_of_printed_cuts[2], d.printed_curvature, "Of --cuts printed: t_h, |mean curvature| times the surface area");
-    command.flag("--no-taper", options.no_taper, "Do not try tapering").group("Superquadrics (section 2 of the paper)");
-    command.flag("--no-bend", options.no_bend, "Do not try bending").group("Superquadrics (section 2 of the paper)");
+    Command superquadrics = command.titled("Superquadrics (section 2 of the paper)");
+    superquadrics.flag("--no-taper", options.no_taper, "Do not try tapering");
+    superquadrics.flag("--no-bend", options.no_bend, "Do not try bending");
 }
 
 /// ROWSxCOLUMNS
@@ -75,38 +68,24 @@ paper::GridSize grid_size(const std::string& text)
 }
 
 /// Of section 4.1.
-void add_map_options(Command& command, paper::MapOptions& map)
+void add_map_options(Command maps, paper::MapOptions& map)
 {
-    const char* const k_maps = "Maps of --projection normal (section 4 of the paper)";
-    command
-        .text(
+    maps.text(
             k_of_paper_maps[0], [&map](const std::string& text) { map.grid = grid_size(text); },
             "eta_d x omega_d: samples of layer 2 a part, as 100x200")
-        .group(k_maps)
         .type_name("ROWSxCOLUMNS")
         .shows_default("by the target error");
-    command.option(k_of_paper_maps[1], map.subdivisions, "A_S: layer 3 halves the spacing of layer 2 this often")
-        .in_range(0, 5)
-        .group(k_maps)
-        .shows_default();
-    command.option(k_of_paper_maps[2], map.offset_constant, "a_N of eq. 12").in_range(0, 100).group(k_maps).shows_default();
-    command
-        .option(k_of_paper_maps[3], map.offset_radius,
+    maps.option(k_of_paper_maps[1], map.subdivisions, "A_S: layer 3 halves the spacing of layer 2 this often").in_range(0, 5);
+    maps.option(k_of_paper_maps[2], map.offset_constant, "a_N of eq. 12").in_range(0, 100);
+    maps.option(k_of_paper_maps[3], map.offset_radius,
                 "Eq. 12 takes the greatest gradient within so many samples of a minimum; 0: its own, as printed")
-        .in_range(0, 8)
-        .group(k_maps)
-        .shows_default();
-    command.option(k_of_paper_maps[4], map.smoothing_radius, "Samples that the smoothed map takes in; 0: none")
-        .in_range(0, 8)
-        .group(k_maps)
-        .shows_default();
-    command
-        .choice<paper::SmoothingKernel>(k_of_paper_maps[5], map.smoothing_kernel,
+        .in_range(0, 8);
+    maps.option(k_of_paper_maps[4], map.smoothing_radius, "Samples that the smoothed map takes in; 0: none").in_range(0, 8);
+    maps.choice<paper::SmoothingKernel>(k_of_paper_maps[5], map.smoothing_kernel,
                                         {{"binomial", paper::SmoothingKernel::Binomial},
                                          {"box", paper::SmoothingKernel::Box},
                                          {"gaussian", paper::SmoothingKernel::Gaussian}},
-                                        "How they are weighted", "binomial|box|gaussian")
-        .group(k_maps);
+                                        "How they are weighted", "binomial|box|gaussian");
 }
 
 /// @throw WrongUsage where an option would change nothing, or the grid is too fine
@@ -129,19 +108,14 @@ void check_together(const BakeSettings& settings)
 
 void add_bake_options(Command& command, BakeSettings& settings)
 {
-    command.option("--projection", settings.projection, "central, or normal: the paper's own maps")
-        .one_of({"central", "normal"})
-        .shows_default();
+    command.option("--projection", settings.projection, "central, or normal: the paper's own maps").one_of({"central", "normal"});
     command
         .option("--target-error", settings.bake.target_error, "Layer-3 depth error to reach, 99th percentile, percent of R_max")
-        .above_zero()
-        .shows_default();
+        .above_zero();
     command.option("--max-parts", settings.bake.max_parts, "Most parts that cuts may make; a mesh of more pieces has more")
-        .in_range(1, 1000)
-        .shows_default();
+        .in_range(1, 1000);
     command.option("--band", settings.bake.band, "How far on either side of the surface distances are exact, percent of R_max")
-        .in_range(0, 100)
-        .shows_default();
+        .in_range(0, 100);
     Option no_exact =
         command.flag("--no-exact", settings.no_exact, "Leave the exact layer out: a smaller model, approximate answers");
     Option exact = command.flag("--exact", settings.exact, "Store the exact layer: the default but for the normal projection")
@@ -153,15 +127,13 @@ void add_bake_options(Command& command, BakeSettings& settings)
     command
         .option("--max-looseness", settings.bake.max_looseness,
                 "Split a part while its superquadric has more than this times its solid's volume")
-        .in_range(1, 1e6)
-        .shows_default();
+        .in_range(1, 1e6);
     command
         .option("--max-q2", settings.bake.max_q2_share,
                 "Split a part while more than this share of its area is hidden from its projection")
-        .in_range(0, 1)
-        .shows_default();
+        .in_range(0, 1);
     add_paper_options(command, settings);
-    add_map_options(command, settings.maps);
+    add_map_options(command.titled("Maps of --projection normal (section 4 of the paper)"), settings.maps);
     settings.given = [command](const std::string& option) { return command.given(option); };
 }
 

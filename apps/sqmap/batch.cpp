@@ -14,7 +14,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -98,18 +97,6 @@ void warn_of_unfinished(const batch::Library& library)
         std::fprintf(stderr, "%s\n", words.c_str());
 }
 
-int guarded(const std::function<int()>& work)
-{
-    try {
-        return work();
-    } catch (const batch::ManifestError& e) {
-        std::fprintf(stderr, "%s\n", e.what());
-    } catch (const io::ModelFileError& e) {
-        std::fprintf(stderr, "%s\n", e.what());
-    }
-    return 2;
-}
-
 batch::Plan plan_of(const Options& o, const Command& command)
 {
     batch::Plan plan;
@@ -136,37 +123,22 @@ batch::Plan plan_of(const Options& o, const Command& command)
 
 void add_driver_options(Command& command, Options& options)
 {
-    const char* const k_work = "Work";
-    Option shard = command
-                       .option("--shard", options.shard,
+    Command work = command.titled("Work");
+    Option shard = work.option("--shard", options.shard,
                                "I/N: every Nth item from the Ith on, 0 to N - 1; default: Slurm's array task, or all")
-                       .type_name("I/N")
-                       .group(k_work);
-    Option rank = command.option("--rank", options.rank, "I of --shard").type_name("I").group(k_work).excludes(shard);
-    Option world_size = command.option("--world-size", options.world_size, "N of --shard").type_name("N").group(k_work);
+                       .type_name("I/N");
+    Option rank = work.option("--rank", options.rank, "I of --shard").type_name("I").excludes(shard);
+    Option world_size = work.option("--world-size", options.world_size, "N of --shard").type_name("N");
     rank.needs(world_size.excludes(shard).needs(rank));
-    command.option("--jobs", options.jobs, "Meshes at once; 0: one a core").in_range(0, 4096).shows_default().group(k_work);
-    command
-        .choice<batch::ProgressMode>(
-            "--progress", options.progress,
-            {{"auto", batch::ProgressMode::Auto}, {"json", batch::ProgressMode::Json}, {"none", batch::ProgressMode::None}},
-            "auto: rate and time left on standard error; json: a line an item on standard output", "auto|json|none")
-        .group(k_work);
-    const char* const k_caps = "Limits of each mesh's process (beyond them: a row)";
-    command.option("--time", options.caps.seconds, "Seconds of CPU time; three times that, and 10 s, by the clock")
-        .in_range(1, 1e6)
-        .shows_default()
-        .group(k_caps);
-    command.option("--memory", options.caps.memory, "Memory; also as 500MB or 4GB, of 1024 each")
-        .size_in_bytes()
-        .type_name("SIZE")
-        .shows_default("4GB")
-        .group(k_caps);
-    command.option("--output-size", options.caps.output, "Largest file that it may write")
-        .size_in_bytes()
-        .type_name("SIZE")
-        .shows_default("1GB")
-        .group(k_caps);
+    work.option("--jobs", options.jobs, "Meshes at once; 0: one a core").in_range(0, 4096);
+    work.choice<batch::ProgressMode>(
+        "--progress", options.progress,
+        {{"auto", batch::ProgressMode::Auto}, {"json", batch::ProgressMode::Json}, {"none", batch::ProgressMode::None}},
+        "auto: rate and time left on standard error; json: a line an item on standard output", "auto|json|none");
+    Command caps = command.titled("Limits of each mesh's process (beyond them: a row)");
+    caps.option("--time", options.caps.seconds, "Seconds of CPU time; three times that, and 10 s, by the clock").in_range(1, 1e6);
+    caps.size("--memory", options.caps.memory, "Memory; also as 500MB or 4GB, of 1024 each");
+    caps.size("--output-size", options.caps.output, "Largest file that it may write");
 }
 
 /// Adds a subcommand that takes a library's folder, and options by `more`.
@@ -181,7 +153,7 @@ void add_over_library(Command& batch, const char* name, const char* words)
     Command command = batch.add(name, words);
     command.option("library", state->folder, "Folder of the library").required().existing_path().type_name("OUT");
     state->work.add(command);
-    command.run([state] { return guarded([&] { return state->work.run(batch::Library(state->folder)); }); });
+    command.run<batch::ManifestError, io::ModelFileError>([state] { return state->work.run(batch::Library(state->folder)); });
 }
 
 struct List {
@@ -201,10 +173,7 @@ struct Merge {
     void add(Command& command)
     {
         command.flag("--partial", partial, "Also while shards are not finished");
-        command.option("--size", size, "Bytes of an archive, about; also as 500MB or 4GB, of 1024 each")
-            .size_in_bytes()
-            .type_name("SIZE")
-            .shows_default("4GB");
+        command.size("--size", size, "Bytes of an archive, about; also as 500MB or 4GB, of 1024 each");
     }
     [[nodiscard]] int run(const batch::Library& library) const
     {
@@ -356,10 +325,10 @@ void add_batch(CommandLine& line)
     command.footer(
         "Exit code: 0 every item has a row, 2 the manifest cannot be read or the folder not be written (run it again), "
         "64 wrong usage, 70 internal error.");
-    command.run([options, command] {
+    command.run<batch::ManifestError, io::ModelFileError>([options, command] {
         if (options->manifest.empty() || options->output.empty())
             throw WrongUsage("batch", "give MANIFEST and -o OUT, or a subcommand: see sqmap batch --help");
-        return guarded([&] { return batch::run(plan_of(*options, command)), 0; });
+        return batch::run(plan_of(*options, command)), 0;
     });
 }
 

@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
+#include <cstdio>
 #include <cstdlib>
+#include <optional>
 #include <regex>
 #include <sstream>
+#include <type_traits>
 
 namespace sqmap::app {
 namespace {
@@ -100,29 +102,10 @@ Option Option::not_below_zero(double max)
     return Option(option_->check(bounded({"not below", "NONNEGATIVE", [](double v) { return v >= 0; }, max})));
 }
 
-/// CLI11's own check prints every unit that it knows.
-Option Option::size_in_bytes()
-{
-    const auto transform = [](std::string& text) {
-        static const std::regex k_size("([0-9]+(?:\\.[0-9]+)?) *([kmgt]?)i?b?", std::regex::icase);
-        constexpr double k_max = 0x1p50;
-        std::smatch match;
-        if (std::regex_match(text, match, k_size)) {
-            const std::size_t power = match.length(2) == 0 ? 0 : std::string("kmgt").find(CLI::detail::to_lower(match[2])) + 1;
-            const double bytes = std::strtod(match.str(1).c_str(), nullptr) * std::pow(1024.0, power);
-            if (bytes >= 1 && bytes <= k_max) return text = std::to_string(static_cast<std::uint64_t>(bytes)), std::string();
-        }
-        return "'" + text + "' is not a size: give 1 byte to 1024TB, as in 500MB or 4GB";
-    };
-    return Option(option_->transform(CLI::Validator(transform, "SIZE")));
-}
-
 Option Option::delimiter(char separator) { return Option(option_->delimiter(separator)); }
 Option Option::excludes(Option other) { return option_->excludes(other.option_), *this; }
 Option Option::needs(Option other) { return option_->needs(other.option_), *this; }
-Option Option::group(const std::string& title) { return Option(option_->group(title)); }
 Option Option::type_name(const std::string& name) { return Option(option_->type_name(name)); }
-Option Option::shows_default() { return Option(option_->capture_default_str()); }
 Option Option::shows_default(const std::string& text) { return Option(option_->default_str(text)); }
 
 // ---- Command
@@ -130,7 +113,9 @@ Option Option::shows_default(const std::string& text) { return Option(option_->d
 template <class Value>
 Option Command::option(const std::string& name, Value& value, const std::string& words)
 {
-    return Option(command_->add_option(name, value, words));
+    CLI::Option* const option = command_->add_option(name, value, words)->group(title_);
+    if constexpr (std::is_arithmetic_v<Value> || std::is_same_v<Value, std::string>) option->capture_default_str();
+    return Option(option);
 }
 template Option Command::option(const std::string&, std::string&, const std::string&);
 template Option Command::option(const std::string&, std::vector<std::string>&, const std::string&);
@@ -141,9 +126,28 @@ template Option Command::option(const std::string&, std::uint16_t&, const std::s
 template Option Command::option(const std::string&, std::uint32_t&, const std::string&);
 template Option Command::option(const std::string&, std::uint64_t&, const std::string&);
 
+/// CLI11's own check prints every unit that it knows.
+Option Command::size(const std::string& name, std::uint64_t& bytes, const std::string& words)
+{
+    const auto transform = [](std::string& text) {
+        static const std::regex k_size("([0-9]+(?:\\.[0-9]+)?) *([kmgt]?)i?b?", std::regex::icase);
+        constexpr double k_max = 0x1p50;
+        std::smatch match;
+        if (std::regex_match(text, match, k_size)) {
+            const std::size_t power = match.length(2) == 0 ? 0 : std::string("kmgt").find(CLI::detail::to_lower(match[2])) + 1;
+            const double given = std::strtod(match.str(1).c_str(), nullptr) * std::pow(1024.0, power);
+            if (given >= 1 && given <= k_max) return text = std::to_string(static_cast<std::uint64_t>(given)), std::string();
+        }
+        return "'" + text + "' is not a size: give 1 byte to 1024TB, as in 500MB or 4GB";
+    };
+    CLI::Option* const option = command_->add_option(name, bytes, words)->group(title_);
+    return Option(
+        option->transform(CLI::Validator(transform, ""))->type_name("SIZE")->default_str(std::to_string(bytes >> 30) + "GB"));
+}
+
 Option Command::flag(const std::string& name, bool& value, const std::string& words)
 {
-    return Option(command_->add_flag(name, value, words));
+    return Option(command_->add_flag(name, value, words)->group(title_));
 }
 
 Option Command::text(const std::string& name, std::function<void(const std::string&)> take, const std::string& words)
@@ -155,14 +159,14 @@ Option Command::text(const std::string& name, std::function<void(const std::stri
             throw CLI::ValidationError(e.option(), e.what());
         }
     };
-    return Option(command_->add_option_function<std::string>(name, checked, words));
+    return Option(command_->add_option_function<std::string>(name, checked, words)->group(title_));
 }
 
 Option Command::vector(const std::string& name, Vec3d& value, const std::string& words)
 {
     const auto take = [&value](const std::vector<double>& v) { value = {v[0], v[1], v[2]}; };
-    return Option(
-        command_->add_option_function<std::vector<double>>(name, take, words)->delimiter('/')->expected(3)->type_name("X/Y/Z"));
+    CLI::Option* const option = command_->add_option_function<std::vector<double>>(name, take, words)->group(title_);
+    return Option(option->delimiter('/')->expected(3)->type_name("X/Y/Z"));
 }
 
 Option Command::unit(const std::string& name, std::function<void(double)> take, const std::string& words)
@@ -182,7 +186,7 @@ Option Command::unit(const std::string& name, std::function<void(double)> take, 
 
 void Command::footer(const std::string& text) { command_->footer(text); }
 
-void Command::run(std::function<int()> work)
+void Command::set_work(std::function<int()> work)
 {
     command_->callback([work = std::move(work), command = command_] {
         if (!command->get_subcommands().empty()) return;
@@ -194,6 +198,12 @@ void Command::run(std::function<int()> work)
         }
         if (code != 0) throw CLI::RuntimeError(code);
     });
+}
+
+int Command::refused(const char* why)
+{
+    std::fprintf(stderr, "%s\n", why);
+    return 2;
 }
 
 Command Command::add(const std::string& name, const std::string& description)

@@ -5,10 +5,10 @@
 #include "sqmap/math/vec.h"
 
 #include <cmath>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
-#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -46,18 +46,13 @@ public:
     Option in_range(double least, double max);
     Option above_zero(double max = INFINITY);
     Option not_below_zero(double max = INFINITY);
-    /// Bytes, 1 to 1024TB; also with kB, MB, GB, TB, of 1024 each.
-    Option size_in_bytes();
     /// Between the values of one argument.
     Option delimiter(char separator);
     Option excludes(Option other);
     Option needs(Option other);
-    /// Under this title in the help.
-    Option group(const std::string& title);
     /// The help's word for the kind of value.
     Option type_name(const std::string& name);
-    /// The help tells the value that the variable has now.
-    Option shows_default();
+    /// The help says this of the default instead of the variable's value; an empty text: nothing.
     Option shows_default(const std::string& text);
 
 private:
@@ -67,12 +62,18 @@ private:
 /// A subcommand; a handle. Variables and functions that it is given must outlive the parser.
 class Command {
 public:
-    explicit Command(CLI::App* command) : command_(command) {}
+    explicit Command(CLI::App* command, std::string title = "Options") : command_(command), title_(std::move(title)) {}
+
+    /// The same subcommand; the help lists the options that this handle adds under a title.
+    [[nodiscard]] Command titled(const std::string& title) const { return Command(command_, title); }
 
     /// Sets a variable: a number, a text, std::optional<double>, or a vector of texts. name: "--layer", "-o,--output", or without
-    /// dashes for a positional argument. Instantiated in command_line.cpp for the types in use.
+    /// dashes for a positional argument. The help says the value that a number or a text has now. Instantiated in
+    /// command_line.cpp for the types in use.
     template <class Value>
     Option option(const std::string& name, Value& value, const std::string& words);
+    /// Bytes, 1 to 1024TB; also with kB, MB, GB, TB, of 1024 each.
+    Option size(const std::string& name, std::uint64_t& bytes, const std::string& words);
     Option flag(const std::string& name, bool& value, const std::string& words);
     /// Hands the text over. take: throws WrongUsage for a text that it does not take.
     Option text(const std::string& name, std::function<void(const std::string&)> take, const std::string& words);
@@ -103,15 +104,34 @@ public:
 
     /// Below the options in the help.
     void footer(const std::string& text);
-    /// Sets the subcommand's work, whose result is the program's exit code.
-    void run(std::function<int()> work);
+    /// Sets the subcommand's work, whose result is the program's exit code. Where it throws one of the Refusals, the program
+    /// prints the exception's words on standard error and ends with 2.
+    template <class... Refusals>
+    void run(std::function<int()> work)
+    {
+        set_work([work = std::move(work)] { return or_refused<Refusals...>(work); });
+    }
     /// The user gave this option.
     [[nodiscard]] bool given(const std::string& option) const;
 
 private:
     static std::string lower(std::string text);
+    void set_work(std::function<int()> work);
+    template <class... None>
+    requires(sizeof...(None) == 0) static int or_refused(const std::function<int()>& work) { return work(); }
+    template <class Refusal, class... Others>
+    static int or_refused(const std::function<int()>& work)
+    {
+        try {
+            return or_refused<Others...>(work);
+        } catch (const Refusal& e) {
+            return refused(e.what());
+        }
+    }
+    static int refused(const char* why);
 
     CLI::App* command_;
+    std::string title_;
 };
 
 class CommandLine {

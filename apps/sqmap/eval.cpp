@@ -1,4 +1,5 @@
 #include "commands.h"
+#include "common/hash_text.h"
 #include "common/layer_name.h"
 #include "common/program_words.h"
 #include "common/reports.h"
@@ -21,12 +22,7 @@ bool is_mesh_of(const model::ModelView& m, const mesh::Mesh& mesh)
            (m.mesh_hash == 0 || m.mesh_hash == mesh::content_hash(mesh));
 }
 
-std::string hash_text(std::uint64_t hash)
-{
-    char text[32] = "";
-    if (hash != 0) std::snprintf(text, sizeof text, " (hash %016llx)", static_cast<unsigned long long>(hash));
-    return text;
-}
+std::string hash_suffix(std::uint64_t hash) { return hash == 0 ? "" : " (hash " + hash_text(hash) + ")"; }
 
 void print_distribution(const char* name, const bake::Distribution& d, const char* unit)
 {
@@ -64,8 +60,8 @@ void print_other_mesh(const model::ModelView& m, const mesh::Mesh& mesh, const O
                  "%s was not baked from %s: it was made of %s, %u vertices and %u triangles%s; this mesh has %zu and %zu%s\n"
                  "  give the mesh it was baked from, with the same --repair, --surface, --thickness and --unit\n",
                  o.model.c_str(), o.mesh.c_str(), std::string(m.source).c_str(), m.header.vertex_count, m.header.triangle_count,
-                 hash_text(m.mesh_hash).c_str(), mesh.vertices.size(), mesh.triangles.size(),
-                 hash_text(mesh::content_hash(mesh)).c_str());
+                 hash_suffix(m.mesh_hash).c_str(), mesh.vertices.size(), mesh.triangles.size(),
+                 hash_suffix(mesh::content_hash(mesh)).c_str());
 }
 
 /// mesh: model space.
@@ -105,18 +101,13 @@ int run(const Options& o)
         std::fprintf(stderr, "%s: %s", o.mesh.c_str(), report(loaded).c_str());
         return 2;
     }
-    try {
-        const paper::MappedModel file(o.model);
-        if (!is_mesh_of(file.view(), loaded.mesh)) {
-            print_other_mesh(file.view(), loaded.mesh, o);
-            return 2;
-        }
-        measure(file.view(), bake::model_space(loaded.mesh), o);
-        return 0;
-    } catch (const io::ModelFileError& e) {
-        std::fprintf(stderr, "%s\n", e.what());
+    const paper::MappedModel file(o.model);
+    if (!is_mesh_of(file.view(), loaded.mesh)) {
+        print_other_mesh(file.view(), loaded.mesh, o);
         return 2;
     }
+    measure(file.view(), bake::model_space(loaded.mesh), o);
+    return 0;
 }
 
 }  // namespace
@@ -127,15 +118,14 @@ void add_eval(CommandLine& line)
     Command command = line.add("eval", "Measure a model against its mesh with an exact oracle");
     command.option("model", options->model, "Model (.sqmap)").required().existing_file();
     command.option("mesh", options->mesh, "The mesh it was baked from").required().existing_file();
-    command.option("--layer", options->layer, "2, 3, exact, or all").one_of({"2", "3", "exact", "all"}).shows_default();
+    command.option("--layer", options->layer, "2, 3, exact, or all").one_of({"2", "3", "exact", "all"});
     command.option("--points", options->evaluate.points, "Sample points: 3/4 within 4 % of R_max of the surface, 1/4 in the box")
-        .in_range(1, 100000000)
-        .shows_default();
-    command.option("--seed", options->evaluate.seed, "Seed of the sample").shows_default();
+        .in_range(1, 100000000);
+    command.option("--seed", options->evaluate.seed, "Seed of the sample");
     command.flag("--json", options->json, "Answer as JSON");
     add_load_options(command, options->load);
     command.footer("Exit code: 0 measured, 2 bad model or mesh, 64 wrong usage, 70 internal error.");
-    command.run([options] { return run(*options); });
+    command.run<io::ModelFileError>([options] { return run(*options); });
 }
 
 }  // namespace sqmap::app

@@ -68,19 +68,13 @@ void print(const std::string& name, const model::ModelView& m, const io::Section
 
 int run(const Options& o)
 {
-    try {
-        const paper::MappedModel file(o.model);
-        const model::ModelView& m = file.view();
-        const io::SectionBytes bytes = io::section_bytes(m, file.size());
-        if (o.json)
-            std::printf("%s\n", paper::model_json(m, file.size()).c_str());
-        else
-            print(o.model, m, bytes);
-        return 0;
-    } catch (const io::ModelFileError& e) {
-        std::fprintf(stderr, "%s\n", e.what());
-        return 2;
-    }
+    const paper::MappedModel file(o.model);
+    const model::ModelView& m = file.view();
+    if (o.json)
+        std::printf("%s\n", paper::model_json(m, file.size()).c_str());
+    else
+        print(o.model, m, io::section_bytes(m, file.size()));
+    return 0;
 }
 
 }  // namespace
@@ -92,7 +86,7 @@ void add_info(CommandLine& line)
     command.option("model", options->model, "Model (.sqmap)").required().existing_file();
     command.flag("--json", options->json, "Answer as JSON");
     command.footer("Exit code: 0 printed, 2 not a valid model, 64 wrong usage, 70 internal error.");
-    command.run([options] { return run(*options); });
+    command.run<io::ModelFileError>([options] { return run(*options); });
 }
 
 }  // namespace sqmap::app

@@ -199,20 +199,13 @@ int run(const Options& o)
         std::fprintf(stderr, "--tolerance is read by --layer auto alone\n");
         return 64;
     }
-    try {
-        io::refuse_to_replace(o.output, {o.model, o.points});
-        paper::MappedModel file(o.model);
-        file.set_options(paper_options(o));
-        const std::vector<Vec3d> points = read_points(o.points);
-        const std::string text = o.distance ? distances(file.view(), points, o) : answers(file.view(), points, o);
-        io::replace_file(o.output, std::as_bytes(std::span(text)));
-        return 0;
-    } catch (const BadPoints& e) {
-        std::fprintf(stderr, "%s\n", e.what());
-    } catch (const io::ModelFileError& e) {
-        std::fprintf(stderr, "%s\n", e.what());
-    }
-    return 2;
+    io::refuse_to_replace(o.output, {o.model, o.points});
+    paper::MappedModel file(o.model);
+    file.set_options(paper_options(o));
+    const std::vector<Vec3d> points = read_points(o.points);
+    const std::string text = o.distance ? distances(file.view(), points, o) : answers(file.view(), points, o);
+    io::replace_file(o.output, std::as_bytes(std::span(text)));
+    return 0;
 }
 
 }  // namespace
@@ -231,14 +224,12 @@ void add_query(CommandLine& line)
                 "1 superquadrics; 2 and 3 the locator's planes, coarse and fine, or of a paper model the map's base and finest "
                 "samples; exact: triangles; gate: 2 or 3 by k_L; auto: the cheapest within --tolerance, or without one as "
                 "gate; exact where layer 3 is in doubt")
-            .one_of({"1", "2", "3", "exact", "auto", "gate"})
-            .shows_default();
-    Option gate = command
-                      .option("--gate", options->gate,
-                              "k_L: gate reads layer 3 for a part with fewer base samples than this times its vertices")
-                      .shows_default();
-    Option tolerance =
-        command.option("--tolerance", options->tolerance, "Depth error that auto may make, mesh units").not_below_zero();
+            .one_of({"1", "2", "3", "exact", "auto", "gate"});
+    Option gate = command.option("--gate", options->gate,
+                                 "k_L: gate reads layer 3 for a part with fewer base samples than this times its vertices");
+    Option tolerance = command.option("--tolerance", options->tolerance, "Depth error that auto may make, mesh units")
+                           .not_below_zero()
+                           .shows_default("");
     Option certain = command.flag("--certain", options->certain, "Add a column: 1 where the verdict is proven");
     Option status = command.flag(
         "--status", options->status,
@@ -252,14 +243,12 @@ void add_query(CommandLine& line)
                            .option("--projector", options->projector,
                                    "Foot search of a paper model's layers 2 and 3: newton, pyramid (eqs. 16 to 19, corrected), "
                                    "printed (to the letter)")
-                           .one_of({"newton", "pyramid", "printed"})
-                           .shows_default();
+                           .one_of({"newton", "pyramid", "printed"});
     Option steps = command
                        .option("--nearest-steps", options->nearest_steps,
                                "Steps to the nearest surface after the foot of a paper model's layer 3 (newton); 0: depth to the "
                                "tangent plane on the foot's line")
-                       .in_range(0, 16)
-                       .shows_default();
+                       .in_range(0, 16);
     Option gaps = command.flag("--no-gaps", options->no_gaps, "A paper model's first surfaces alone, as the paper has them");
     Option pruning =
         command.flag("--no-pruning", options->no_pruning, "Paper models: contact where any part claims it (section 2)");
@@ -269,6 +258,7 @@ void add_query(CommandLine& line)
         distance.excludes(other);
     command.option("--band", options->band, "How far distances are to be exact, mesh units; not given: as baked")
         .not_below_zero()
+        .shows_default("")
         .needs(distance);
     command.footer(
         "Columns: contact,part,depth,nx,ny,nz,px,py,pz: depth and point in mesh units, normal outward; 9 digits, more of a "
@@ -276,7 +266,7 @@ void add_query(CommandLine& line)
         "With --distance: distance,known,part,gx,gy,gz,px,py,pz: negative inside, gradient, nearest surface point; known is "
         "exact, approximate, bound: no farther than the truth and at least half of it, or none: a point that is not finite.\n"
         "Exit code: 0 written, 2 bad model or points, 64 wrong usage, 70 internal error.");
-    command.run([options] { return run(*options); });
+    command.run<BadPoints, io::ModelFileError>([options] { return run(*options); });
 }
 
 }  // namespace sqmap::app

@@ -110,16 +110,15 @@ void add_render(CommandLine& line)
         .type_name("KIND");
     command.option("-o,--output", arguments->output, "PNG file to write").required();
     command.option("--azimuth", arguments->azimuth, "Degrees about the up axis, 0 the front; default: off the broadest side");
-    command.option("--elevation", arguments->view.elevation, "Degrees above the horizon").in_range(-90, 90).shows_default();
+    command.option("--elevation", arguments->view.elevation, "Degrees above the horizon").in_range(-90, 90);
     command.option("--up", arguments->up, "The mesh's upward axis: x, y, z, -x, -y or -z")
         .one_of({"x", "y", "z", "-x", "-y", "-z"})
-        .type_name("AXIS")
-        .shows_default();
+        .type_name("AXIS");
     command.option("--size", arguments->size, "Pixels of each picture; default: 900x700, a map alone 1600x1200")
         .type_name("WIDTHxHEIGHT");
     add_load_options(command, arguments->load);
     command.footer("Exit code: 0 drawn, 2 bad model or mesh, or PNG not written, 64 wrong usage, 70 internal error.");
-    command.run([arguments] {
+    command.run<io::ModelFileError, ImageError>([arguments] {
         if (!arguments->size.empty()) set_size(arguments->view, arguments->size);
         set_up(arguments->view, arguments->up);
         try {
@@ -127,15 +126,11 @@ void add_render(CommandLine& line)
             write_png(arguments->output, pictures(*arguments));
             return 0;
         } catch (const Refused&) {
-        } catch (const io::ModelFileError& e) {
-            std::fprintf(stderr, "%s\n", e.what());
-        } catch (const ImageError& e) {
-            std::fprintf(stderr, "%s\n", e.what());
+            return 2;
         } catch (const SubjectError& e) {
             std::fprintf(stderr, "%s\n", e.what());
             return 64;
         }
-        return 2;
     });
 }
 

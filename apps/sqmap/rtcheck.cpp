@@ -66,9 +66,7 @@ void add_rtcheck(CommandLine& line)
     };
     const auto options = std::make_shared<Options>();
     Command command = line.add("rtcheck", "Measure what this machine can hold of a 1 kHz loop, with and without SCHED_FIFO");
-    command.option("--seconds", options->seconds, "How long to measure, for each of the two")
-        .in_range(0.1, 3600.)
-        .shows_default();
+    command.option("--seconds", options->seconds, "How long to measure, for each of the two").in_range(0.1, 3600.);
     command.flag("--json", options->json, "Answer as JSON");
     command.footer("Exit code: 0 measured, whatever was found, 64 wrong usage, 70 internal error.");
     command.run([options] {

@@ -71,11 +71,9 @@ void add_shapes(CommandLine& line)
     for (const std::string& name : shape_names()) names += name + ", ";
     command.option("name", arguments->name, "Which shape: " + names + "or a mesh file").required();
     command.option("-o,--output", arguments->output, "File to write: .obj or .off").required();
-    command.option("--subdivide", arguments->subdivide, "Loop subdivisions: each makes four triangles of one")
-        .in_range(0, 4)
-        .shows_default();
+    command.option("--subdivide", arguments->subdivide, "Loop subdivisions: each makes four triangles of one").in_range(0, 4);
     command.footer("Exit code: 0 written, 2 no such shape, mesh refused or not closed, 64 wrong usage, 70 internal error.");
-    command.run([arguments] {
+    command.run<std::runtime_error, std::invalid_argument>([arguments] {
         mesh::Mesh made;
         if (makers().contains(arguments->name)) {
             made = made_shape(arguments->name);
@@ -87,16 +85,8 @@ void add_shapes(CommandLine& line)
             }
             made = std::move(loaded.mesh);
         }
-        try {
-            made = mesh::loop_subdivided(made, arguments->subdivide);
-            io::write_mesh(arguments->output, made.vertices, made.triangles);
-        } catch (const std::runtime_error& e) {
-            std::fprintf(stderr, "%s\n", e.what());
-            return 2;
-        } catch (const std::invalid_argument& e) {
-            std::fprintf(stderr, "%s\n", e.what());
-            return 2;
-        }
+        made = mesh::loop_subdivided(made, arguments->subdivide);
+        io::write_mesh(arguments->output, made.vertices, made.triangles);
         std::printf("%s: %zu vertices, %zu triangles -> %s\n", arguments->name.c_str(), made.vertices.size(),
                     made.triangles.size(), arguments->output.c_str());
         return 0;

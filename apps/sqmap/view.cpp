@@ -140,18 +140,13 @@ void add_view(CommandLine& line)
     const auto arguments = std::make_shared<Arguments>();
     command.option("files", arguments->files, "Models (.sqmap) and meshes, which are baked first; none: two shapes to begin with")
         .existing_file();
-    command
-        .option("--port", arguments->port,
-                "Port on this machine; 0: any that is free. A named one keeps its address when the program is started anew")
-        .shows_default();
+    command.option("--port", arguments->port,
+                   "Port on this machine; 0: any that is free. A named one keeps its address when the program is started anew");
     command.flag("--open", arguments->open, "Open the address in the browser, too");
     command
         .option("--projection", arguments->projection, "Maps of meshes that are baked here: central, or normal: the paper's own")
-        .one_of({"central", "normal"})
-        .shows_default();
-    command.option("--size", arguments->viewer.size, "R_max, m, that every object is shown and felt at")
-        .in_range(0.01, 10.0)
-        .shows_default();
+        .one_of({"central", "normal"});
+    command.option("--size", arguments->viewer.size, "R_max, m, that every object is shown and felt at").in_range(0.01, 10.0);
     command.footer(
         "Serves this machine alone, and only the address that it prints. Exit code: 0 ended, 2 a file was refused or the port is "
         "taken, 64 "

@@ -330,8 +330,9 @@ void add_dress(CommandLine& line)
             .option("--avatar", a->avatar,
                     "Model (.sqmap) of a solid, which stands still, or skinned mesh (.glb, .gltf) with its joints; metres, y up")
             .existing_file();
-    Option walker =
-        command.option("--figure", a->walker, "Instead: a figure of capsules on bones, this tall in metres").in_range(0.2, 5.0);
+    Option walker = command.option("--figure", a->walker, "Instead: a figure of capsules on bones, this tall in metres")
+                        .in_range(0.2, 5.0)
+                        .shows_default("");
     avatar.excludes(walker);
     command.flag("--walk", a->walk,
                  "The figure lowers its arms after 1 s and walks from 2 s on; a skinned mesh goes over to its animation from "
@@ -348,19 +349,18 @@ void add_dress(CommandLine& line)
         "A tool that grasps: simulated[:hand=], whose hand follows the garment's pull, or a kind that sqmap devices lists "
         "(its first button grasps). The cloth then keeps to the clock");
     command.option("--tool-at", a->tool_at, "X,Y,Z, m: where the device's origin is; default 0,0,0").needs(device);
-    command.option("--azimuth", a->azimuth, "Of the pictures, degrees; 0: from the front").shows_default();
-    command.option("--seconds", a->seconds, "Time to simulate").in_range(0.01, 600.0).shows_default();
-    command.option("--rate", a->rate, "Steps a second").in_range(10.0, 10000.0).shows_default();
-    command.option("--fps", a->fps, "Frames a second that are written").in_range(0.1, 240.0).shows_default();
+    command.option("--azimuth", a->azimuth, "Of the pictures, degrees; 0: from the front");
+    command.option("--seconds", a->seconds, "Time to simulate").in_range(0.01, 600.0);
+    command.option("--rate", a->rate, "Steps a second").in_range(10.0, 10000.0);
+    command.option("--fps", a->fps, "Frames a second that are written").in_range(0.1, 240.0);
     command.option("--thinnest", a->thinnest, "Parts of the avatar at least this thick, in metres, are not tunnelled through")
-        .in_range(0.001, 1.0)
-        .shows_default();
-    command.option("--iterations", a->iterations, "Of the threads' solver").in_range(1, 200).shows_default();
-    command.option("--layer", a->layer, "Of the contacts: 2, 3 or exact").one_of({"2", "3", "exact"}).shows_default();
+        .in_range(0.001, 1.0);
+    command.option("--iterations", a->iterations, "Of the threads' solver").in_range(1, 200);
+    command.option("--layer", a->layer, "Of the contacts: 2, 3 or exact").one_of({"2", "3", "exact"});
     command.flag("--paper-friction", a->paper_friction, "Friction of eq. 33 instead of Coulomb's");
     command.flag("--self-collision", a->self_collision, "Cloth feels itself (slow)");
     command.footer("Exit code: 0 done, 2 bad model or garment, or a file not written, 64 wrong usage, 70 internal error.");
-    command.run([a] {
+    command.run<GarmentFileError, BadOutput, device::DeviceError, AvatarError, ImageError>([a] {
         if (a->avatar.empty() && a->walker <= 0) throw WrongUsage("dress", "give --avatar or --figure");
         const bool skinned = is_gltf(a->avatar);
         if (a->walk && a->walker <= 0 && !skinned)
@@ -369,21 +369,11 @@ void add_dress(CommandLine& line)
             throw WrongUsage("--animation", "goes with --walk and a skinned --avatar");
         try {
             dress(*a);
-            return 0;
-        } catch (const GarmentFileError& e) {
-            std::fprintf(stderr, "%s\n", e.what());
-        } catch (const BadOutput& e) {
-            std::fprintf(stderr, "%s\n", e.what());
-        } catch (const device::DeviceError& e) {
-            std::fprintf(stderr, "%s\n", e.what());
-        } catch (const AvatarError& e) {
-            std::fprintf(stderr, "%s\n", e.what());
         } catch (const io::ModelFileError& e) {
             std::fprintf(stderr, "%s\n  cure: a model is what sqmap bake writes; a skinned mesh is a .glb or .gltf\n", e.what());
-        } catch (const ImageError& e) {
-            std::fprintf(stderr, "%s\n", e.what());
+            return 2;
         }
-        return 2;
+        return 0;
     });
 }
 

@@ -3,7 +3,6 @@
 #include "touch/names.h"
 
 #include <cstdio>
-#include <string>
 #include <tuple>
 
 namespace sqmap::app {
@@ -12,95 +11,68 @@ namespace {
 /// Adds the options of the surface and of moving objects.
 void add_object_options(Command& command, TouchOptions& o)
 {
-    const char* const surface = "Surface";
-    command.option("--texture", o.texture.kind, "none, gaussian, image:FILE.png (square, black is deep), ridges, weave or bumps")
-        .group(surface)
-        .shows_default();
-    command.option("--texture-depth", o.texture.depth, "m, of the deepest; of noise two standard deviations")
-        .above_zero(0.1)
-        .group(surface)
-        .shows_default();
-    command.option("--texture-wavelength", o.texture.wavelength, "m: shortest of the noise, a period, of an image a pixel")
-        .above_zero(1)
-        .group(surface)
-        .shows_default();
-    command.option("--texture-seed", o.texture.seed, "Of the noise").group(surface).shows_default();
-    const char* const moving = "Objects that move";
-    command.option("--object-mass", o.body.mass, "kg; the tool pushes them; 0: they are fixed")
-        .not_below_zero(1e6)
-        .group(moving)
-        .shows_default();
-    command.option("--object-spring", o.body.spring, "N/m that holds each at its position, critically damped; 0: free")
-        .not_below_zero(1e6)
-        .group(moving)
-        .shows_default();
-    command.vector("--sway", o.body.sway, "m along x, y, z, to and fro").group(moving);
-    command.option("--sway-period", o.body.sway_period, "s").above_zero(1e6).group(moving).shows_default();
+    Command surface = command.titled("Surface");
+    surface.option("--texture", o.texture.kind, "none, gaussian, image:FILE.png (square, black is deep), ridges, weave or bumps");
+    surface.option("--texture-depth", o.texture.depth, "m, of the deepest; of noise two standard deviations").above_zero(0.1);
+    surface.option("--texture-wavelength", o.texture.wavelength, "m: shortest of the noise, a period, of an image a pixel")
+        .above_zero(1);
+    surface.option("--texture-seed", o.texture.seed, "Of the noise");
+    Command moving = command.titled("Objects that move");
+    moving.option("--object-mass", o.body.mass, "kg; the tool pushes them; 0: they are fixed").not_below_zero(1e6);
+    moving.option("--object-spring", o.body.spring, "N/m that holds each at its position, critically damped; 0: free")
+        .not_below_zero(1e6);
+    moving.vector("--sway", o.body.sway, "m along x, y, z, to and fro");
+    moving.option("--sway-period", o.body.sway_period, "s").above_zero(1e6);
 }
 
 }  // namespace
 
 void add_force_options(Command& command, TouchOptions& o)
 {
-    const std::string group = "Forces";
+    Command forces = command.titled("Forces");
     const auto number = [&](const char* name, double& value, const char* words) {
-        command.option(name, value, words).not_below_zero(1e6).group(group).shows_default();
+        forces.option(name, value, words).not_below_zero(1e6);
     };
     number("--stiffness", o.zone.stiffness, "k, N/m (eqs. 21 and 32)");
     number("--damping", o.zone.damping, "N s/m along the normal while pressing in");
-    command.choice("--mode", o.zone.mode, k_modes, "How the tool follows the device", "direct|proxy|coupled").group(group);
-    command
-        .choice("--shading", o.zone.shading, k_shadings,
-                "Full force across edges, the gradient of one potential, or the mean of the contacts' forces",
-                "levelled|consistent|mean")
-        .group(group);
-    command
-        .choice(
-            "--force", o.paper_force, k_forces,
-            "paper: eqs. 21, 26, 32 and 33 on the smoothed map, averaged (section 6), of models baked with --projection normal",
-            "full|paper")
-        .group(group);
-    command
-        .choice("--projector", o.paper.projector, k_projectors, "How feet are found on models baked with --projection normal",
-                "newton|pyramid|printed")
-        .group(group);
-    command.flag("--offset", o.zone.offset, "Move the surface out by eq. 12, against tunnelling").group(group);
-    command
-        .choice("--layer", o.zone.layer, k_touch_layers, "Layer to query; auto: exact for a sphere or a point, 3 for a mesh",
-                "auto|2|3|exact")
-        .group(group);
-    command
-        .choice("--friction", o.material.friction, k_frictions, "How the surface rubs; paper is eq. 33 as printed",
-                "none|coulomb|paper")
-        .group(group);
+    forces.choice("--mode", o.zone.mode, k_modes, "How the tool follows the device", "direct|proxy|coupled");
+    forces.choice("--shading", o.zone.shading, k_shadings,
+                  "Full force across edges, the gradient of one potential, or the mean of the contacts' forces",
+                  "levelled|consistent|mean");
+    forces.choice(
+        "--force", o.paper_force, k_forces,
+        "paper: eqs. 21, 26, 32 and 33 on the smoothed map, averaged (section 6), of models baked with --projection normal",
+        "full|paper");
+    forces.choice("--projector", o.paper.projector, k_projectors, "How feet are found on models baked with --projection normal",
+                  "newton|pyramid|printed");
+    forces.flag("--offset", o.zone.offset, "Move the surface out by eq. 12, against tunnelling");
+    forces.choice("--layer", o.zone.layer, k_touch_layers, "Layer to query; auto: exact for a sphere or a point, 3 for a mesh",
+                  "auto|2|3|exact");
+    forces.choice("--friction", o.material.friction, k_frictions, "How the surface rubs; paper is eq. 33 as printed",
+                  "none|coulomb|paper");
     number("--mu-static", o.material.mu_static, "Coulomb friction before slipping");
     number("--mu-dynamic", o.material.mu_dynamic, "Coulomb friction while slipping");
     number("--f-c", o.material.f_c, "f_c of eq. 33, N");
     number("--k-f", o.material.k_f, "k_f of eq. 33, 1/m");
     number("--brake", o.zone.brake, "N s/m against the approach before contact; 0: none");
-    command.option("--proxy-depth", o.zone.proxy_depth, "m that the proxy of a mesh or a sphere lies in the surface")
-        .in_range(0., 0.05)
-        .group(group)
-        .shows_default();
+    forces.option("--proxy-depth", o.zone.proxy_depth, "m that the proxy of a mesh or a sphere lies in the surface")
+        .in_range(0., 0.05);
     number("--blend", o.zone.blend_time, "s in which a jump of the foot point fades to 1/e; 0: jumps pass");
-    const auto wish = [&](const char* name, std::optional<double>& value, const char* words, const char* of) {
-        command.option(name, value, words).not_below_zero(1e6).group(of);
+    Command coupling = command.titled("Coupling (--mode coupled); default: taken from the device");
+    const auto wish = [&](const char* name, std::optional<double>& value, const char* words) {
+        coupling.option(name, value, words).not_below_zero(1e6);
     };
-    const char* const coupling = "Coupling (--mode coupled); default: taken from the device";
-    wish("--coupling-stiffness", o.coupling.stiffness, "N/m between device and body", coupling);
-    wish("--coupling-damping", o.coupling.damping, "N s/m", coupling);
-    wish("--coupling-turn-stiffness", o.coupling.rotational, "N m/rad", coupling);
-    wish("--coupling-turn-damping", o.coupling.rotational_damping, "N m s/rad", coupling);
-    command.option("--mass", o.zone.mass, "kg of the body").above_zero(1e6).group(coupling).shows_default();
-    command.option("--inertia", o.coupling.inertia, "kg m^2; default: from mass and tool").above_zero(1e6).group(coupling);
-    command
-        .choice("--smoothing-kernel", o.kernel, k_kernels,
-                "Direction from depths alone, or from the map's normals (sphere, point)", "ball|shell")
-        .group(group);
-    command.option("--smoothing-tolerance", o.tolerance, "m, by which smoothed depth may differ from true (sphere, point)")
+    wish("--coupling-stiffness", o.coupling.stiffness, "N/m between device and body");
+    wish("--coupling-damping", o.coupling.damping, "N s/m");
+    wish("--coupling-turn-stiffness", o.coupling.rotational, "N m/rad");
+    wish("--coupling-turn-damping", o.coupling.rotational_damping, "N m s/rad");
+    coupling.option("--mass", o.zone.mass, "kg of the body").above_zero(1e6);
+    coupling.option("--inertia", o.coupling.inertia, "kg m^2; default: from mass and tool").above_zero(1e6);
+    forces.choice("--smoothing-kernel", o.kernel, k_kernels,
+                  "Direction from depths alone, or from the map's normals (sphere, point)", "ball|shell");
+    forces.option("--smoothing-tolerance", o.tolerance, "m, by which smoothed depth may differ from true (sphere, point)")
         .not_below_zero(0.1)
-        .shows_default("0.0003 of a sphere, 0.0002 of a point")
-        .group(group);
+        .shows_default("0.0003 of a sphere, 0.0002 of a point");
     number("--zone", o.zone_radius, "Impact zone of a mesh: m about its centre that count; 0: the whole tool");
     add_object_options(command, o);
 }

@@ -4,7 +4,6 @@
 #include "three_numbers.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <map>
 #include <optional>

@@ -178,25 +178,12 @@ void add_replay(CommandLine& line)
     command.option("trace", arguments->trace, "What sqmap touch --record wrote").required();
     command.option("--against", arguments->against, "Another model instead of the first: how do its forces differ?");
     command.flag("--diff", arguments->diff, "Print every tick that differs, as CSV; the summary goes to standard error");
-    command.option("--threads", arguments->threads, "Replay in so many threads at once: all must agree")
-        .in_range(1, 64)
-        .shows_default();
+    command.option("--threads", arguments->threads, "Replay in so many threads at once: all must agree").in_range(1, 64);
     command.option("--plot", arguments->plot, "Draw the recording: depth, force, torque, CPU time (SVG); with --against both");
     command.footer(
         "Exit code: 0 bit-identical, or compared --against another model; 1 different; 2 bad trace or model, 64 wrong usage, 70 "
         "internal error.");
-    command.run([arguments] {
-        try {
-            return run(*arguments);
-        } catch (const BadTouch& e) {
-            std::fprintf(stderr, "%s\n", e.what());
-        } catch (const device::TraceError& e) {
-            std::fprintf(stderr, "%s\n", e.what());
-        } catch (const io::ModelFileError& e) {
-            std::fprintf(stderr, "%s\n", e.what());
-        }
-        return 2;
-    });
+    command.run<BadTouch, device::TraceError, io::ModelFileError>([arguments] { return run(*arguments); });
 }
 
 }  // namespace sqmap::app

@@ -12,12 +12,9 @@
 #include "touch/options.h"
 
 #include <array>
-#include <cstdint>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -44,8 +41,6 @@ public:
     [[nodiscard]] const query::Probe& tool() const { return point_ ? *point_ : tool_.probe(); }
     /// The same of all zones at once, where they stand at these poses; of a hand on a glove the flat hand, whatever they are.
     [[nodiscard]] query::Probe tool_at(std::span<const sqmap::Pose> zones) const;
-    /// A glove poses a skinned hand every tick.
-    [[nodiscard]] bool has_hand() const { return hand_ != nullptr; }
     /// Notes for the user about these options, a line each.
     [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
 

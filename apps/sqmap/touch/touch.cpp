@@ -198,21 +198,14 @@ void touch(const Arguments& arguments)
     if (!arguments.plot.empty()) plot_trace(arguments.record, arguments.plot);
 }
 
-void add_safety_options(Command& command, Arguments& arguments)
+void add_safety_options(Command safety, Arguments& arguments)
 {
-    const std::string safety = "Safety (a filter that is always on)";
-    command.option("--force-limit", arguments.servo.safety.force_limit, "N; default: 2, or the device's most if less")
-        .above_zero()
-        .group(safety);
-    command.option("--torque-limit", arguments.servo.safety.torque_limit, "N m; default: 0.1, or the device's most if less")
-        .above_zero()
-        .group(safety);
-    command.flag("--own-process", arguments.own_process, "A small process owns the device and lets it go when this one is killed")
-        .group(safety);
-    command.option("--priority", arguments.servo.priority, "SCHED_FIFO of the servo, see sqmap rtcheck; 0: none")
-        .in_range(0, 98)
-        .shows_default()
-        .group(safety);
+    safety.option("--force-limit", arguments.servo.safety.force_limit, "N; default: 2, or the device's most if less")
+        .above_zero();
+    safety.option("--torque-limit", arguments.servo.safety.torque_limit, "N m; default: 0.1, or the device's most if less")
+        .above_zero();
+    safety.flag("--own-process", arguments.own_process, "A small process owns the device and lets it go when this one is killed");
+    safety.option("--priority", arguments.servo.priority, "SCHED_FIFO of the servo, see sqmap rtcheck; 0: none").in_range(0, 98);
 }
 
 }  // namespace
@@ -222,10 +215,8 @@ void add_touch(CommandLine& line)
     const auto arguments = std::make_shared<Arguments>();
     Command command = line.add("touch", "Touch models with a device, a scripted or a recorded path, and record it");
     command.option("--object", arguments->objects, "Models (.sqmap); FILE@X,Y,Z puts the model's origin there, m").required();
-    command
-        .option("--tool", arguments->touch.tool,
-                "sphere[:RADIUS, m], point[:RADIUS of its smoothing, m] or a mesh; with a glove a glTF hand of 25 joints")
-        .shows_default();
+    command.option("--tool", arguments->touch.tool,
+                   "sphere[:RADIUS, m], point[:RADIUS of its smoothing, m] or a mesh; with a glove a glTF hand of 25 joints");
     command
         .option("--tool-spacing", arguments->touch.tool_spacing,
                 "m; larger triangles of a mesh as tool are divided, so that it is felt between its vertices too; 0: not")
@@ -237,53 +228,33 @@ void add_touch(CommandLine& line)
                 "touch; 0: with its vertices")
         .in_range(0., 1e5)
         .shows_default("1200, or 300 on a model of the normal projection");
-    command.option("--tool-size", arguments->touch.tool_size, "R_max, m, that a mesh as tool is scaled to")
-        .above_zero()
-        .shows_default();
-    command
-        .option("--device", arguments->device,
-                "KIND[:ARGS]. Without hardware: press, tap, slide, circle (speed, depth, gap, radius, direction=X/Y/Z, "
-                "travel, rate, wait), path:FILE, trace:FILE, simulated[:press...][,hand=], glove. Others: see sqmap devices")
-        .shows_default();
-    const Option size = command.option("--scale", arguments->size, "Scale all objects so that the first has this R_max, m")
-                            .above_zero(1000)
-                            .shows_default();
+    command.option("--tool-size", arguments->touch.tool_size, "R_max, m, that a mesh as tool is scaled to").above_zero();
+    command.option("--device", arguments->device,
+                   "KIND[:ARGS]. Without hardware: press, tap, slide, circle (speed, depth, gap, radius, direction=X/Y/Z, "
+                   "travel, rate, wait), path:FILE, trace:FILE, simulated[:press...][,hand=], glove. Others: see sqmap devices");
+    const Option size =
+        command.option("--scale", arguments->size, "Scale all objects so that the first has this R_max, m").above_zero(1000);
     command
         .unit(
             "--unit", [arguments](double metres) { arguments->unit = metres; }, "Or take a mesh unit as this many metres")
         .excludes(size);
-    command.option("--seconds", arguments->seconds, "How long; of path: and trace: all, unless said")
-        .above_zero()
-        .shows_default();
+    command.option("--seconds", arguments->seconds, "How long; of path: and trace: all, unless said").above_zero();
     command.option("--record", arguments->record, "Trace to write (CSV, see docs/trace-format.md)");
     command.option("--plot", arguments->plot, "Draw the recording: depth, force, torque, CPU time (SVG)");
     add_force_options(command, arguments->touch);
-    add_safety_options(command, *arguments);
+    add_safety_options(command.titled("Safety (a filter that is always on)"), *arguments);
     command.footer("Exit code: 0 done, 2 bad model, tool, device or file, 64 wrong usage, 70 internal error.");
-    command.run([arguments, command] {
-        arguments->all_of_it = !command.given("--seconds");
-        arguments->touch.touching_wished = command.given("--tool-touching");
-        arguments->touch.stiffness_wished = command.given("--stiffness");
-        finish_force_options(command, arguments->touch);
-        warn_of_idle(command, arguments->touch);
-        try {
+    // Limits or a priority that the servo refuses are invalid arguments.
+    command.run<BadTouch, device::DeviceError, std::invalid_argument, std::system_error, device::TraceError, io::ModelFileError>(
+        [arguments, command] {
+            arguments->all_of_it = !command.given("--seconds");
+            arguments->touch.touching_wished = command.given("--tool-touching");
+            arguments->touch.stiffness_wished = command.given("--stiffness");
+            finish_force_options(command, arguments->touch);
+            warn_of_idle(command, arguments->touch);
             touch(*arguments);
             return 0;
-        } catch (const BadTouch& e) {
-            std::fprintf(stderr, "%s\n", e.what());
-        } catch (const device::DeviceError& e) {
-            std::fprintf(stderr, "%s\n", e.what());
-        } catch (const std::invalid_argument& e) {  // limits or a priority that the servo refuses
-            std::fprintf(stderr, "%s\n", e.what());
-        } catch (const std::system_error& e) {
-            std::fprintf(stderr, "%s\n", e.what());
-        } catch (const device::TraceError& e) {
-            std::fprintf(stderr, "%s\n", e.what());
-        } catch (const io::ModelFileError& e) {
-            std::fprintf(stderr, "%s\n", e.what());
-        }
-        return 2;
-    });
+        });
 }
 
 }  // namespace sqmap::app
