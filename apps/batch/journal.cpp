@@ -12,7 +12,6 @@
 #include <cerrno>
 #include <cstring>
 #include <sstream>
-#include <system_error>
 
 namespace sqmap::batch {
 namespace {

@@ -164,6 +164,13 @@ std::string words_of(const std::vector<Shard>& shards, const std::string& what)
     return shards.size() > k_named ? out + ", ..." : out;
 }
 
+/// The key of a line of a .measured.jsonl file.
+std::string_view key_of_measured(std::string_view line)
+{
+    constexpr std::string_view k_start = R"({"key":")";
+    return line.starts_with(k_start) ? line.substr(k_start.size(), 64) : std::string_view();
+}
+
 }  // namespace
 
 std::string words_of(const Unfinished& unfinished)
@@ -176,27 +183,7 @@ std::string words_of(const Unfinished& unfinished)
     return out;
 }
 
-Contents::Contents(const Library& library)
-{
-    const std::string fingerprint = library.recipe().fingerprint;
-    for (const fs::path& path : library.shards()) {
-        read(path);
-        if (Library::is_of(path, fingerprint)) read_rows(path);
-    }
-    const bool is_merged = library.merged_shards().fingerprint == fingerprint;
-    for (const fs::path& path : library.merged()) {
-        read(path);
-        if (is_merged) read_rows(path);
-    }
-    for (Row& row : rows_)
-        if (results_.contains(row.key)) row.outcome = {};
-    const auto less = [](const Row& a, const Row& b) { return a.item < b.item; };
-    std::stable_sort(rows_.begin(), rows_.end(), less);
-    const auto same = [](const Row& a, const Row& b) { return a.item == b.item; };
-    rows_.erase(std::unique(rows_.begin(), rows_.end(), same), rows_.end());
-}
-
-void Contents::read(const fs::path& path)
+void OpenArchives::read(const fs::path& path)
 {
     files_.push_back(open_file(path));
     read_archive(path, files_.back().get(), results_);
@@ -204,6 +191,26 @@ void Contents::read(const fs::path& path)
         const auto known = results_.find(key_of_measured(line));
         if (known != results_.end() && known->second.measured.empty()) known->second.measured = line;
     });
+}
+
+Contents::Contents(const Library& library)
+{
+    const std::string fingerprint = library.recipe().fingerprint;
+    for (const fs::path& path : library.shards()) {
+        archives_.read(path);
+        if (Library::is_of(path, fingerprint)) read_rows(path);
+    }
+    const bool is_merged = library.merged_shards().fingerprint == fingerprint;
+    for (const fs::path& path : library.merged()) {
+        archives_.read(path);
+        if (is_merged) read_rows(path);
+    }
+    for (Row& row : rows_)
+        if (results().contains(row.key)) row.outcome = {};
+    const auto less = [](const Row& a, const Row& b) { return a.item < b.item; };
+    std::stable_sort(rows_.begin(), rows_.end(), less);
+    const auto same = [](const Row& a, const Row& b) { return a.item == b.item; };
+    rows_.erase(std::unique(rows_.begin(), rows_.end(), same), rows_.end());
 }
 
 void Contents::read_rows(const fs::path& path)
@@ -219,15 +226,9 @@ void Contents::read_rows(const fs::path& path)
 
 const Outcome& Contents::outcome(const Row& row) const
 {
-    return row.outcome.text.empty() ? results_.find(row.key)->second.outcome : row.outcome;
+    return row.outcome.text.empty() ? results().find(row.key)->second.outcome : row.outcome;
 }
 
 std::string Contents::line(const Row& row) const { return Row{row.item, row.key, outcome(row)}.line(); }
-
-std::string_view key_of_measured(std::string_view line)
-{
-    constexpr std::string_view k_start = R"({"key":")";
-    return line.starts_with(k_start) ? line.substr(k_start.size(), 64) : std::string_view();
-}
 
 }  // namespace sqmap::batch

@@ -98,13 +98,27 @@ private:
 /// all are finished.
 [[nodiscard]] std::string words_of(const Unfinished& unfinished);
 
+/// Results by key of archives, whose files stay open: models and pictures are read from them.
+class OpenArchives {
+public:
+    /// Adds an archive's results, and what was measured while they were baked. A result that is known stays.
+    /// @throw io::ModelFileError for an archive that is damaged
+    void read(const std::filesystem::path& archive);
+    [[nodiscard]] const Results& results() const { return results_; }
+    [[nodiscard]] Results& results() { return results_; }
+
+private:
+    std::vector<Descriptor> files_;
+    Results results_;
+};
+
 /// All that a library holds: results by key, and sorted rows, one for each item. A shard's results count before merged ones.
 class Contents {
 public:
     /// @throw io::ModelFileError for archives that are damaged
     explicit Contents(const Library& library);
 
-    [[nodiscard]] const Results& results() const { return results_; }
+    [[nodiscard]] const Results& results() const { return archives_.results(); }
     /// One row for each item, sorted. A row's own outcome is empty where its key has one.
     [[nodiscard]] const std::vector<Row>& rows() const { return rows_; }
     [[nodiscard]] const Outcome& outcome(const Row& row) const;
@@ -112,15 +126,10 @@ public:
     [[nodiscard]] std::string line(const Row& row) const;
 
 private:
-    void read(const std::filesystem::path& archive);
     void read_rows(const std::filesystem::path& archive);
 
-    std::vector<Descriptor> files_;
-    Results results_;
+    OpenArchives archives_;
     std::vector<Row> rows_;
 };
-
-/// The key of a line of a .measured.jsonl file.
-[[nodiscard]] std::string_view key_of_measured(std::string_view line);
 
 }  // namespace sqmap::batch

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <map>
-#include <string_view>
 #include <vector>
 
 namespace sqmap::batch {

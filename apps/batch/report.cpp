@@ -15,7 +15,6 @@
 #include <set>
 #include <span>
 #include <system_error>
-#include <utility>
 
 // The assembler puts the page of the sources into the program.
 asm(".pushsection .rodata\n"

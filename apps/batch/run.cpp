@@ -17,8 +17,6 @@
 #include <cerrno>
 #include <cstdio>
 #include <deque>
-#include <fstream>
-#include <iterator>
 #include <list>
 #include <optional>
 #include <span>
@@ -97,11 +95,11 @@ public:
     {
         std::error_code ignored;
         const std::filesystem::path archive = library_.archive(plan.shard);
-        if (std::filesystem::exists(archive, ignored)) read(archive, own_);
-        for (const auto& path : library_.merged()) read(path, merged_);
+        if (std::filesystem::exists(archive, ignored)) own_.read(archive);
+        for (const auto& path : library_.merged()) merged_.read(path);
     }
 
-    Results& own() { return own_; }
+    Results& own() { return own_.results(); }
     /// Tells whether the merged library has all of these rows.
     [[nodiscard]] bool has_merged(const std::vector<Row>& rows) const
     {
@@ -115,23 +113,13 @@ public:
     }
     [[nodiscard]] const Finished* merged(const std::string& key) const
     {
-        const auto found = merged_.find(key);
-        return found == merged_.end() ? nullptr : &found->second;
+        const auto found = merged_.results().find(key);
+        return found == merged_.results().end() ? nullptr : &found->second;
     }
 
 private:
-    void read(const std::filesystem::path& path, Results& results)
-    {
-        files_.push_back(open_file(path));
-        read_archive(path, files_.back().get(), results);
-        std::ifstream in(Library::measured_of(path), std::ios::binary);
-        for (std::string line; std::getline(in, line);)
-            if (const auto found = results.find(key_of_measured(line)); found != results.end()) found->second.measured = line;
-    }
-
     Library library_;
-    std::vector<Descriptor> files_;
-    Results own_, merged_;
+    OpenArchives own_, merged_;
 };
 
 class Baking {

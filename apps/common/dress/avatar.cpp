@@ -3,6 +3,7 @@
 #include "sqmap/bake/rebake.h"
 #include "sqmap/bake/skin_lattice.h"
 #include "sqmap/bake_mesh.h"
+#include "sqmap/math/box.h"
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/paper/model_file.h"
 
@@ -23,13 +24,9 @@ void take_model(AvatarPart& part)
 
 double height_of(const Avatar& avatar)
 {
-    double lo = INFINITY, hi = -INFINITY;
-    for (const AvatarPart& part : avatar.parts)
-        for (const Vec3d& v : part.mesh.vertices) {
-            lo = std::min(lo, v.y);
-            hi = std::max(hi, v.y);
-        }
-    return hi - lo;
+    sqmap::Box box;
+    for (const AvatarPart& part : avatar.parts) extend(box, box_of(part.mesh.vertices));
+    return size(box).y;
 }
 
 /// The rigid motion nearest to a joint's map, about its bound position: rows made orthonormal in turn.
@@ -189,12 +186,7 @@ Avatar skinned_avatar(const std::filesystem::path& file, bool walk, const std::s
     };
     // Both ends of the first step are where it stands.
     (void)body.moving->step(body.maps);
-    Vec3d lo{INFINITY, INFINITY, INFINITY}, hi = -lo;
-    for (const Vec3d& v : body.posed()) {
-        lo.y = std::min(lo.y, v.y);
-        hi.y = std::max(hi.y, v.y);
-    }
-    avatar.height = hi.y - lo.y;
+    avatar.height = size(box_of(body.posed())).y;
     return avatar;
 }
 

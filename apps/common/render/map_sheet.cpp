@@ -6,11 +6,9 @@
 #include "sqmap/query/point.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <iterator>
-#include <limits>
 #include <string>
 #include <vector>
 

@@ -1,6 +1,7 @@
 #include "viewer/server/cloth/fitting.h"
 
 #include "common/dress/avatar.h"
+#include "common/dress/handling.h"
 #include "common/dress/tool.h"
 #include "sqmap/sim/cloth.h"
 #include "viewer/server/cloth/slit.h"
@@ -11,11 +12,9 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <cmath>
 #include <condition_variable>
 #include <cstring>
 #include <deque>
-#include <limits>
 #include <mutex>
 #include <thread>
 
@@ -102,7 +101,6 @@ struct Fitting::Work {
     void drag();
     void publish(const sim::StepReport& report, double speed, double step_ms);
     void say_state();
-    [[nodiscard]] std::uint32_t nearest(Vec3d p) const;
     [[nodiscard]] std::vector<std::uint32_t> within(std::uint32_t node, double radius) const;
     [[nodiscard]] std::uint32_t bone_near(Vec3d p) const;
 };
@@ -194,15 +192,6 @@ void Fitting::Work::cut(const std::vector<ClothPoint>& line)
     publish_shapes();
 }
 
-std::uint32_t Fitting::Work::nearest(Vec3d p) const
-{
-    const auto at = cloth->positions();
-    std::uint32_t best = 0;
-    for (std::uint32_t i = 1; i < at.size(); ++i)
-        if (norm_sq(at[i] - p) < norm_sq(at[best] - p)) best = i;
-    return best;
-}
-
 std::vector<std::uint32_t> Fitting::Work::within(std::uint32_t node, double radius) const
 {
     const auto at = cloth->positions();
@@ -249,7 +238,7 @@ void Fitting::Work::take(const Message& m)
     switch (m.handling) {
         case Handling::Grasp: {
             // It is taken where it is: the point that was pointed at may have moved since.
-            const std::uint32_t node = nearest(m.target);
+            const std::uint32_t node = app::nearest_vertex(*cloth, m.target);
             if (norm(cloth->positions()[node] - m.target) > 0.1) return;
             pointed.translation = forces.tip = cloth->positions()[node];
             cloth->grasp(node, k_grip, forces.tip, app::ClothTool::k_stiffness);
@@ -265,7 +254,7 @@ void Fitting::Work::take(const Message& m)
             held = false;
             break;
         case Handling::Pin: {
-            const std::uint32_t node = nearest(m.target);
+            const std::uint32_t node = app::nearest_vertex(*cloth, m.target);
             if (norm(cloth->positions()[node] - m.target) > 0.1) return;
             const std::vector<std::uint32_t> nodes = within(node, k_pin);
             const std::uint32_t bone = bone_near(cloth->positions()[node]);

@@ -1,7 +1,7 @@
 #include "viewer/server/protocol/messages.h"
 
 #include "common/layer_name.h"
-#include "viewer/server/protocol/part_name.h"
+#include "viewer/server/protocol/text.h"
 
 #include <nlohmann/json.hpp>
 
@@ -14,13 +14,13 @@ namespace {
 
 using nlohmann::json;
 
-// Garments and fabrics by name; "none" is not among them, since nothing would be fitted.
+// The names of garments and fabrics. "none" is not among them, since nothing would be fitted.
 constexpr std::array<const char*, 3> k_garments{"shirt", "skirt", "poncho"};
 constexpr std::array<const char*, 5> k_fabrics{"cotton", "silk", "denim", "wool", "leather"};
 constexpr std::string_view k_layer_of_tool = "tool";
 constexpr std::array<const char*, 3> k_friction_names{"none", "coulomb", "paper"};  // in the order of Friction
 
-/// A number in its range.
+/// Reads a finite number of a range; false where there is none.
 bool number(const json& in, const char* key, double least, double max, double& out)
 {
     const auto at = in.find(key);
@@ -49,7 +49,7 @@ bool flag(const json& in, const char* key, bool& out)
     return true;
 }
 
-/// One of a list of words; its number in the list.
+/// Reads one of a list of words, as its number in the list.
 template <std::size_t N>
 bool one_of(const json& in, const char* key, const std::array<const char*, N>& words, std::size_t& out)
 {
@@ -60,26 +60,16 @@ bool one_of(const json& in, const char* key, const std::array<const char*, N>& w
     return out < N;
 }
 
-/// Within 100 m of the origin.
-bool point(const json& p, Vec3d& out)
-{
-    if (!p.is_array() || p.size() != 3) return false;
-    for (int i = 0; i < 3; ++i) {
-        const json& c = p[static_cast<std::size_t>(i)];
-        if (!c.is_number()) return false;
-        out[i] = c.get<double>();
-        if (!(std::abs(out[i]) <= 100)) return false;
-    }
-    return true;
-}
-
+/// Reads a position within 100 m of the origin.
 bool position(const json& in, Vec3d& out)
 {
-    const auto p = in.find("p");
-    return p != in.end() && point(*p, out);
+    const auto at = in.find("p");
+    const std::optional<Vec3d> position = at != in.end() ? vector_in(*at, 100) : std::nullopt;
+    out = position.value_or(out);
+    return position.has_value();
 }
 
-/// [triangle, u, v]
+/// Reads [triangle, u, v].
 bool cloth_point(const json& p, ClothPoint& out)
 {
     if (!p.is_array() || p.size() != 3 || !p[0].is_number_unsigned() || !p[1].is_number() || !p[2].is_number()) return false;
@@ -141,7 +131,7 @@ bool read_cloth(const json& in, Message& m)
     }
 }
 
-/// "ball", "hand", or an object of the scene by its number there.
+/// Reads "ball", "hand", or the number of an object in the scene.
 bool read_tool(const json& in, Settings& s)
 {
     const auto tool = in.find("tool");
@@ -158,7 +148,7 @@ bool read_tool(const json& in, Settings& s)
            number(in, "toolTilt", -180, 180, s.tool_tilt);
 }
 
-/// "tool" for what the tool needs, else a layer's name.
+/// Reads "tool", which leaves the layer to the tool, or a layer's name.
 bool read_layer(const json& in, Settings& s)
 {
     const auto layer = in.find("layer");
@@ -210,20 +200,40 @@ bool read_settings(const json& in, Settings& s)
            number(in, "zone", 0, 0.1, s.zone) && number(in, "forceLimit", 0.1, 3.3, s.force_limit) && read_tool(in, s);
 }
 
-std::optional<Message> read_message(std::string_view text)
+std::optional<json> shallow_object(std::string_view text, int max_depth)
 {
     if (text.find('\0') != std::string_view::npos) return std::nullopt;  // the parser would end there
     // A parser that descends into a thousand brackets would still build them all.
     bool deep = false;
-    const json in = json::parse(
+    json in = json::parse(
         text,
         [&](int depth, json::parse_event_t event, json&) {
             const bool opens = event == json::parse_event_t::object_start || event == json::parse_event_t::array_start;
-            if (opens && depth >= 4) deep = true;
+            if (opens && depth >= max_depth) deep = true;
             return !deep;
         },
         false);
     if (deep || in.is_discarded() || !in.is_object()) return std::nullopt;
+    return in;
+}
+
+std::optional<Vec3d> vector_in(const json& in, double max)
+{
+    if (!in.is_array() || in.size() != 3) return std::nullopt;
+    Vec3d out;
+    for (int k = 0; k < 3; ++k) {
+        const json& number = in[static_cast<std::size_t>(k)];
+        if (!number.is_number() || !(std::abs(number.get<double>()) <= max)) return std::nullopt;
+        out[k] = number.get<double>();
+    }
+    return out;
+}
+
+std::optional<Message> read_message(std::string_view text)
+{
+    const std::optional<json> object = shallow_object(text, 4);
+    if (!object) return std::nullopt;
+    const json& in = *object;
     const auto say = in.find("say");
     if (say == in.end() || !say->is_string()) return std::nullopt;
     const auto& name = say->get_ref<const std::string&>();

@@ -102,6 +102,12 @@ struct Message {
     std::vector<ClothPoint> line{};         ///< of Slit: 2 to k_max_line
 };
 
+/// The object of a JSON text of the page, or of a file that it sends; nothing for any other text, or where brackets are nested
+/// deeper than max_depth.
+[[nodiscard]] std::optional<nlohmann::json> shallow_object(std::string_view text, int max_depth);
+/// Three numbers from -max to max; nothing for anything else.
+[[nodiscard]] std::optional<Vec3d> vector_in(const nlohmann::json& in, double max);
+
 /// Nothing for what is not JSON, not an object, nested deeper than 4, of an unknown kind, with a number missing, out of its range
 /// or not finite. Fields that a kind does not have are an error too.
 [[nodiscard]] std::optional<Message> read_message(std::string_view text);

@@ -1,7 +1,6 @@
 #include "viewer/server/scene/downloads.h"
 
 #include "sqmap/paper/model.h"
-#include "viewer/server/protocol/number_text.h"
 #include "viewer/server/scene/facts.h"
 #include "viewer/server/scene/fields.h"
 #include "viewer/server/scene/file_name.h"

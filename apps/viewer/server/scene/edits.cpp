@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <map>
-#include <queue>
 #include <variant>
 
 namespace sqmap::viewer {
@@ -72,39 +71,21 @@ std::optional<decompose::Partition> moved_cut(const Object& object, const decomp
     const std::vector<std::uint32_t>& label = partition.part_of_triangle;
     const double reach = distance / object.metres_per_model_unit();  // model units
     const std::size_t n = label.size();
-    struct Reach {
-        double distance;
-        std::uint32_t triangle;
-        bool operator<(const Reach& o) const { return distance > o.distance; }
-    };
-    // Along the surface, from the border into the other part.
-    std::vector<std::uint8_t> taken(n, 0);
-    std::priority_queue<Reach> queue;
+    // The cut moves along the surface, from the border into the other part.
+    std::vector<std::uint32_t> border;
     for (std::uint32_t t = 0; t < n; ++t)
         for (const std::uint32_t next : object.dual.neighbours[t])
-            if (label[t] == other && next != mesh::k_no_triangle && label[next] == part) queue.push({0, t});
-    if (queue.empty()) return std::nullopt;  // no cut between them
-    std::size_t count = 0;
-    while (!queue.empty()) {
-        const Reach at = queue.top();
-        queue.pop();
-        if (taken[at.triangle] != 0) continue;
-        taken[at.triangle] = 1;
-        ++count;
-        for (const std::uint32_t next : object.dual.neighbours[at.triangle]) {
-            if (next == mesh::k_no_triangle || label[next] != other || taken[next] != 0) continue;
-            const double along = at.distance + norm(mesh::triangle_centroid(object.mesh, next) -
-                                                    mesh::triangle_centroid(object.mesh, at.triangle));
-            if (along <= reach) queue.push({along, next});
-        }
-    }
+            if (label[t] == other && next != mesh::k_no_triangle && label[next] == part) border.push_back(t);
+    if (border.empty()) return std::nullopt;  // no cut between them
+    const std::vector<std::uint32_t> taken = nearest_seeds(
+        object.mesh, object.dual, border, [&](std::uint32_t t, double along) { return label[t] == other && along <= reach; });
     // The largest piece that is left stays the other part; smaller ones that the cut leaves behind go with it.
     std::vector<std::uint32_t> piece(n, 0);
     std::uint32_t pieces = 0, largest = 0;
     std::size_t max = 0;
     std::vector<std::uint32_t> stack;
     for (std::uint32_t t = 0; t < n; ++t) {
-        if (label[t] != other || taken[t] != 0 || piece[t] != 0) continue;
+        if (label[t] != other || taken[t] != k_no_seed || piece[t] != 0) continue;
         piece[t] = ++pieces;
         stack = {t};
         std::size_t size = 0;
@@ -113,7 +94,7 @@ std::optional<decompose::Partition> moved_cut(const Object& object, const decomp
             stack.pop_back();
             ++size;
             for (const std::uint32_t next : object.dual.neighbours[at])
-                if (next != mesh::k_no_triangle && label[next] == other && taken[next] == 0 && piece[next] == 0) {
+                if (next != mesh::k_no_triangle && label[next] == other && taken[next] == k_no_seed && piece[next] == 0) {
                     piece[next] = pieces;
                     stack.push_back(next);
                 }

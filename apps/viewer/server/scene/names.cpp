@@ -2,18 +2,20 @@
 
 #include "sqmap/math/box.h"
 #include "sqmap/mesh/bvh.h"
+#include "viewer/server/protocol/messages.h"
+#include "viewer/server/protocol/text.h"
+#include "viewer/server/scene/object.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <map>
-#include <queue>
 
 namespace sqmap::viewer {
 namespace {
 
-constexpr std::uint32_t k_none = std::numeric_limits<std::uint32_t>::max();
+constexpr double k_farthest = 1e30;  // of a coordinate in a file of names
 
 struct Middles {
     std::vector<Vec3d> centre;
@@ -53,32 +55,7 @@ std::string shape_and_position(const shape::Superquadricd& s, Vec3d centre, cons
     return std::string(name) + ", " + (position.empty() ? "middle" : position);
 }
 
-/// The landmark that is nearest along the surface, of each triangle; k_none where none is reached.
-std::vector<std::uint32_t> territories(const mesh::Mesh& mesh, const mesh::DualGraph& dual,
-                                       const std::vector<std::uint32_t>& seeds)
-{
-    struct Reach {
-        double distance;
-        std::uint32_t triangle, landmark;
-        bool operator<(const Reach& o) const { return distance > o.distance; }
-    };
-    std::vector<std::uint32_t> owner(mesh.triangles.size(), k_none);
-    std::priority_queue<Reach> queue;
-    for (std::uint32_t i = 0; i < seeds.size(); ++i) queue.push({0, seeds[i], i});
-    while (!queue.empty()) {
-        const Reach at = queue.top();
-        queue.pop();
-        if (owner[at.triangle] != k_none) continue;
-        owner[at.triangle] = at.landmark;
-        for (const std::uint32_t next : dual.neighbours[at.triangle])
-            if (next != mesh::k_no_triangle && owner[next] == k_none)
-                queue.push({at.distance + norm(mesh::triangle_centroid(mesh, next) - mesh::triangle_centroid(mesh, at.triangle)),
-                            next, at.landmark});
-    }
-    return owner;
-}
-
-/// Tells parts of one name apart: along the axis on which they are spread most.
+/// Gives parts of one name different ones, by their order along the axis on which they are spread most.
 void distinguish(std::vector<std::string>& names, const Middles& m, const Words& words)
 {
     std::map<std::string, std::vector<std::uint32_t>> groups;
@@ -100,14 +77,14 @@ void distinguish(std::vector<std::string>& names, const Middles& m, const Words&
             spread[k] = hi - lo;
             max = std::max(max, spread[k]);
         }
-        // The first of the axes that will do: "upper" says more than "left" of a left leg.
+        // The loop takes the first axis that will do: "upper" says more than "left" of a left leg.
         const int best = spread[0] >= 0.5 * max ? 0 : spread[1] >= 0.5 * max ? 1 : 2;
         const Vec3d middle = centre(m.box);
         const auto across = [&](std::uint32_t p) { return dot(axes[best].axis, m.centre[p] - middle); };
         std::sort(parts.begin(), parts.end(), [&](std::uint32_t a, std::uint32_t b) { return across(a) < across(b); });
         const char *low = axes[best].low, *high = axes[best].high;
         if (best == 2 && (across(parts.front()) > 0) == (across(parts.back()) > 0)) {
-            // All on one side.
+            // All parts are on one side of the object.
             low = across(parts.front()) > 0 ? "inner" : "outer";
             high = across(parts.front()) > 0 ? "outer" : "inner";
         }
@@ -119,21 +96,10 @@ void distinguish(std::vector<std::string>& names, const Middles& m, const Words&
                 names[parts[i]] += std::string(", the ") + (i == 0 ? low : i + 1 == n ? high : "middle") + " one";
         }
     }
-    // Whatever is still alike, by someone's choice of words.
+    // Names that are still alike, because somebody chose them so, get numbers.
     std::map<std::string, int> used;
     for (std::string& name : names)
         if (const int n = ++used[name]; n > 1) name += " (" + std::to_string(n) + ")";
-}
-
-bool read_vector(const nlohmann::json& in, Vec3d& out)
-{
-    if (!in.is_array() || in.size() != 3) return false;
-    for (std::size_t k = 0; k < 3; ++k) {
-        if (!in[k].is_number()) return false;
-        out[static_cast<int>(k)] = in[k].get<double>();
-        if (!(std::abs(out[static_cast<int>(k)]) < 1e30)) return false;
-    }
-    return true;
 }
 
 }  // namespace
@@ -141,35 +107,30 @@ bool read_vector(const nlohmann::json& in, Vec3d& out)
 std::optional<Words> read_names(const std::string& text)
 {
     using nlohmann::json;
-    if (text.size() > 256 * 1024) return std::nullopt;
-    bool deep = false;
-    const json in = json::parse(
-        text,
-        [&](int depth, json::parse_event_t event, json&) {
-            if ((event == json::parse_event_t::object_start || event == json::parse_event_t::array_start) && depth >= 5)
-                deep = true;
-            return !deep;
-        },
-        false);
-    if (deep || in.is_discarded() || !in.is_object()) return std::nullopt;
+    const std::optional<json> object = text.size() > 256 * 1024 ? std::nullopt : shallow_object(text, 5);
+    if (!object) return std::nullopt;
+    const json& in = *object;
     Words out;
     const auto names = in.find("names");
     if (names == in.end() || !names->is_array() || names->size() > k_max_landmarks) return std::nullopt;
     for (const json& entry : *names) {
         if (!entry.is_object()) return std::nullopt;
         const auto name = entry.find("name"), at = entry.find("at");
-        Landmark landmark;
-        if (name == entry.end() || !name->is_string() || at == entry.end() || !read_vector(*at, landmark.at)) return std::nullopt;
-        landmark.name = name->get<std::string>();
-        if (!is_name(landmark.name)) return std::nullopt;
-        out.landmarks.push_back(std::move(landmark));
+        if (name == entry.end() || !name->is_string() || at == entry.end()) return std::nullopt;
+        const std::optional<Vec3d> position = vector_in(*at, k_farthest);
+        if (!position || !is_name(name->get<std::string>())) return std::nullopt;
+        out.landmarks.push_back({name->get<std::string>(), *position});
     }
     if (const auto whole = in.find("whole"); whole != in.end()) {
         if (!whole->is_boolean()) return std::nullopt;
         out.whole = whole->get<bool>();
     }
     for (const auto& [key, axis] : {std::pair{"forward", &out.forward}, {"up", &out.up}})
-        if (const auto v = in.find(key); v != in.end() && (!read_vector(*v, *axis) || !(norm(*axis) > 0))) return std::nullopt;
+        if (const auto v = in.find(key); v != in.end()) {
+            const std::optional<Vec3d> direction = vector_in(*v, k_farthest);
+            if (!direction || !(norm(*direction) > 0)) return std::nullopt;
+            *axis = *direction;
+        }
     if (!(norm(cross(out.up, out.forward)) > 0)) return std::nullopt;
     return out;
 }
@@ -198,10 +159,10 @@ std::vector<std::string> part_names(const mesh::Mesh& mesh, const mesh::DualGrap
         const mesh::Bvh bvh(mesh);
         std::vector<std::uint32_t> seeds;
         for (const Landmark& l : words.landmarks) seeds.push_back(bvh.closest_point((l.at - frame.origin) / frame.unit).triangle);
-        const std::vector<std::uint32_t> owner = territories(mesh, dual, seeds);
+        const std::vector<std::uint32_t> owner = nearest_seeds(mesh, dual, seeds, [](std::uint32_t, double) { return true; });
         std::vector<std::map<std::uint32_t, double>> share(partition.part_count);
         for (std::uint32_t t = 0; t < owner.size(); ++t)
-            if (owner[t] != k_none) share[partition.part_of_triangle[t]][owner[t]] += mesh::triangle_area(mesh, t);
+            if (owner[t] != k_no_seed) share[partition.part_of_triangle[t]][owner[t]] += mesh::triangle_area(mesh, t);
         for (std::uint32_t p = 0; p < partition.part_count; ++p) {
             std::vector<std::pair<double, std::uint32_t>> by_area;
             for (const auto& [landmark, area] : share[p]) by_area.emplace_back(-area, landmark);

@@ -4,7 +4,6 @@
 #include "sqmap/decompose/decompose.h"
 #include "sqmap/mesh/mesh.h"
 #include "sqmap/shape/superquadric.h"
-#include "viewer/server/protocol/part_name.h"
 
 #include <nlohmann/json.hpp>
 

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <queue>
 
 namespace sqmap::viewer {
 
@@ -77,6 +78,32 @@ bool are_of_one_mesh(const Object& a, const Object& b)
     const double close = 1e-5 * a.view.header.r_max * at_a.unit;  // rounded to float once more in between
     return std::abs(at_a.unit - at_b.unit) < 1e-5 * at_a.unit && norm(at_a.origin - at_b.origin) < close &&
            a.mesh.triangles == b.mesh.triangles;
+}
+
+std::vector<std::uint32_t> nearest_seeds(const mesh::Mesh& mesh, const mesh::DualGraph& dual,
+                                         const std::vector<std::uint32_t>& seeds, const MayEnter& may_enter)
+{
+    struct Reach {
+        double along;
+        std::uint32_t triangle, seed;
+        bool operator<(const Reach& o) const { return along > o.along; }
+    };
+    std::vector<std::uint32_t> owner(mesh.triangles.size(), k_no_seed);
+    std::priority_queue<Reach> queue;
+    for (std::uint32_t i = 0; i < seeds.size(); ++i) queue.push({0, seeds[i], i});
+    while (!queue.empty()) {
+        const Reach at = queue.top();
+        queue.pop();
+        if (owner[at.triangle] != k_no_seed) continue;
+        owner[at.triangle] = at.seed;
+        for (const std::uint32_t next : dual.neighbours[at.triangle]) {
+            if (next == mesh::k_no_triangle || owner[next] != k_no_seed) continue;
+            const double along =
+                at.along + norm(mesh::triangle_centroid(mesh, next) - mesh::triangle_centroid(mesh, at.triangle));
+            if (may_enter(next, along)) queue.push({along, next, at.seed});
+        }
+    }
+    return owner;
 }
 
 void put_beside(Object& object, std::span<const ObjectPtr> others)

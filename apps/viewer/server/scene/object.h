@@ -12,6 +12,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -69,6 +70,12 @@ using ObjectPtr = std::shared_ptr<const Object>;
 [[nodiscard]] std::vector<std::uint8_t> made_up_triangles(const Object& object);
 /// True where both have the same triangles, up to rounding to float.
 [[nodiscard]] bool are_of_one_mesh(const Object& a, const Object& b);
+/// Tells whether a triangle may be entered, so far along the surface from its seed, model units.
+using MayEnter = std::function<bool(std::uint32_t triangle, double along)>;
+inline constexpr std::uint32_t k_no_seed = 0xffffffff;
+/// #triangles: the number of the seed that is nearest along the surface; k_no_seed where none is reached. seeds: triangles.
+[[nodiscard]] std::vector<std::uint32_t> nearest_seeds(const mesh::Mesh& mesh, const mesh::DualGraph& dual,
+                                                       const std::vector<std::uint32_t>& seeds, const MayEnter& may_enter);
 /// Moves the object to the right of the others, in rows of three, one behind the other.
 void put_beside(Object& object, std::span<const ObjectPtr> others);
 

@@ -1,13 +1,11 @@
 // Files that a browser sends: meshes to be baked, models, names of parts.
 #include "sqmap/mesh/error.h"
 #include "viewer/server/http/routes.h"
-#include "viewer/server/protocol/number_text.h"
 #include "viewer/server/scene/file_name.h"
 #include "viewer/server/scene/page_words.h"
 #include "viewer/server/scene/scene.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cstring>
 
 namespace sqmap::viewer {
@@ -15,7 +13,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// Why a file is refused, as the page shows it.
+/// The reason why a file is refused, as the page shows it.
 struct Refusal {
     const char *code, *element;
     std::string message, cure;
@@ -32,14 +30,14 @@ HttpReply refused(const Refusal& refusal, int status = 200)
                       status);
 }
 
-/// Not below 0; anything else is nothing said.
+/// A length above 0; 0 for any other text, which then sets nothing.
 double length_in(std::string_view text)
 {
     const double value = take_number(text).value_or(0);
     return text.empty() && value > 0 && value < 1e9 ? value : 0;
 }
 
-/// The choices of the page's dialog for a mesh: repair none, safe, close or surface; thickness of sheets and metres per unit.
+/// Reads the choices of the page's dialog for a mesh: repair none, safe, close or surface; thickness of sheets; metres per unit.
 MeshOptions mesh_options(std::string_view target, const io::ReadLimits& limits)
 {
     MeshOptions load{.limits = limits};
@@ -51,15 +49,6 @@ MeshOptions mesh_options(std::string_view target, const io::ReadLimits& limits)
     load.admit.thickness = length_in(query_value(target, "thickness"));
     if (const double unit = length_in(query_value(target, "unit")); unit > 0) load.admit.unit = unit;
     return load;
-}
-
-/// 0 where the page gave none.
-std::uint32_t number_of_upload(std::string_view target)
-{
-    const std::string_view text = query_value(target, "upload");
-    std::uint32_t number = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-    return error == std::errc{} && end == text.data() + text.size() ? number : 0;
 }
 
 HttpReply accepted(const char* verdict)
@@ -81,7 +70,7 @@ void Scene::upload(HttpRequest request, const Answer& answer)
     if (name.ends_with(".names.json")) return answer(take_names(name, request.body));
     const MeshOptions load = mesh_options(request.target, options_.limits);
     const bool is_paper = query_value(request.target, "projection") == "normal";
-    const Job job{.name = name, .upload = number_of_upload(request.target)};
+    const Job job{.name = name, .upload = number_of(query_value(request.target, "upload")).value_or(0)};
     bakes_.work([this, answer, job, load, is_paper, body = std::move(request.body)] {
         if (cancelled_.has(job.upload)) return answer(refused({"E_CANCELLED", "file", "the page took it back", "send it again"}));
         const std::span<const std::byte> bytes = std::as_bytes(std::span(body));
@@ -92,7 +81,7 @@ void Scene::upload(HttpRequest request, const Answer& answer)
     });
 }
 
-/// For the object whose name the file has.
+/// Names the parts of the object whose name the file has.
 HttpReply Scene::take_names(const std::string& file, const std::string& text)
 {
     const std::string stem = file.substr(0, file.size() - std::strlen(".names.json"));
@@ -106,11 +95,11 @@ HttpReply Scene::take_names(const std::string& file, const std::string& text)
     return accepted("NAMES");
 }
 
-/// On the worker's thread.
+/// Runs on the worker's thread.
 void Scene::take_model(const Job& job, std::span<const std::byte> bytes, const Answer& answer)
 {
     try {
-        // Copied, so that it is aligned.
+        // The copy is aligned; the request's body need not be.
         const auto object = object_from_model({bytes.begin(), bytes.end()}, job.name, options_.size);
         answer(accepted("MODEL"));
         audience_.post([this, object, upload = job.upload] { add(object, upload), send(), on_objects(); });
@@ -119,7 +108,7 @@ void Scene::take_model(const Job& job, std::span<const std::byte> bytes, const A
     }
 }
 
-/// On the worker's thread.
+/// Runs on the worker's thread.
 void Scene::take_mesh(const Job& job, AdmittedMesh loaded, bool is_paper, const Answer& answer)
 {
     const mesh::Diagnosis& d = loaded.diagnosis;

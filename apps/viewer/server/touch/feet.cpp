@@ -4,8 +4,6 @@
 #include "sqmap/math/assert.h"
 #include "sqmap/paper/projection.h"
 
-#include <algorithm>
-
 namespace sqmap::viewer {
 
 std::optional<Foot> foot_of(const Object& object, std::uint32_t part, Vec3d point)

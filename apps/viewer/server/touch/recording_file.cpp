@@ -7,7 +7,6 @@
 #include "viewer/server/protocol/text.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -27,7 +26,7 @@ constexpr const char* k_version = "1";
 constexpr std::size_t k_max_field = 32 * 1024;  // bytes of a header's field, well below a trace's longest line
 constexpr double k_tick = 1e-3;                 // s from the end of a take to the next
 
-/// Traces are files; this one is in a folder of its own, which goes with it.
+/// A file in a folder of its own, which the destructor removes: traces are read from files and written to them.
 class TemporaryFile {
 public:
     TemporaryFile()
@@ -50,7 +49,7 @@ private:
     std::filesystem::path folder_;
 };
 
-/// A list as fields of one key, each short enough for a line.
+/// Adds a list as fields of one key, each short enough for a line.
 void add_list(device::TraceHeader& header, const char* key, const std::vector<ordered_json>& list)
 {
     std::string text;
@@ -66,7 +65,7 @@ void add_list(device::TraceHeader& header, const char* key, const std::vector<or
     end_field();
 }
 
-/// Row by row, the settings of a take that some tick has.
+/// Adds the settings of a take that some tick has, with the row from which on they hold.
 void add_settings(std::vector<ordered_json>& list, const Take& take, std::size_t first_row)
 {
     std::optional<std::uint32_t> before;
@@ -184,26 +183,17 @@ std::uint64_t count_in(const json& in, const char* key, const char* what)
 
 RecordingFile::NamedObject object_in(const json& in)
 {
-    RecordingFile::NamedObject out;
     if (!in.is_object() || !in.contains("name") || !in.contains("hash") || !in.contains("metresPerUnit") ||
-        !in.contains("position") || !in["name"].is_string() || !in["hash"].is_string() || !in["metresPerUnit"].is_number() ||
-        !in["position"].is_array() || in["position"].size() != 3)
+        !in.contains("position") || !in["name"].is_string() || !in["hash"].is_string() || !in["metresPerUnit"].is_number())
         refuse("objects");
-    out.name = in["name"].get<std::string>();
-    const auto& hash = in["hash"].get_ref<const std::string&>();
-    if (const auto [end, error] = std::from_chars(hash.data(), hash.data() + hash.size(), out.hash, 16);
-        error != std::errc() || end != hash.data() + hash.size())
-        refuse("objects");
-    out.metres_per_unit = in["metresPerUnit"].get<double>();
-    if (!(out.metres_per_unit > 0) || !std::isfinite(out.metres_per_unit)) refuse("objects");
-    for (std::size_t k = 0; k < 3; ++k) {
-        if (!in["position"][k].is_number() || !(std::abs(in["position"][k].get<double>()) <= 100)) refuse("objects");
-        out.position[static_cast<int>(k)] = in["position"][k].get<double>();
-    }
-    return out;
+    const std::optional<std::uint64_t> hash = app::hash_from(in["hash"].get_ref<const std::string&>());
+    const auto metres_per_unit = in["metresPerUnit"].get<double>();
+    const std::optional<Vec3d> position = vector_in(in["position"], 100);
+    if (!hash || !position || !(metres_per_unit > 0) || !std::isfinite(metres_per_unit)) refuse("objects");
+    return {in["name"].get<std::string>(), *hash, metres_per_unit, *position};
 }
 
-/// From which row on there are other settings.
+/// Settings that hold from a row on.
 struct Change {
     std::uint64_t row = 0;
     Settings settings{};
@@ -294,7 +284,7 @@ RecordingFile read_recording(const std::string& text, const std::string& name)
         device::TraceReader reader(file.path());
         return rows_of(reader);
     } catch (const TraceError& e) {
-        // Under the name that the user knows.
+        // The user knows the file under its own name.
         std::string what = e.what();
         if (what.starts_with(file.path().string())) what.replace(0, file.path().string().size(), "it");
         throw TraceError(name + ": " + what);

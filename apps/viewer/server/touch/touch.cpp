@@ -5,7 +5,6 @@
 #include "viewer/server/touch/hand.h"
 
 #include <algorithm>
-#include <cmath>
 #include <system_error>
 
 namespace sqmap::viewer {

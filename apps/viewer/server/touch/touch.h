@@ -10,7 +10,6 @@
 #include "viewer/server/touch/frame.h"
 #include "viewer/server/touch/recording.h"
 
-#include <array>
 #include <memory>
 #include <vector>
 

@@ -4,7 +4,6 @@
 #include "viewer/server/touch/tool.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 
 namespace sqmap::viewer {
