@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import fs from 'node:fs';
 import path from 'node:path';
-import { drop as dropped, feel as felt, folder, onSurface, openPage, require, run, settled, sqmap, start, test, unfold, until } from './harness.mjs';
+import { dressed, drop as dropped, feel as felt, folder, onSurface, openPage, require, run, settled, sqmap, start, test, unfold, until } from './harness.mjs';
 
 const gltf = require('gltf-validator');
 const { program, url } = await start();
@@ -786,7 +786,7 @@ test('a figure is dressed: cloth is pulled, pinned, cut and changed', async () =
   if (await page.isHidden('#tab-dress')) { console.log('      (this program was built without cloth)'); return; }
   await page.click('#tab-dress');
   await settled(page);
-  await until(page, () => window.sqmap.costume.frames > 20);
+  await dressed(page);
   const finite = () => page.evaluate(() => window.sqmap.costume.last.positions.every((x) => Number.isFinite(x) && Math.abs(x) < 5));
   assert.ok(await finite());
   const low = await page.evaluate(() => { const p = window.sqmap.costume.last.positions; let y = 9; for (let i = 1; i < p.length; i += 3) y = Math.min(y, p[i]); return y; });

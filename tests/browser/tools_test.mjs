@@ -5,7 +5,7 @@ import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import fs from 'node:fs';
 import path from 'node:path';
-import { browser, drop, feel, folder, onSurface, openPage, run, settled, sqmap, start, test, until } from './harness.mjs';
+import { browser, dressed, drop, feel, folder, onSurface, openPage, run, settled, sqmap, start, test, until } from './harness.mjs';
 
 const { url } = await start();
 const wide = { viewport: { width: 1360, height: 800 } };
@@ -303,7 +303,7 @@ test('STOP in Dress drops the pull and its number', async () => {
   if (await page.isHidden('#tab-dress')) { console.log('      (this program was built without cloth)'); return; }
   await page.click('#tab-dress');
   await settled(page);
-  await until(page, () => window.sqmap.costume.frames > 20);
+  await dressed(page);
   const b = await (await page.$('#stage')).boundingBox();
   let at = null;
   for (let y = 0.4; y < 0.65 && !at; y += 0.02) {
