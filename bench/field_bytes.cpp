@@ -14,13 +14,13 @@ namespace {
 
 constexpr std::size_t k_link = 4, k_value = 4;
 
-struct Box {
+struct FieldBox {
     Vec3d lo, hi;
 };
 
-Box box_of(const mesh::Mesh& mesh)
+FieldBox box_of(const mesh::Mesh& mesh)
 {
-    Box box{mesh.vertices.front(), mesh.vertices.front()};
+    FieldBox box{mesh.vertices.front(), mesh.vertices.front()};
     for (const Vec3d& v : mesh.vertices)
         for (int k = 0; k < 3; ++k) {
             box.lo[k] = std::min(box.lo[k], v[k]);
@@ -29,7 +29,7 @@ Box box_of(const mesh::Mesh& mesh)
     return box;
 }
 
-double longest(const Box& box) { return std::max({box.hi.x - box.lo.x, box.hi.y - box.lo.y, box.hi.z - box.lo.z}); }
+double longest(const FieldBox& box) { return std::max({box.hi.x - box.lo.x, box.hi.y - box.lo.y, box.hi.z - box.lo.z}); }
 
 /// True if the cube's circumscribed ball meets the surface.
 bool reaches(const mesh::Solid& solid, Vec3d lo, double side)
@@ -73,7 +73,7 @@ double cell_side(const Setting& setting, FieldDensity density) { return longest(
 
 std::size_t dense_bytes(const Setting& setting, FieldDensity density)
 {
-    const Box box = box_of(setting.object);
+    const FieldBox box = box_of(setting.object);
     const double side = cell_side(setting, density);
     std::size_t samples = 1;
     for (int k = 0; k < 3; ++k) samples *= static_cast<std::size_t>(std::ceil((box.hi[k] - box.lo[k]) / side - 1e-9)) + 3;
@@ -82,7 +82,7 @@ std::size_t dense_bytes(const Setting& setting, FieldDensity density)
 
 std::size_t full_octree_bytes(const Setting& setting, FieldDensity density)
 {
-    const Box box = box_of(setting.object);
+    const FieldBox box = box_of(setting.object);
     const Cube root{box.lo, longest(box)};
     // Splitting a cell turns one leaf into eight.
     const std::size_t splits = split_cells(setting.solid, root, 2, std::countr_zero(density.cells));
@@ -91,7 +91,7 @@ std::size_t full_octree_bytes(const Setting& setting, FieldDensity density)
 
 std::size_t tree512_bytes(const Setting& setting, FieldDensity density)
 {
-    const Box box = box_of(setting.object);
+    const FieldBox box = box_of(setting.object);
     const Cube root{box.lo, 512 * cell_side(setting, density)};
     const std::size_t blocks = split_cells(setting.solid, root, 8, 3), leaves = lowest_cells(setting.solid, root, 8, 3);
     return 512 * ((blocks - leaves) * k_link + leaves * k_value);
@@ -99,7 +99,7 @@ std::size_t tree512_bytes(const Setting& setting, FieldDensity density)
 
 double field_error(const Setting& setting, FieldDensity density, std::uint32_t points)
 {
-    const Box box = box_of(setting.object);
+    const FieldBox box = box_of(setting.object);
     const double side = cell_side(setting, density);
     double sum = 0;
     std::size_t inside = 0;

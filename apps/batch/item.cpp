@@ -79,7 +79,7 @@ struct Baked {
     std::string sha256, picture;
 };
 
-ordered_json outcome_of(const BakedModel& baked, std::size_t bytes)
+ordered_json baked_outcome(const BakedModel& baked, std::size_t bytes)
 {
     ordered_json out;
     out["verdict"] = lower(mesh::name_of(baked.mesh.admission));
@@ -107,7 +107,7 @@ Baked baked(const Source& source, const Settings& settings, int output)
     const BakedModel result = bake_mesh(input, settings.bake);
     const std::vector<std::byte> model = result.bytes();
     if (!write_all(output, text_of(model))) end_for_output();
-    return {outcome_of(result, model.size()), model.size(), sha256(text_of(model)),
+    return {baked_outcome(result, model.size()), model.size(), sha256(text_of(model)),
             settings.pictures ? drawn(result.mesh.mesh, output) : ""};
 }
 

@@ -41,7 +41,7 @@ Entry entry_of(std::string path, std::string member, std::uint64_t line)
     return {{std::move(path), std::move(member), line}, {}};
 }
 
-std::string read_all(const fs::path& path)
+std::string manifest_text(const fs::path& path)
 {
     std::ifstream in(path, std::ios::binary);
     std::string text{std::istreambuf_iterator<char>(in), {}};
@@ -137,7 +137,7 @@ private:
 std::vector<Entry> read_table(const fs::path& manifest)
 {
     std::vector<Entry> out;
-    const std::string text = read_all(manifest);
+    const std::string text = manifest_text(manifest);
     Table table(text);
     Fields fields;
     std::size_t path = 0, member = std::string::npos;
@@ -229,8 +229,9 @@ std::vector<Entry> read_any(const fs::path& manifest, const ManifestOptions& opt
     if (!fs::is_regular_file(manifest, ignored)) throw ManifestError(manifest.string() + ": there is no such manifest");
     const std::string name = manifest.filename().string();
     if (ends_with_one_of(name, std::array<std::string_view, 1>{".csv"})) return read_table(manifest);
-    if (ends_with_one_of(name, std::array<std::string_view, 1>{".txt"})) return read_lines(read_all(manifest));
-    if (ends_with_one_of(name, std::array<std::string_view, 2>{".jsonl", ".ndjson"})) return read_json_lines(read_all(manifest));
+    if (ends_with_one_of(name, std::array<std::string_view, 1>{".txt"})) return read_lines(manifest_text(manifest));
+    if (ends_with_one_of(name, std::array<std::string_view, 2>{".jsonl", ".ndjson"}))
+        return read_json_lines(manifest_text(manifest));
     if (has_mesh_name(name) || has_archive_name(name)) return {{{name, "", 0}, {}}};
     throw ManifestError(manifest.string() +
                         ": a manifest is a folder, a mesh, an archive, or ends in .csv, .jsonl, .ndjson or .txt");

@@ -14,7 +14,7 @@ namespace {
 using nlohmann::ordered_json;
 
 /// JSON escapes quotes within strings, so that these texts occur only between members.
-constexpr std::string_view k_key = R"(,"key":")", k_verdict = R"(,"verdict":")", k_first_verdict = R"({"verdict":")";
+constexpr std::string_view k_key_field = R"(,"key":")", k_verdict = R"(,"verdict":")", k_first_verdict = R"({"verdict":")";
 constexpr std::size_t k_key_length = 64;
 
 bool is_utf8(const std::string& text)
@@ -70,7 +70,7 @@ Outcome outcome_of(std::string_view verdict, const Fault& fault)
 std::string Row::line() const
 {
     std::string out = item;
-    if (!key.empty()) out.append(k_key).append(key).append("\"");
+    if (!key.empty()) out.append(k_key_field).append(key).append("\"");
     return out.append(",").append(outcome.text, 1);
 }
 
@@ -109,14 +109,14 @@ Row row_of(const Item& item, std::string key, Outcome outcome)
 
 Row row_of(std::string_view line)
 {
-    const std::size_t verdict = line.find(k_verdict), key = line.substr(0, verdict).find(k_key);
+    const std::size_t verdict = line.find(k_verdict), key = line.substr(0, verdict).find(k_key_field);
     const bool has_key = key != std::string_view::npos;
     if (!line.starts_with("{\"path\":") || verdict == std::string_view::npos || line.back() != '}' ||
-        (has_key && verdict != key + k_key.size() + k_key_length + 1))
+        (has_key && verdict != key + k_key_field.size() + k_key_length + 1))
         throw io::ModelFileError("a line of rows is damaged: " + std::string(line.substr(0, 120)));
     Row out;
     out.item = line.substr(0, has_key ? key : verdict);
-    if (has_key) out.key = line.substr(key + k_key.size(), k_key_length);
+    if (has_key) out.key = line.substr(key + k_key_field.size(), k_key_length);
     out.outcome.text = "{" + std::string(line.substr(verdict + 1));
     return out;
 }

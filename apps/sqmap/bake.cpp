@@ -55,7 +55,7 @@ ordered_json report_json(const BakedModel& baked)
     return out;
 }
 
-struct Options {
+struct BakeArguments {
     std::string mesh, model, report;
     MeshOptions load;
     BakeSettings bake;
@@ -63,7 +63,7 @@ struct Options {
 };
 
 /// @throw io::ModelFileError
-void write(const BakedModel& baked, const Options& o)
+void write(const BakedModel& baked, const BakeArguments& o)
 {
     // The report first: where it cannot be written, no model is left behind either.
     if (!o.report.empty()) {
@@ -73,7 +73,7 @@ void write(const BakedModel& baked, const Options& o)
     baked.save(o.model);
 }
 
-void print(const BakedModel& baked, const Options& o)
+void print(const BakedModel& baked, const BakeArguments& o)
 {
     const std::size_t bytes = std::filesystem::file_size(o.model);
     double seconds = 0;
@@ -86,7 +86,7 @@ void print(const BakedModel& baked, const Options& o)
     print_measured(baked.model.common.measured);
 }
 
-int run(const Options& o)
+int run(const BakeArguments& o)
 {
     try {
         io::refuse_to_replace(o.model, {o.mesh});
@@ -115,7 +115,7 @@ int run(const Options& o)
 
 void add_bake(CommandLine& line)
 {
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<BakeArguments>();
     Command command = line.add("bake", "Bake a mesh into an SQ-Map model");
     command.option("mesh", options->mesh, "OFF, OBJ, STL, PLY, glTF or GLB; with the program assimp also DAE, 3MF, FBX")
         .required()

@@ -24,7 +24,7 @@ namespace {
 
 using batch::Shard;
 
-struct Options {
+struct BatchArguments {
     std::string manifest, output, root, shard, rank, world_size;
     std::vector<std::string> retry;
     int jobs = 0;
@@ -74,7 +74,7 @@ std::optional<Shard> shard_of_slurm()
     return Shard{(*id - *first) / step, *count};
 }
 
-Shard shard_of(const Options& o, const Command& command)
+Shard shard_of(const BatchArguments& o, const Command& command)
 {
     if (command.given("--shard")) return shard_of_text(o.shard);
     if (command.given("--rank")) return shard_of_text(o.rank + "/" + o.world_size);
@@ -97,7 +97,7 @@ void warn_of_unfinished(const batch::Library& library)
         std::fprintf(stderr, "%s\n", words.c_str());
 }
 
-batch::Plan plan_of(const Options& o, const Command& command)
+batch::Plan plan_of(const BatchArguments& o, const Command& command)
 {
     batch::Plan plan;
     plan.manifest = o.manifest;
@@ -121,7 +121,7 @@ batch::Plan plan_of(const Options& o, const Command& command)
     return plan;
 }
 
-void add_driver_options(Command& command, Options& options)
+void add_driver_options(Command& command, BatchArguments& options)
 {
     Command work = command.titled("Work");
     Option shard = work.option("--shard", options.shard,
@@ -307,7 +307,7 @@ void add_subcommands(Command& command)
 
 void add_batch(CommandLine& line)
 {
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<BatchArguments>();
     Command command = line.add("batch", "Bake a library of meshes: resumable, in shards, a row for every item");
     command
         .option("items", options->manifest,

@@ -46,7 +46,7 @@ void print(const char* layer, const bake::Evaluation& e)
     print_distribution("normal", e.normal, "degrees");
 }
 
-struct Options {
+struct EvalArguments {
     std::string model, mesh, layer = "all";
     bake::EvaluateOptions evaluate;
     MeshOptions load;
@@ -54,7 +54,7 @@ struct Options {
 };
 
 /// One line says that the mesh is not the model's, and what to do.
-void print_other_mesh(const model::ModelView& m, const mesh::Mesh& mesh, const Options& o)
+void print_other_mesh(const model::ModelView& m, const mesh::Mesh& mesh, const EvalArguments& o)
 {
     std::fprintf(stderr,
                  "%s was not baked from %s: it was made of %s, %u vertices and %u triangles%s; this mesh has %zu and %zu%s\n"
@@ -65,7 +65,7 @@ void print_other_mesh(const model::ModelView& m, const mesh::Mesh& mesh, const O
 }
 
 /// mesh: model space.
-void measure(const model::ModelView& m, const mesh::Mesh& mesh, const Options& o)
+void measure(const model::ModelView& m, const mesh::Mesh& mesh, const EvalArguments& o)
 {
     const mesh::Solid solid(mesh, mesh::find_self_intersections(mesh).crossed);
     nlohmann::ordered_json out;
@@ -94,7 +94,7 @@ void measure(const model::ModelView& m, const mesh::Mesh& mesh, const Options& o
     }
 }
 
-int run(const Options& o)
+int run(const EvalArguments& o)
 {
     const AdmittedMesh loaded = admit_mesh(o.mesh, o.load);
     if (loaded.refused()) {
@@ -114,7 +114,7 @@ int run(const Options& o)
 
 void add_eval(CommandLine& line)
 {
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<EvalArguments>();
     Command command = line.add("eval", "Measure a model against its mesh with an exact oracle");
     command.option("model", options->model, "Model (.sqmap)").required().existing_file();
     command.option("mesh", options->mesh, "The mesh it was baked from").required().existing_file();

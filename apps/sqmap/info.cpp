@@ -10,7 +10,7 @@
 namespace sqmap::app {
 namespace {
 
-struct Options {
+struct InfoArguments {
     std::string model;
     bool json = false;
 };
@@ -66,7 +66,7 @@ void print(const std::string& name, const model::ModelView& m, const io::Section
     }
 }
 
-int run(const Options& o)
+int run(const InfoArguments& o)
 {
     const paper::MappedModel file(o.model);
     const model::ModelView& m = file.view();
@@ -81,7 +81,7 @@ int run(const Options& o)
 
 void add_info(CommandLine& line)
 {
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<InfoArguments>();
     Command command = line.add("info", "Say what is in a model: parts, certificates, bytes, measured error");
     command.option("model", options->model, "Model (.sqmap)").required().existing_file();
     command.flag("--json", options->json, "Answer as JSON");

@@ -86,7 +86,7 @@ int digits_of(double coordinate, double size)
     return 9 + static_cast<int>(std::clamp(beyond, 0.0, 8.0));  // 17 tell any two doubles apart; of 0 beyond is -inf
 }
 
-struct Options {
+struct QueryArguments {
     std::string model, points, output, layer = "3", projector = "newton";
     double tolerance = -1;  ///< mesh units; not given: auto is the gate
     std::uint32_t gate = query::k_layer3_gate;
@@ -102,13 +102,13 @@ paper::Projector projector_named(const std::string& name)
                              : (name == "printed" ? paper::Projector::Printed : paper::Projector::Newton);
 }
 
-paper::QueryOptions paper_options(const Options& o)
+paper::QueryOptions paper_options(const QueryArguments& o)
 {
     return {projector_named(o.projector), o.nearest_steps, !o.no_gaps, !o.no_pruning};
 }
 
 /// A row for each point, in their order.
-std::string answers(const model::ModelView& m, const std::vector<Vec3d>& points, const Options& o)
+std::string answers(const model::ModelView& m, const std::vector<Vec3d>& points, const QueryArguments& o)
 {
     const bool by_gate = o.layer == "auto" && o.tolerance < 0;
     const query::Layer without_tolerance =
@@ -159,7 +159,7 @@ std::string answers(const model::ModelView& m, const std::vector<Vec3d>& points,
 }
 
 /// The same for signed distances.
-std::string distances(const model::ModelView& m, const std::vector<Vec3d>& points, const Options& o)
+std::string distances(const model::ModelView& m, const std::vector<Vec3d>& points, const QueryArguments& o)
 {
     if (paper::is_paper(m) && !model::has_distance(m))
         throw BadPoints(o.model + " has the normal projection and no triangles, so no distances: bake it with --exact");
@@ -193,7 +193,7 @@ std::string distances(const model::ModelView& m, const std::vector<Vec3d>& point
     return text;
 }
 
-int run(const Options& o)
+int run(const QueryArguments& o)
 {
     if (o.tolerance >= 0 && o.layer != "auto") {
         std::fprintf(stderr, "--tolerance is read by --layer auto alone\n");
@@ -212,7 +212,7 @@ int run(const Options& o)
 
 void add_query(CommandLine& line)
 {
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<QueryArguments>();
     Command command = line.add("query", "Query a model at points: inside, penetration depth, normal");
     command.option("model", options->model, "Model (.sqmap)").required().existing_file();
     command.option("points", options->points, "CSV with the header x,y,z; mesh units").required().existing_file();

@@ -18,7 +18,7 @@
 namespace sqmap::app {
 namespace {
 
-struct Arguments {
+struct RenderArguments {
     std::string input, mesh, output, up = "y", size;
     std::vector<std::string> what;
     std::optional<double> azimuth;
@@ -65,7 +65,7 @@ Image picture(const Subject& subject, const std::string& what, const View& view)
 }
 
 /// All pictures that were asked for, side by side.
-Image pictures(const Arguments& a)
+Image pictures(const RenderArguments& a)
 {
     const bool is_model = std::filesystem::path(a.input).extension() == ".sqmap";
     std::vector<std::string> kinds = a.what;
@@ -96,7 +96,7 @@ Image pictures(const Arguments& a)
 
 void add_render(CommandLine& line)
 {
-    const auto arguments = std::make_shared<Arguments>();
+    const auto arguments = std::make_shared<RenderArguments>();
     Command command = line.add("render", "Draw a mesh or a model as a PNG picture");
     command.option("input", arguments->input, "Model (.sqmap) or mesh").required().existing_file();
     command.option("mesh", arguments->mesh, "Mesh to draw instead of the model's own triangles").existing_file();

@@ -47,7 +47,7 @@ const std::map<std::string, Maker>& makers()
     return k_makers;
 }
 
-struct Arguments {
+struct ShapesArguments {
     std::string name, output;
     int subdivide = 0;
 };
@@ -65,7 +65,7 @@ mesh::Mesh made_shape(const std::string& name) { return makers().at(name)(); }
 
 void add_shapes(CommandLine& line)
 {
-    auto arguments = std::make_shared<Arguments>();
+    auto arguments = std::make_shared<ShapesArguments>();
     Command command = line.add("shapes", "Write a mesh that the project makes itself, or a finer one of a file");
     std::string names;
     for (const std::string& name : shape_names()) names += name + ", ";

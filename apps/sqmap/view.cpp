@@ -27,7 +27,7 @@ namespace sqmap::app {
 #ifdef SQMAP_HAVE_VIEWER
 namespace {
 
-struct Arguments {
+struct ViewArguments {
     std::vector<std::string> files;
     std::string projection = "central";
     std::uint16_t port = 0;
@@ -92,7 +92,7 @@ private:
     std::thread waiter_;
 };
 
-int view(const Arguments& arguments)
+int view(const ViewArguments& arguments)
 {
     std::vector<std::shared_ptr<viewer::Object>> objects;
     try {
@@ -137,7 +137,7 @@ void add_view(CommandLine& line)
 {
     Command command = line.add("view", "Look at models and meshes in the browser, and touch them");
 #ifdef SQMAP_HAVE_VIEWER
-    const auto arguments = std::make_shared<Arguments>();
+    const auto arguments = std::make_shared<ViewArguments>();
     command.option("files", arguments->files, "Models (.sqmap) and meshes, which are baked first; none: two shapes to begin with")
         .existing_file();
     command.option("--port", arguments->port,

@@ -22,6 +22,13 @@ struct CutSurface {
     std::vector<std::array<double, 3>> edge_length, edge_concavity;
 };
 
+[[nodiscard]] inline double area_of(const CutSurface& surface, std::span<const std::uint32_t> triangles)
+{
+    double sum = 0;
+    for (const std::uint32_t t : triangles) sum += surface.area[t];
+    return sum;
+}
+
 /// The place of a cut, in the units of a field over the triangles.
 struct CutBand {
     double level;   ///< of the field, where the cut is expected

@@ -78,13 +78,6 @@ std::vector<std::vector<std::uint32_t>> pieces_of(const CutSurface& s, std::span
     return pieces;
 }
 
-double area_of(const CutSurface& s, std::span<const std::uint32_t> triangles)
-{
-    double sum = 0;
-    for (const auto t : triangles) sum += s.area[t];
-    return sum;
-}
-
 }  // namespace
 
 std::vector<std::uint32_t> triangles_of(const Partition& partition, std::uint32_t part)

@@ -31,13 +31,6 @@ double cut_length(const CutSurface& s, std::span<const std::uint32_t> triangles,
     return length;
 }
 
-double area_of(const CutSurface& s, std::span<const std::uint32_t> triangles)
-{
-    double area = 0;
-    for (const auto t : triangles) area += s.area[t];
-    return area;
-}
-
 /// Geodesic distances of a part's triangles from its extremes, and the difference of the first two: its level sets bisect them.
 std::vector<std::vector<double>> fields_of(const CutSurface& s, std::span<const std::uint32_t> triangles,
                                            GeodesicSolver::Region region)

@@ -20,7 +20,7 @@
 namespace sqmap::device {
 namespace {
 
-constexpr std::string_view k_magic = "# sqmap-trace ";
+constexpr std::string_view k_first_words = "# sqmap-trace ";
 constexpr std::string_view k_end = "# end ";
 constexpr std::size_t k_max_line = 64 * 1024;
 constexpr std::size_t k_max_header = 256;
@@ -248,7 +248,7 @@ TraceWriter::TraceWriter(const std::filesystem::path& path, const TraceHeader& h
     s.temporary = opened.temporary;
     s.file = opened.file;
     std::string text =
-        std::string(k_magic) + std::to_string(k_trace_version) + "\n# zones " + std::to_string(header.zones) + "\n";
+        std::string(k_first_words) + std::to_string(k_trace_version) + "\n# zones " + std::to_string(header.zones) + "\n";
     for (const auto& [key, value] : header.fields) {
         if (key.empty() || key.find_first_of(" \n\r") != std::string::npos || value.find_first_of("\n\r") != std::string::npos ||
             key == "end" || key == "zones")
@@ -328,10 +328,10 @@ struct TraceReader::State {
 
     void read_header()
     {
-        if (!next_line() || !text.starts_with(k_magic))
-            fail("not a trace: the first line must be '" + std::string(k_magic) + std::to_string(k_trace_version) + "'");
-        if (text.substr(k_magic.size()) != std::to_string(k_trace_version))
-            fail("version '" + text.substr(k_magic.size(), 20) + "' of the format, this program reads version " +
+        if (!next_line() || !text.starts_with(k_first_words))
+            fail("not a trace: the first line must be '" + std::string(k_first_words) + std::to_string(k_trace_version) + "'");
+        if (text.substr(k_first_words.size()) != std::to_string(k_trace_version))
+            fail("version '" + text.substr(k_first_words.size(), 20) + "' of the format, this program reads version " +
                  std::to_string(k_trace_version) + "\n  cure: record again, or replay with the version that recorded it");
         bool zones = false;
         while (next_line() && text.starts_with("# ")) {

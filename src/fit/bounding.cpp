@@ -15,8 +15,6 @@ using shape::Superquadricd;
 
 namespace {
 
-constexpr double k_infinity = std::numeric_limits<double>::infinity();
-
 double largest_f(const Superquadricd& sq, std::span<const Vec3d> points)
 {
     const PowerFreeBound upper_bound(sq);
@@ -66,7 +64,7 @@ void scale_by(Superquadricd& sq, double s)
 bool shrink_wrap(Superquadricd& sq, std::span<const Vec3d> points)
 {
     double degree = sq.is_deformed() ? 2 : 1, scale = 1, last_log_f = 0, last_step = 0;
-    double low = 0, high = k_infinity;
+    double low = 0, high = INFINITY;
     const Superquadricd start = sq;
     for (int i = 0; i < 30; ++i) {
         const double m = largest_f(sq, points);
@@ -76,7 +74,7 @@ bool shrink_wrap(Superquadricd& sq, std::span<const Vec3d> points)
         (log_f > 0 ? low : high) = scale;
         if (i > 0 && sq.is_deformed()) degree = std::clamp((last_log_f - log_f) / last_step, 0.5, 30.0);
         double next = scale * std::exp(std::clamp(log_f / degree, -1.0, 1.0));
-        if (!(next > low && next < high)) next = high < k_infinity ? 0.5 * (low + high) : 1.1 * low;
+        if (!(next > low && next < high)) next = high < INFINITY ? 0.5 * (low + high) : 1.1 * low;
         last_step = std::log(next / scale);
         last_log_f = log_f;
         scale = next;
@@ -108,7 +106,7 @@ Candidate closed_form(const ScaledPart& part, const Mat3d& frame, const FitOptio
             if (m <= options.max_overhang && v < best.volume) best = {sq, v, true, 0};
         }
     }
-    if (best.volume < k_infinity) return best;
+    if (best.volume < INFINITY) return best;
     // Only when the caller's exponents are all round: the ellipsoid-like one, whatever it overhangs.
     Superquadricd sq;
     sq.a = box.half;
@@ -163,7 +161,7 @@ Candidate least_volume(const ScaledPart& part, Superquadricd start, const FitOpt
             }
         }
     }
-    if (!(best.volume < k_infinity) || !shrink_wrap(best.sq, N == k_plain ? part.points : part.points_inner))
+    if (!(best.volume < INFINITY) || !shrink_wrap(best.sq, N == k_plain ? part.points : part.points_inner))
         best = {};
     else
         best.volume = volume(best.sq);

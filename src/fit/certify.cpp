@@ -15,13 +15,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <vector>
 
 namespace sqmap::fit {
 namespace {
 
-constexpr double k_infinity = std::numeric_limits<double>::infinity();
 constexpr double k_accuracy = 2e-4;  ///< of f: subdivision stops here
 constexpr int k_max_depth = 14;
 constexpr double k_rounding = 1e-12;  ///< relative allowance for double arithmetic on both sides
@@ -54,7 +52,7 @@ Straightened straighten(const shape::Superquadricd& sq, const std::array<Vec3d, 
     const auto nearest_zero = [](Interval i) { return i.low > 0 ? i.low : (i.high < 0 ? -i.high : 0.0); };
     const double rho = norm(Vec3d{nearest_zero(x), nearest_zero(z), 0});
     // Behind the centre, across z = 0, gamma jumps; at the centre the map is not smooth.
-    if (!(rho > 0) || (x.low < 0 && z.low <= 0 && z.high >= 0)) return {{}, {k_infinity, k_infinity, k_infinity}};
+    if (!(rho > 0) || (x.low < 0 && z.low <= 0 && z.high >= 0)) return {{}, {INFINITY, INFINITY, INFINITY}};
     const double s = norm(Vec3d{x.spread(), z.spread(), 0});
     const double r_deviation = s * s / (2 * rho), z_deviation = c * s * s / (2 * rho * rho);
     return {{std::abs(sa) * w_spread + std::abs(ca) * s, std::abs(ca) * w_spread + std::abs(sa) * s, c / rho * s},
@@ -68,7 +66,7 @@ Vec3d interpolation_error(const shape::Superquadricd& sq, const std::array<Vec3d
     std::array<Vec3d, 3> b = q;
     if (sq.is_bent()) {
         s = straighten(sq, q);
-        if (!(s.deviation.z < k_infinity)) return s.deviation;
+        if (!(s.deviation.z < INFINITY)) return s.deviation;
         shape::Superquadricd bend_only = sq;
         bend_only.taper_x = bend_only.taper_y = 0;
         for (int i = 0; i < 3; ++i) b[i] = undeform(bend_only, q[i]);
@@ -79,10 +77,10 @@ Vec3d interpolation_error(const shape::Superquadricd& sq, const std::array<Vec3d
 
     // X / w with w = 1 + g Z. First derivatives 1/w and -g X/w^2; second: XZ -g/w^2, ZZ 2 g^2 X/w^3.
     const Interval z = widened(hull(b[0].z, b[1].z, b[2].z), s.deviation.z);
-    const auto taper = [&](int k, double factor) {
+    const auto taper = [&](int k, double factor) -> double {
         const double g = factor / sq.a.z;
         const double w = 1 + std::min(g * z.low, g * z.high);
-        if (!(w > 1e-3)) return k_infinity;
+        if (!(w > 1e-3)) return INFINITY;
         const double x = widened(hull(b[0][k], b[1][k], b[2][k]), s.deviation[k]).magnitude();
         const double first_z = std::abs(g) * x / (w * w);
         const double mixed = std::abs(g) / (w * w), second_z = 2 * g * g * x / (w * w * w);
@@ -111,19 +109,19 @@ void bound(const shape::Superquadricd& sq, const PowerFreeBound& upper_bound, co
         u[i] = undeform(sq, q[i]);
         double f = upper_bound(u[i]);
         if (f > range.lower) range.lower = std::max(range.lower, f = norm_of(sq, u[i]));
-        corner = f >= corner ? f : (f < corner ? corner : k_infinity);  // a NaN counts as outside
+        corner = f >= corner ? f : (f < corner ? corner : INFINITY);  // a NaN counts as outside
     }
-    if (!(corner < k_infinity)) {
-        range.lower = range.upper = k_infinity;
+    if (!(corner < INFINITY)) {
+        range.lower = range.upper = INFINITY;
         return;
     }
     const Vec3d e = interpolation_error(sq, q);
-    const bool finite = e.x < k_infinity && e.y < k_infinity && e.z < k_infinity;
+    const bool finite = e.x < INFINITY && e.y < INFINITY && e.z < INFINITY;
     if (finite && corner + upper_bound(e) < range.upper) return;
     corner = std::max({norm_of(sq, u[0]), norm_of(sq, u[1]), norm_of(sq, u[2])});
-    const double upper = finite ? corner + norm_of(sq, e) : k_infinity;
+    const double upper = finite ? corner + norm_of(sq, e) : INFINITY;
     if (upper <= range.upper) return;
-    if (upper <= range.lower + k_accuracy || depth == k_max_depth || !(range.upper < k_infinity)) {
+    if (upper <= range.lower + k_accuracy || depth == k_max_depth || !(range.upper < INFINITY)) {
         range.upper = upper;
         return;
     }
@@ -151,7 +149,7 @@ Certificate certify(const shape::Superquadricd& sq, std::span<const Vec3d> point
         corners.push_back({q, upper_bound(u)});
         if (corners.back().upper_bound < range.lower) continue;
         const double f = norm_of(sq, u);
-        range.lower = f >= range.lower ? f : (f < range.lower ? range.lower : k_infinity);
+        range.lower = f >= range.lower ? f : (f < range.lower ? range.lower : INFINITY);
     }
     range.upper = range.lower;
     // All corners first: the greatest of them lets most triangles pass without subdivision.

@@ -16,7 +16,6 @@ using shape::Superquadricd;
 
 namespace {
 
-constexpr double k_infinity = std::numeric_limits<double>::infinity();
 constexpr double k_min_bend = 0.12;  ///< radians at the part's ends: less than that does not pay
 
 /// On which samples, and how long.
@@ -34,7 +33,7 @@ DataFit from_start(const ScaledPart& part, const Superquadricd& start, const Sea
     encode<N>(start, chart, t.data());
     const DataTerm<N> term{chart, search.samples, options.residual};
     const LeastSquaresReport done = minimise<N>(term, t.data(), {.max_iterations = search.max_iterations, .cost_change = 1e-8});
-    if (!all_finite(t) || !std::isfinite(done.cost)) return {start, k_infinity, false, done.iterations};
+    if (!all_finite(t) || !std::isfinite(done.cost)) return {start, INFINITY, false, done.iterations};
     return {decode<N>(chart, t.data()), done.cost, done.settled, done.iterations};
 }
 

@@ -11,7 +11,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <vector>
 
 namespace sqmap::fit {
@@ -22,7 +21,6 @@ namespace {
 
 constexpr int k_short = 3, k_long = 8;  ///< rounds of the augmented Lagrangian, to rank starts and to finish one
 constexpr double k_exact_cost = 1e-10;  ///< of eq. 3 in the part's units: nothing left to explain by deforming
-constexpr double k_infinity = std::numeric_limits<double>::infinity();
 
 double as_float(double v) { return static_cast<double>(static_cast<float>(v)); }
 
@@ -90,7 +88,7 @@ Candidate smallest_from(const ScaledPart& part, std::span<const Superquadricd> s
         if (found.volume < best.volume) best = found;
     };
     for (const Superquadricd& start : starts) offer(start, k_short);
-    if (best.volume < k_infinity) offer(best.sq, k_long);
+    if (best.volume < INFINITY) offer(best.sq, k_long);
     best.iterations = spent;
     return best;
 }
@@ -102,7 +100,7 @@ Ranking rank_shapes(const ScaledPart& part, const FitOptions& options)
     for (int axis = 0; axis < 3; ++axis) {
         Candidate closed = closed_form(part, with_z_axis(part.frame, axis), options);
         starts.push_back(closed.sq);
-        if (!shrink_wrap(closed.sq, part.points)) closed.volume = k_infinity;
+        if (!shrink_wrap(closed.sq, part.points)) closed.volume = INFINITY;
         if (axis == 0 || closed.volume < ranking.closed.volume) ranking.closed = closed;
     }
     const auto smallest = [&]() -> const Candidate& { return ranking.shapes.empty() ? ranking.closed : ranking.shapes.back(); };

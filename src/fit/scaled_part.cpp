@@ -146,8 +146,7 @@ void gather(const mesh::Mesh& mesh, std::span<const std::uint32_t> triangles, st
 
 OrientedBox box_of(const Mat3d& frame, std::span<const Vec3d> points)
 {
-    constexpr double k_infinity = std::numeric_limits<double>::infinity();
-    Vec3d low{k_infinity, k_infinity, k_infinity}, high = -low;
+    Vec3d low{INFINITY, INFINITY, INFINITY}, high = -low;
     for (const Vec3d& p : points) {
         const Vec3d q = frame * p;
         for (int k = 0; k < 3; ++k) {

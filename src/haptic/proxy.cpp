@@ -12,12 +12,11 @@ constexpr int k_rounds = 4, k_projections = 8;
 constexpr double k_slope = 1;  ///< the force may change by this times stiffness times motion without being a jump
 /// m: the proxy rests at least this deep, and so stays in contact; a patch or a ball may rest deeper.
 constexpr double k_min_sink = 1e-5;
-constexpr double k_far_side = -0.5;        ///< cosine between outward directions
-constexpr double k_ball_sink = 0.2;        ///< of its radius
-constexpr double k_steep = 0.3;            ///< cosine between a plane's normal and the side that the proxy keeps to
-constexpr double k_let_in = 1e-4;          ///< m per round
-constexpr double k_step = 0.002;           ///< m per round, so that the proxy passes through nothing thicker
-constexpr double k_damping_depth = 0.001;  ///< m: deeper, damping has full strength
+constexpr double k_far_side = -0.5;  ///< cosine between outward directions
+constexpr double k_ball_sink = 0.2;  ///< of its radius
+constexpr double k_steep = 0.3;      ///< cosine between a plane's normal and the side that the proxy keeps to
+constexpr double k_let_in = 1e-4;    ///< m per round
+constexpr double k_step = 0.002;     ///< m per round, so that the proxy passes through nothing thicker
 
 /// A spring's pull, N, at a point of the surface.
 struct Pull {

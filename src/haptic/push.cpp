@@ -14,8 +14,6 @@ constexpr double k_fade = 250;  ///< N/s: the remains of a jump fade no faster, 
 /// The share of a change that is not explained.
 double share_beyond(double change, double explained) { return change > explained ? 1 - explained / change : 0; }
 
-constexpr double k_damping_depth = 0.001;  ///< m: deeper, damping has full strength
-
 /// How the zone's material at a lever has moved over body s since the last step, m.
 Vec3d motion_over(const ZoneTick& tick, std::size_t s, const Pose& at, Vec3d lever)
 {

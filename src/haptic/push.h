@@ -10,6 +10,7 @@ namespace sqmap::haptic {
 inline constexpr double k_free_turn = 0.001;  ///< m: the force may turn by motion over this without being a jump
 inline constexpr double k_free_slope = 3;     ///< a force may change by this times stiffness times motion without being a jump
 inline constexpr double k_fade_arm = 0.05;    ///< m: lever at which torque counts as force
+inline constexpr double k_damping_depth = 0.001;  ///< m: deeper, damping has full strength
 
 /// How much of the springs' change in a tick the motion explains.
 struct Explained {

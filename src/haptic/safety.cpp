@@ -27,7 +27,6 @@ constexpr double k_forgive = 20, k_forgive_free = 1;  // s, time constants of fo
 constexpr double k_left = 0.25;                       // s without force: out of contact
 constexpr double k_fast_damping = 1;                  // N s/m, above the top speed
 constexpr double k_arm = 0.05;                        // m: a damper of b turns with b arm^2
-constexpr double k_lever = 0.02;                      // m: a spring that turns is as stiff as one of K at the end of it
 constexpr double k_longest_tick = k_stale_zero;       // s: a longer tick gives no force
 constexpr double k_bad_window = 0.1;                  // s
 constexpr double k_duty_slack = 0.01;                 // share lost to whole ticks

@@ -1,4 +1,4 @@
-// Numbers within the range of haptic devices.
+// Lengths, forces and times of haptic devices: which are in range, and the lever of a spring that turns.
 #pragma once
 
 #include "sqmap/haptic/wrench.h"
@@ -8,6 +8,7 @@
 namespace sqmap::haptic {
 
 inline constexpr double k_absurd = 1e9;  ///< beyond any length, force or time of a haptic device: counts as not finite
+inline constexpr double k_lever = 0.02;  ///< m: a spring that turns is as stiff as one of K at the end of it
 
 /// False for NaN, without a floating-point exception.
 inline bool sane(double x) { return std::islessequal(std::fabs(x), k_absurd); }

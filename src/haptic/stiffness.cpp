@@ -15,7 +15,6 @@ namespace sqmap::haptic {
 namespace {
 
 constexpr double k_spring_share = 0.7, k_share = 0.9;  // shares of the device's damping: for the spring; for spring and damper
-constexpr double k_lever = 0.02;                       // m, as in SafetyFilter
 
 double or_unknown(double reported, double unknown) { return reported > 0 ? reported : unknown; }
 

@@ -7,16 +7,15 @@ namespace sqmap::mesh {
 
 namespace {
 
-using Corners = std::array<Vec3d, 3>;
 using Convex = std::vector<Vec3d>;
 
-Corners corners_of(const Mesh& mesh, std::uint32_t triangle)
+std::array<Vec3d, 3> corners_of(const Mesh& mesh, std::uint32_t triangle)
 {
     const Triangle& t = mesh.triangles[triangle];
     return {mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]};
 }
 
-Vec3d unit_normal(const Corners& t) { return normalized(cross(t[1] - t[0], t[2] - t[0])); }
+Vec3d unit_normal(const std::array<Vec3d, 3>& t) { return normalized(cross(t[1] - t[0], t[2] - t[0])); }
 
 struct Plane {
     Vec3d normal;  ///< unit
@@ -66,7 +65,7 @@ void cut(const Convex& polygon, const Plane& plane, double tolerance, std::vecto
 }
 
 /// The segment in which a triangle meets a plane that it passes through.
-bool meets(const Corners& t, const Plane& plane, double tolerance, Vec3d& a, Vec3d& b)
+bool meets(const std::array<Vec3d, 3>& t, const Plane& plane, double tolerance, Vec3d& a, Vec3d& b)
 {
     const double h[3] = {plane.height(t[0]), plane.height(t[1]), plane.height(t[2])};
     Vec3d found[4];
@@ -86,10 +85,11 @@ bool meets(const Corners& t, const Plane& plane, double tolerance, Vec3d& a, Vec
 
 }  // namespace
 
-std::optional<std::vector<Corners>> pieces_of(const Mesh& mesh, std::uint32_t triangle, std::span<const std::uint32_t> others,
-                                              double tolerance, std::size_t max_pieces)
+std::optional<std::vector<std::array<Vec3d, 3>>> pieces_of(const Mesh& mesh, std::uint32_t triangle,
+                                                           std::span<const std::uint32_t> others, double tolerance,
+                                                           std::size_t max_pieces)
 {
-    const Corners whole = corners_of(mesh, triangle);
+    const std::array<Vec3d, 3> whole = corners_of(mesh, triangle);
     const Plane own{unit_normal(whole), whole[0]};
     std::vector<Convex> pieces = {Convex(whole.begin(), whole.end())}, next;
     const auto cut_along = [&](Vec3d a, Vec3d b) {
@@ -106,7 +106,7 @@ std::optional<std::vector<Corners>> pieces_of(const Mesh& mesh, std::uint32_t tr
         std::swap(pieces, next);
     };
     for (const std::uint32_t other : others) {
-        const Corners t = corners_of(mesh, other);
+        const std::array<Vec3d, 3> t = corners_of(mesh, other);
         const bool flat = std::all_of(t.begin(), t.end(), [&](Vec3d p) { return std::abs(own.height(p)) <= tolerance; });
         Vec3d a, b;
         if (flat) {
@@ -117,7 +117,7 @@ std::optional<std::vector<Corners>> pieces_of(const Mesh& mesh, std::uint32_t tr
         }
         if (pieces.size() > max_pieces) return std::nullopt;
     }
-    std::vector<Corners> out;
+    std::vector<std::array<Vec3d, 3>> out;
     for (const Convex& piece : pieces)
         for (std::size_t i = 2; i < piece.size(); ++i) {
             if (piece.size() == 3 || norm(cross(piece[i - 1] - piece[0], piece[i] - piece[0])) > 0)

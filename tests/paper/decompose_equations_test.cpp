@@ -18,8 +18,8 @@
 namespace sqmap {
 namespace {
 
-constexpr double pi = std::numbers::pi;
 using shape::Superquadricd;
+using std::numbers::pi;
 
 /// Eq. 1 as printed.
 double printed_f(const Superquadricd& sq, Vec3d q)

@@ -13,10 +13,10 @@
 namespace sqmap {
 namespace {
 
-constexpr double pi = std::numbers::pi;
 using paper::Map;
 using paper::MapRays;
 using shape::Superquadricd;
+using std::numbers::pi;
 
 std::vector<std::uint32_t> all_triangles(const mesh::Mesh& m)
 {

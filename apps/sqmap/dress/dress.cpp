@@ -34,7 +34,7 @@ bool is_gltf(const std::filesystem::path& path)
     return ending == ".glb" || ending == ".gltf" || ending == ".GLB" || ending == ".GLTF";
 }
 
-struct Arguments {
+struct DressArguments {
     std::string avatar, animation, output, report, pictures, layer = "3";
     std::vector<std::string> garments;
     std::string device, tool_at;
@@ -50,7 +50,7 @@ public:
 };
 
 /// @throw BadOutput
-void check_outputs(const Arguments& a)
+void check_outputs(const DressArguments& a)
 {
     for (const auto& [option, file] : {std::pair{"-o ", a.output}, {"--report ", a.report}}) {
         const std::filesystem::path folder = std::filesystem::path(file).parent_path();
@@ -96,7 +96,7 @@ void show_progress(const char* what, double done, double of)
     if (k_watched) std::fprintf(stderr, done < of ? "\r%s %g of %g  " : "\r\033[K", what, done, of);
 }
 
-Avatar avatar_of(const Arguments& a)
+Avatar avatar_of(const DressArguments& a)
 {
     sim::Gait gait;
     if (!a.walk) gait.lower_at = gait.walk_at = INFINITY;
@@ -107,7 +107,7 @@ Avatar avatar_of(const Arguments& a)
     return is_gltf(a.avatar) ? skinned_avatar(a.avatar, a.walk, a.animation, 0.3) : still_avatar(a.avatar);
 }
 
-sim::ClothOptions cloth_options(const Arguments& a)
+sim::ClothOptions cloth_options(const DressArguments& a)
 {
     sim::ClothOptions options;
     options.layer = layer_named(a.layer).value();
@@ -122,7 +122,7 @@ sim::ClothOptions cloth_options(const Arguments& a)
 class Dressing {
 public:
     /// @throw AvatarError, GarmentFileError, device::DeviceError, io::ModelFileError
-    explicit Dressing(const Arguments& a);
+    explicit Dressing(const DressArguments& a);
     Dressing(const Dressing&) = delete;
     Dressing& operator=(const Dressing&) = delete;
 
@@ -139,7 +139,7 @@ private:
     void step(double time);
     void keep_frame(double time);
 
-    const Arguments& a_;
+    const DressArguments& a_;
     double dt_;
     int steps_;
     Avatar avatar_;
@@ -151,7 +151,7 @@ private:
     std::vector<double> times_;
 };
 
-Dressing::Dressing(const Arguments& a)
+Dressing::Dressing(const DressArguments& a)
     : a_(a), dt_(1 / a.rate), steps_(static_cast<int>(std::lround(a.seconds * a.rate))), avatar_(avatar_of(a))
 {
     poses_.resize(avatar_.parts.size() + avatar_.joints.size());
@@ -306,7 +306,7 @@ json Dressing::report()
     return report;
 }
 
-void dress(const Arguments& a)
+void dress(const DressArguments& a)
 {
     check_outputs(a);
     Dressing dressing(a);
@@ -322,7 +322,7 @@ void dress(const Arguments& a)
 
 void add_dress(CommandLine& line)
 {
-    const auto a = std::make_shared<Arguments>();
+    const auto a = std::make_shared<DressArguments>();
     Command command =
         line.add("dress", "Dress an avatar: cloth on a model, on a skinned mesh, or on a figure that walks; animation as glTF");
     Option avatar =

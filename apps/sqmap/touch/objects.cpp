@@ -1,11 +1,10 @@
 #include "touch/objects.h"
 
 #include <cmath>
+#include <numbers>
 
 namespace sqmap::app {
 namespace {
-
-constexpr double k_two_pi = 6.283185307179586;
 
 /// Axis times angle, 0 to less than pi.
 Vec3d turn_of(const Mat3d& m)
@@ -42,9 +41,9 @@ MovingObjects::MovingObjects(const TouchOptions& options, std::span<haptic::Touc
 
 void MovingObjects::put(const Body& b, haptic::TouchedBody& solid) const noexcept
 {
-    const double phase = k_two_pi * time_ / options_.sway_period;
+    const double phase = 2 * std::numbers::pi * time_ / options_.sway_period;
     const Vec3d centre = b.position + std::sin(phase) * options_.sway + b.off;
-    const Vec3d speed = (k_two_pi / options_.sway_period * std::cos(phase)) * options_.sway + b.speed;
+    const Vec3d speed = (2 * std::numbers::pi / options_.sway_period * std::cos(phase)) * options_.sway + b.speed;
     const Vec3d arm = b.turn * b.centre;  // from the mesh's origin to the centre
     solid.pose = {b.turn, centre - arm};
     solid.twist = {speed - cross(b.spin, arm), b.spin};

@@ -17,7 +17,7 @@
 namespace sqmap::app {
 namespace {
 
-struct Arguments {
+struct ReplayArguments {
     std::string trace, against, plot;
     bool diff = false;
     unsigned threads = 1;
@@ -44,7 +44,7 @@ void mix(std::uint64_t& hash, double value)
 
 /// rows: prints what differs. felt: gets what was computed; null: nobody wants it. Everything is this thread's own: setup,
 /// reader, state.
-Outcome replay(const Arguments& arguments, const TouchOptions& options, bool rows, Comparison* computed)
+Outcome replay(const ReplayArguments& arguments, const TouchOptions& options, bool rows, Comparison* computed)
 {
     device::TraceReader reader(arguments.trace);
     const std::size_t zones = reader.header().zones;
@@ -111,7 +111,7 @@ Outcome replay(const Arguments& arguments, const TouchOptions& options, bool row
     return o;
 }
 
-int run(const Arguments& arguments)
+int run(const ReplayArguments& arguments)
 {
     check_plot_name(arguments.plot);
     TouchOptions options;
@@ -173,7 +173,7 @@ int run(const Arguments& arguments)
 
 void add_replay(CommandLine& line)
 {
-    const auto arguments = std::make_shared<Arguments>();
+    const auto arguments = std::make_shared<ReplayArguments>();
     Command command = line.add("replay", "Compute the forces of a recording anew and compare them, to the bit");
     command.option("trace", arguments->trace, "What sqmap touch --record wrote").required();
     command.option("--against", arguments->against, "Another model instead of the first: how do its forces differ?");

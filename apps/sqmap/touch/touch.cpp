@@ -29,7 +29,7 @@
 namespace sqmap::app {
 namespace {
 
-struct Arguments {
+struct TouchArguments {
     std::vector<std::string> objects;
     std::string device = "press", record, plot;
     double unit = 0, size = 0.3, seconds = 10;
@@ -54,7 +54,7 @@ TouchObject object_from(const std::string& text)
 }
 
 /// Before any thread runs: a process that owns the device is forked.
-std::unique_ptr<device::Device> open_device(const Arguments& arguments)
+std::unique_ptr<device::Device> open_device(const TouchArguments& arguments)
 {
     if (!arguments.own_process) return device::open_device(arguments.device);
     std::string spec = arguments.device;
@@ -89,7 +89,7 @@ std::string limit_above(const haptic::DeviceLimits& device, const haptic::Safety
 }
 
 /// The objects and the tool as the arguments give them, checked before any device is opened.
-TouchOptions options_of(const Arguments& arguments)
+TouchOptions options_of(const TouchArguments& arguments)
 {
     TouchOptions options = arguments.touch;
     check(options, "");
@@ -118,7 +118,7 @@ struct Session {
 };
 
 /// @throw BadTouch, device::DeviceError
-std::unique_ptr<Session> open(const Arguments& arguments)
+std::unique_ptr<Session> open(const TouchArguments& arguments)
 {
     TouchOptions options = options_of(arguments);
     auto s = std::make_unique<Session>();
@@ -138,7 +138,7 @@ std::unique_ptr<Session> open(const Arguments& arguments)
     return s;
 }
 
-void print(const Session& s, const Arguments& arguments)
+void print(const Session& s, const TouchArguments& arguments)
 {
     const device::Capabilities& capabilities = s.device->capabilities();
     const TouchOptions& options = s.setup->options();
@@ -159,7 +159,7 @@ void print(const Session& s, const Arguments& arguments)
     if (s.path && arguments.servo.priority > 0) std::printf("  warning: --priority is of the servo: a path has no clock\n");
 }
 
-void touch(const Arguments& arguments)
+void touch(const TouchArguments& arguments)
 {
     check_plot_name(arguments.plot);
     if (!arguments.plot.empty() && arguments.record.empty()) throw BadTouch("--plot draws what is recorded: add --record FILE");
@@ -198,7 +198,7 @@ void touch(const Arguments& arguments)
     if (!arguments.plot.empty()) plot_trace(arguments.record, arguments.plot);
 }
 
-void add_safety_options(Command safety, Arguments& arguments)
+void add_safety_options(Command safety, TouchArguments& arguments)
 {
     safety.option("--force-limit", arguments.servo.safety.force_limit, "N; default: 2, or the device's most if less")
         .above_zero();
@@ -212,7 +212,7 @@ void add_safety_options(Command safety, Arguments& arguments)
 
 void add_touch(CommandLine& line)
 {
-    const auto arguments = std::make_shared<Arguments>();
+    const auto arguments = std::make_shared<TouchArguments>();
     Command command = line.add("touch", "Touch models with a device, a scripted or a recorded path, and record it");
     command.option("--object", arguments->objects, "Models (.sqmap); FILE@X,Y,Z puts the model's origin there, m").required();
     command.option("--tool", arguments->touch.tool,

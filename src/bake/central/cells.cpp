@@ -53,7 +53,7 @@ double deviation(const Polygon& p, const double c[4], const CellSquare& square)
 
 /// Bilinear surfaces through the corner crossings of a cell, with their certified deviations: every surface over the cell lies in
 /// one of the disjoint bands.
-struct CellBaker::Sheets {
+struct CentralCellBaker::Sheets {
     int count = 0;
     double deviation = 0;  ///< the widest band, as a length in model units
     std::uint16_t stored[k_max_bilinear][4];
@@ -65,7 +65,7 @@ std::uint16_t stored_sample(const RaySample& ray, const model::SampleRange& rang
     return ray.valid && ray.count > 0 ? range.encode(ray.w[0]) : model::k_no_surface;
 }
 
-CentralCell CellBaker::bake(const Cell& cell)
+CentralCell CentralCellBaker::bake(const Cell& cell)
 {
     bool any = false, own = false;
     double least_w = std::numeric_limits<double>::infinity();
@@ -94,13 +94,13 @@ CentralCell CellBaker::bake(const Cell& cell)
 }
 
 /// True while every cell still to come, and the quadrants of one more split a level, can have a record of its own.
-bool CellBaker::fits_another(const Cell& cell) const
+bool CentralCellBaker::fits_another(const Cell& cell) const
 {
     return map_.specials.size() + cell.base_cells_left + 4 * model::k_max_split_depth < model::k_max_payload;
 }
 
 /// A layered cell of the record that comes next in the pool; none where there is no room for another.
-std::optional<CentralCell> CellBaker::add_special()
+std::optional<CentralCell> CentralCellBaker::add_special()
 {
     if (map_.specials.size() >= model::k_max_payload) return std::nullopt;
     const CentralCell cell = CentralCell::of(CellKind::Layered, map_.specials.size());
@@ -108,7 +108,7 @@ std::optional<CentralCell> CellBaker::add_special()
     return cell;
 }
 
-std::optional<CellBaker::Sheets> CellBaker::measure_sheets(const Cell& cell) const
+std::optional<CentralCellBaker::Sheets> CentralCellBaker::measure_sheets(const Cell& cell) const
 {
     const auto& corner = cell.corner;
     const double size = cell.square.size;
@@ -153,7 +153,7 @@ std::optional<CellBaker::Sheets> CellBaker::measure_sheets(const Cell& cell) con
     return out;
 }
 
-std::optional<CentralCell> CellBaker::store_sheets(const Sheets& sheets, bool foreign)
+std::optional<CentralCell> CentralCellBaker::store_sheets(const Sheets& sheets, bool foreign)
 {
     if (sheets.count == 1) return CentralCell::single(sheets.code[0], foreign);  // its corners are shared samples
     const std::optional<CentralCell> cell = add_special();
@@ -166,7 +166,7 @@ std::optional<CentralCell> CellBaker::store_sheets(const Sheets& sheets, bool fo
     return cell;
 }
 
-std::optional<CentralCell> CellBaker::split(const Cell& cell)
+std::optional<CentralCell> CentralCellBaker::split(const Cell& cell)
 {
     const std::size_t record = map_.splits.size();
     if (record / model::k_split_size >= model::k_max_payload) return std::nullopt;
@@ -195,7 +195,7 @@ std::optional<CentralCell> CellBaker::split(const Cell& cell)
     return CentralCell::of(CellKind::Split, record / model::k_split_size);
 }
 
-CentralCell CellBaker::store_mixed(const MixedCell& mixed, const CellSquare& square, bool foreign)
+CentralCell CentralCellBaker::store_mixed(const MixedCell& mixed, const CellSquare& square, bool foreign)
 {
     const std::optional<CentralCell> cell = add_special();
     // No room for another record: the verdict of the middle ray's end would be a guess, so say so loudly.
@@ -213,7 +213,7 @@ CentralCell CellBaker::store_mixed(const MixedCell& mixed, const CellSquare& squ
 }
 
 /// Planes are stored at the middle of the cell.
-void CellBaker::store_planes(const RayPlanes& planes, const MixedCell& mixed, const CellSquare& square)
+void CentralCellBaker::store_planes(const RayPlanes& planes, const MixedCell& mixed, const CellSquare& square)
 {
     const double reach = 0.5 * square.size;
     for (int j = 0; j < planes.count; ++j) {

@@ -13,9 +13,9 @@
 namespace sqmap::bake {
 
 /// Appends the cells of one map, whose range has been chosen.
-class CellBaker {
+class CentralCellBaker {
 public:
-    CellBaker(const Projection& projection, const CentralOptions& options, CentralMapData& map)
+    CentralCellBaker(const Projection& projection, const CentralOptions& options, CentralMapData& map)
         : projection_(projection), options_(options), map_(map), deviations_(map.range.w_step)
     {
     }

@@ -159,7 +159,7 @@ private:
     const Projection& projection_;
     const KnownCells* known_;
     CentralMapData& map_;
-    CellBaker cells_;
+    CentralCellBaker cells_;
     int side_;
     double size_;
     std::size_t cells_left_;  ///< base cells not baked yet

@@ -13,7 +13,7 @@ namespace sqmap::bake {
 
 namespace {
 
-constexpr std::size_t k_samples = 1024;
+constexpr std::size_t k_kept_samples = 1024;
 constexpr std::size_t k_candidates = 32768;
 
 struct Candidate {
@@ -53,7 +53,7 @@ void bake_samples(const mesh::Solid& solid, model::ModelData& data)
 {
     std::vector<Candidate> candidates = candidates_of(solid);
     std::size_t next = 0;
-    while (data.distance.samples.size() < k_samples && next < candidates.size() && candidates[next].distance_sq > 0) {
+    while (data.distance.samples.size() < k_kept_samples && next < candidates.size() && candidates[next].distance_sq > 0) {
         const Candidate sample = candidates[next];
         data.distance.samples.push_back(model::encode_sample(data.distance.header, sample.point, sample.normal));
         for (std::size_t i = 0; i < candidates.size(); ++i) {

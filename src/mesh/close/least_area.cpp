@@ -9,8 +9,8 @@
 namespace sqmap::mesh {
 namespace {
 
-constexpr std::size_t k_max_loop = 200;  // points that the cubic search takes at once
-constexpr std::size_t k_probes = 128;    // points of a longer loop between which a chord is sought
+constexpr std::size_t k_max_loop = 200;      // points that the cubic search takes at once
+constexpr std::size_t k_chord_probes = 128;  // points of a longer loop between which a chord is sought
 
 using Ring = std::vector<std::uint32_t>;
 
@@ -50,9 +50,9 @@ private:
         std::pair<std::size_t, std::size_t> best{0, 0};
         double least = std::numeric_limits<double>::infinity();
         const std::size_t fifth = ring.size() / 5;
-        for (std::size_t a = 0; a < k_probes; ++a)
-            for (std::size_t b = a + 1; b < k_probes; ++b) {
-                const std::size_t i = a * ring.size() / k_probes, j = b * ring.size() / k_probes;
+        for (std::size_t a = 0; a < k_chord_probes; ++a)
+            for (std::size_t b = a + 1; b < k_chord_probes; ++b) {
+                const std::size_t i = a * ring.size() / k_chord_probes, j = b * ring.size() / k_chord_probes;
                 if (j - i < fifth || ring.size() - (j - i) < fifth || taken_.contains(ring[i], ring[j])) continue;
                 const double around = std::min(along[j] - along[i], along.back() - (along[j] - along[i]));
                 const double ratio = norm(points_[ring[j]] - points_[ring[i]]) / std::max(around, 1e-300);

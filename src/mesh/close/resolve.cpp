@@ -11,8 +11,8 @@
 namespace sqmap::mesh {
 namespace {
 
-constexpr int k_passes = 4;        // each drops faces that the one before could not take apart
-constexpr double k_unseen = 0.01;  // share of rays: a region that fewer rays leave is within the solid
+constexpr int k_resolve_passes = 4;  // each drops faces that the one before could not take apart
+constexpr double k_unseen = 0.01;    // share of rays: a region that fewer rays leave is within the solid
 // Share of the area that fins may have: if the rest is closed without them, and otherwise.
 constexpr double k_max_fins_of_solid = 0.25, k_max_fins = 0.05;
 
@@ -224,7 +224,7 @@ std::uint64_t drop_stuck(Surface& surface, const std::vector<std::uint32_t>& mat
 Resolved resolve_edges(Surface& surface)
 {
     Resolved out;
-    for (int pass = 0; pass < k_passes; ++pass) {
+    for (int pass = 0; pass < k_resolve_passes; ++pass) {
         Orientation orientation;
         orientation.region = agreed(surface, out.turned_faces);
         std::vector<double> one_sided(surface.faces.size(), 0);

@@ -11,15 +11,15 @@ namespace {
 
 constexpr int k_split_passes = 4;  // a face whose sides are split is split again
 
-struct Boundary {
+struct OpenEdges {
     std::vector<EdgeUse> edges;
     std::vector<std::uint32_t> vertices;  ///< ascending
     std::size_t too_many = 0;             ///< edges of more than two faces
 };
 
-Boundary boundary_of(const Surface& surface)
+OpenEdges open_edges_of(const Surface& surface)
 {
-    Boundary out;
+    OpenEdges out;
     for_each_edge(edge_uses(surface.faces), [&](std::span<const EdgeUse> edge) {
         if (edge.size() > 2) ++out.too_many;
         if (edge.size() != 1) return;
@@ -32,7 +32,7 @@ Boundary boundary_of(const Surface& surface)
     return out;
 }
 
-void join_vertices(Surface& surface, const Boundary& boundary, double tolerance)
+void join_vertices(Surface& surface, const OpenEdges& boundary, double tolerance)
 {
     std::vector<Vec3d> points;
     for (const std::uint32_t v : boundary.vertices) points.push_back(surface.points[v] - surface.points[boundary.vertices[0]]);
@@ -46,7 +46,7 @@ void join_vertices(Surface& surface, const Boundary& boundary, double tolerance)
 }
 
 /// Gives each edge with vertices on it the nearest of them. True if an edge has one.
-bool split_edges(Surface& surface, const Boundary& boundary, double tolerance)
+bool split_edges(Surface& surface, const OpenEdges& boundary, double tolerance)
 {
     // Edges as triangles without width.
     Mesh edges{surface.points, {}};
@@ -94,18 +94,18 @@ bool split_edges(Surface& surface, const Boundary& boundary, double tolerance)
 }
 
 /// Number of edges that are not between two faces: less is better.
-std::size_t faults(const Boundary& boundary) { return boundary.edges.size() + 3 * boundary.too_many; }
+std::size_t faults(const OpenEdges& boundary) { return boundary.edges.size() + 3 * boundary.too_many; }
 
 }  // namespace
 
 std::uint64_t stitch(Surface& surface, double tolerance)
 {
-    Boundary boundary = boundary_of(surface);
+    OpenEdges boundary = open_edges_of(surface);
     const std::size_t before = boundary.edges.size();
     const auto attempt = [&](auto change) {
         const std::vector<Face> faces = surface.faces;
         change();
-        Boundary after = boundary_of(surface);
+        OpenEdges after = open_edges_of(surface);
         if (faults(after) < faults(boundary))
             boundary = std::move(after);
         else
@@ -116,9 +116,9 @@ std::uint64_t stitch(Surface& surface, double tolerance)
         attempt([&] { join_vertices(surface, boundary, step * tolerance); });
         if (boundary.edges.empty()) break;
         attempt([&] {
-            Boundary now = boundary;
+            OpenEdges now = boundary;
             for (int pass = 0; pass < k_split_passes && split_edges(surface, now, step * tolerance); ++pass)
-                now = boundary_of(surface);
+                now = open_edges_of(surface);
         });
     }
     return before - std::min(before, boundary.edges.size());

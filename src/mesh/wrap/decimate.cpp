@@ -18,13 +18,13 @@ namespace sqmap::mesh {
 
 namespace {
 
-constexpr double k_flat = 1e-3;      ///< share of the greatest eigenvalue below which a direction is free
-constexpr double k_turn = 0.3;       ///< least cosine between a triangle's normals before and after
-constexpr double k_shape = 0.02;     ///< height over longest side below which a triangle is not made worse
-constexpr double k_length = 1e-5;    ///< weight of an edge's squared length, so that flat regions get even triangles
-constexpr double k_far = 1;          ///< root mean square distance from the planes that is not tried, in allowed errors
-constexpr double k_on_input = 1e-6;  ///< a vertex so near lies on the input
-constexpr double k_never = 1e100;    ///< cost of an edge that is not tried
+constexpr double k_free_share = 1e-3;  ///< share of the greatest eigenvalue below which a direction is free
+constexpr double k_turn = 0.3;         ///< least cosine between a triangle's normals before and after
+constexpr double k_shape = 0.02;       ///< height over longest side below which a triangle is not made worse
+constexpr double k_length = 1e-5;      ///< weight of an edge's squared length, so that flat regions get even triangles
+constexpr double k_far = 1;            ///< root mean square distance from the planes that is not tried, in allowed errors
+constexpr double k_on_input = 1e-6;    ///< a vertex so near lies on the input
+constexpr double k_never = 1e100;      ///< cost of an edge that is not tried
 constexpr double k_first_sweep = 2e-5, k_next_sweep = 4;
 constexpr std::size_t k_max_ring = 60;  ///< triangles about both ends of an edge
 
@@ -169,7 +169,7 @@ private:
         PlaneSum sum = planes_[a];
         sum += planes_[b];
         const Vec3d pa = mesh_.vertices[a], pb = mesh_.vertices[b], middle = 0.5 * (pa + pb);
-        Vec3d best = least_point(sum, middle, k_flat);
+        Vec3d best = least_point(sum, middle, k_free_share);
         if (norm_sq(best - middle) > norm_sq(pb - pa)) best = middle;
         for (const Vec3d& p : {middle, pa, pb})
             if (sum.at(p) < sum.at(best)) best = p;

@@ -14,6 +14,8 @@ namespace sqmap::mesh {
 /// A point of the lattice of whole numbers, each below 2^20 in size.
 using LatticePoint = std::array<std::int32_t, 3>;
 
+[[nodiscard]] inline Vec3d position(LatticePoint p) { return {double(p[0]), double(p[1]), double(p[2])}; }
+
 /// Gives each lattice point a number, from zero. Open addressing.
 class KeyTable {
 public:

@@ -10,16 +10,14 @@ namespace sqmap::mesh {
 
 namespace {
 
-constexpr double k_half_layer = 0.55;  ///< of a layer without holes, cells
-constexpr double k_depth = 1.05;       ///< a solid that deep needs no layer, cells
-constexpr double k_shallow = 0.6;      ///< a solid that deep which ends at no triangle needs no layer, cells
-constexpr double k_beside = 1e-3;      ///< where the two sides of a triangle are probed, cells
-constexpr double k_from_rim = 0.05;    ///< how far from a triangle's edge it is probed, cells
-constexpr double k_opposite = -0.8;    ///< cosine between the normals of a thin wall's two sides
-constexpr double k_alike = 0.95;       ///< cosine between normals of triangles of which one is probed
-constexpr std::size_t k_probes = 4;    ///< triangles of one cell that are probed
-
-Vec3d position(LatticePoint p) { return {double(p[0]), double(p[1]), double(p[2])}; }
+constexpr double k_half_layer = 0.55;    ///< of a layer without holes, cells
+constexpr double k_depth = 1.05;         ///< a solid that deep needs no layer, cells
+constexpr double k_shallow = 0.6;        ///< a solid that deep which ends at no triangle needs no layer, cells
+constexpr double k_probe_height = 1e-3;  ///< where the two sides of a triangle are probed, cells
+constexpr double k_from_rim = 0.05;      ///< how far from a triangle's edge it is probed, cells
+constexpr double k_opposite = -0.8;      ///< cosine between the normals of a thin wall's two sides
+constexpr double k_alike = 0.95;         ///< cosine between normals of triangles of which one is probed
+constexpr std::size_t k_probes = 4;      ///< triangles of one cell that are probed
 
 class Labeller {
 public:
@@ -51,11 +49,11 @@ private:
     /// sharp edge.
     Thin thinness(Vec3d q, Vec3d normal)
     {
-        const Vec3d below = q - k_beside * normal;
+        const Vec3d below = q - k_probe_height * normal;
         const bool solid_below = in_.winding.at(below) > 0.5;
         if (in_.winding.at(q - k_depth * normal) > 0.5) return Thin::No;
         if (!solid_below) return Thin::Sheet;
-        if (in_.winding.at(q + k_beside * normal) > 0.5) return Thin::No;
+        if (in_.winding.at(q + k_probe_height * normal) > 0.5) return Thin::No;
         in_.bvh.ray_crossings(below, -normal, crossings_);
         bool sloping = false;
         for (const Bvh::Crossing& crossing : crossings_) {
@@ -91,7 +89,7 @@ private:
             });
             if (!suspicious || norm_sq(normal) == 0) continue;
             const Vec3d q = closest_point_on_triangle(middle, a, b, c), off = q - middle, inward = (a + b + c) / 3.0 - q;
-            if (std::max({std::abs(off.x), std::abs(off.y), std::abs(off.z)}) > 0.5 + k_beside) continue;
+            if (std::max({std::abs(off.x), std::abs(off.y), std::abs(off.z)}) > 0.5 + k_probe_height) continue;
             // Parallel triangles of a cell get the same label without another probe.
             const auto alike = std::find_if(probed.begin(), probed.end(), [&](const auto& other) {
                 const double cosine = dot(other.first, normal);

@@ -21,8 +21,6 @@ constexpr double k_thin_reach = 2;   ///< the same for a wall thinner than a cel
 constexpr double k_touching = 0.05;  ///< cells; nearer to a sheet than this the grid's edge decides the side
 constexpr int k_halvings = 8;
 
-Vec3d position(LatticePoint p) { return {double(p[0]), double(p[1]), double(p[2])}; }
-
 struct Crossing {
     Crossed kind = Crossed::Level;
     Vec3d point;

@@ -14,8 +14,8 @@ namespace sqmap::mesh {
 
 namespace {
 
-constexpr std::uint32_t k_leaf_size = 8;
-constexpr double k_reach = 2.5;               ///< in radii of a group; at 2 the error is some 4e-3, at 2.5 below 1e-3
+constexpr std::uint32_t k_group_size = 8;
+constexpr double k_group_reach = 2.5;         ///< in radii of a group; at 2 the error is some 4e-3, at 2.5 below 1e-3
 constexpr double k_pieces_across = 40;        ///< length of a split triangle in the whole
 constexpr std::size_t k_max_pieces = 40'000;  ///< beside four for each triangle
 
@@ -106,7 +106,7 @@ void WindingNumber::build(std::uint32_t begin, std::uint32_t end, std::span<std:
 {
     const std::size_t index = nodes_.size();
     nodes_.emplace_back();
-    const bool leaf = end - begin <= k_leaf_size;
+    const bool leaf = end - begin <= k_group_size;
     if (leaf) {
         for (std::uint32_t i = begin; i < end; ++i) triangles_[i] = pieces[order[i]];
     } else {
@@ -172,7 +172,7 @@ void WindingNumber::sum_moments(Node& node) const
                                    2 * (xy * n.z + xz * n.y + yz * n.x)};
         for (int k = 0; k < 10; ++k) node.second[k] += second[k];
     }
-    node.reach_sq = k_reach * k_reach * radius_sq;
+    node.reach_sq = k_group_reach * k_group_reach * radius_sq;
 }
 
 double WindingNumber::at(Vec3d p) const

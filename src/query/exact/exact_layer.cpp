@@ -77,15 +77,15 @@ bool is_sliver(const Piece& t, double height)
     return norm_sq(cross(e[0], e[1])) < height * height * longest_sq;
 }
 
-struct Nearest {
+struct NearestPiece {
     double distance_sq = INFINITY;
     Vec3d point{}, across{};
     std::uint32_t triangle = 0;
 };
 
-Nearest nearest_of(const Candidates& candidates, Vec3d p)
+NearestPiece nearest_of(const Candidates& candidates, Vec3d p)
 {
-    Nearest best;
+    NearestPiece best;
     candidates.each([&](std::uint32_t t) {
         each_visible(candidates.model, t, [&](const Piece& piece, Vec3d across) {
             // No point of it is nearer than its plane.
@@ -116,7 +116,7 @@ double meeting(Vec3d p, Vec3d q, const Piece& t)
 /// True where p is below the face that it sees at the nearest boundary point. Where two triangles meet, the sum of their normals
 /// decides. Elsewhere p looks a hair beside the nearest point, on to the triangle there that faces it most, and what is met first
 /// counts.
-bool is_below(const Candidates& candidates, Vec3d p, const Nearest& nearest)
+bool is_below(const Candidates& candidates, Vec3d p, const NearestPiece& nearest)
 {
     const double size = static_cast<double>(candidates.model.header.sphere[3]);
     const double hair = 1e-6 * size, distance = std::sqrt(nearest.distance_sq);
@@ -163,7 +163,7 @@ bool is_below(const Candidates& candidates, Vec3d p, const Nearest& nearest)
     return dot(across, aim - p) > 0;
 }
 
-ModelContact contact_at(const ModelView& model, Vec3f point, const Nearest& nearest)
+ModelContact contact_at(const ModelView& model, Vec3f point, const NearestPiece& nearest)
 {
     ModelContact contact;
     contact.contact = true;
@@ -189,7 +189,7 @@ ModelContact free_at(Vec3f point)
 ModelContact answer(const Candidates& candidates, Vec3f point, bool inside)
 {
     const Vec3d p = cast<double>(point);
-    const Nearest nearest = nearest_of(candidates, p);
+    const NearestPiece nearest = nearest_of(candidates, p);
     if (!(nearest.distance_sq < INFINITY)) return free_at(point);
     return inside || is_below(candidates, p, nearest) ? contact_at(candidates.model, point, nearest) : free_at(point);
 }
@@ -230,7 +230,7 @@ ModelContact nearest_in_model(const ModelView& model, Vec3f point, const ModelCo
     // The list of a surface point's cell holds its triangle, so that each round ends no farther away than the one before.
     const float hair = 1e-5f * model.header.sphere[3];  // below the surface: a cell that touches it from outside lists nothing
     const Vec3d p = cast<double>(point);
-    Nearest best;
+    NearestPiece best;
     Vec3f at = from.point - hair * from.normal;
     for (int round = 0; round < k_rounds; ++round) {
         Candidates candidates{model, {}};
@@ -239,7 +239,7 @@ ModelContact nearest_in_model(const ModelView& model, Vec3f point, const ModelCo
             if (cell.is_free) break;
             candidates.list = model::candidate_list(model, cell.brick, cell.within);
         }
-        const Nearest found = nearest_of(candidates, p);
+        const NearestPiece found = nearest_of(candidates, p);
         if (!(found.distance_sq < best.distance_sq)) break;
         best = found;
         at = cast<float>(best.point - static_cast<double>(hair) * normalized(best.across));

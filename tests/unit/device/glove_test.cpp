@@ -10,7 +10,7 @@
 namespace sqmap::device {
 namespace {
 
-constexpr double k_length = 0.19;
+constexpr double k_hand_length = 0.19;
 
 bool is_rotation(const Mat3d& m)
 {
@@ -22,10 +22,10 @@ bool is_rotation(const Mat3d& m)
 
 TEST(Glove, AFlatHandIsFlatAndAsLongAsItSays)
 {
-    const auto joints = hand_joints({}, k_length);
+    const auto joints = hand_joints({}, k_hand_length);
     for (std::size_t j = 5; j < joints.size(); ++j) EXPECT_EQ(joints[j].translation.z, 0) << j;
-    EXPECT_NEAR(joints[14].translation.y, k_length, 1e-9) << "to the tip of the middle finger";
-    for (const std::size_t tip : {4u, 9u, 19u, 24u}) EXPECT_LT(joints[tip].translation.y, k_length);
+    EXPECT_NEAR(joints[14].translation.y, k_hand_length, 1e-9) << "to the tip of the middle finger";
+    for (const std::size_t tip : {4u, 9u, 19u, 24u}) EXPECT_LT(joints[tip].translation.y, k_hand_length);
     EXPECT_GT(joints[9].translation.x, joints[24].translation.x) << "thumb's side";
 }
 
@@ -33,7 +33,7 @@ TEST(Glove, BonesKeepTheirLengthsAndLieAlongTheirJointsInEveryPosture)
 {
     const auto flat = hand_joints({});
     for (int i = 0; i < 50; ++i) {
-        const HandPosture posture = posture_at({.curl = 1.5, .length = k_length}, 0.1 * i);
+        const HandPosture posture = posture_at({.curl = 1.5, .length = k_hand_length}, 0.1 * i);
         const auto joints = hand_joints(posture);
         for (std::size_t j = 1; j < joints.size(); ++j) {
             ASSERT_TRUE(is_rotation(joints[j].rotation));

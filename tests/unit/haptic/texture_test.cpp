@@ -13,7 +13,7 @@ TEST(Texture, NoiseHasItsAmplitudeAndStaysBelowTheSurface)
 {
     std::vector<float> values;
     const Texture t = gaussian_texture({.seed = 4, .amplitude = 0.0002, .wavelength = 0.002}, values);
-    test::Random random(1);
+    sqmap::test::Random random(1);
     double sum = 0, squares = 0;
     constexpr int n = 20000;
     for (int i = 0; i < n; ++i) {
@@ -40,7 +40,7 @@ TEST(Texture, GradientMatchesFiniteDifferences)
     std::vector<std::uint8_t> grey;
     for (int i = 0; i < 256; ++i) grey.push_back(static_cast<std::uint8_t>((i * 37) % 256));
     const Texture textures[] = {gaussian_texture({}, noise), image_texture(grey, {}, image)};
-    test::Random random(2);
+    sqmap::test::Random random(2);
     for (const Texture& t : textures)
         for (int i = 0; i < 200; ++i) {
             const Vec3d p = random.in_box({-0.1, -0.1, -0.1}, {0.1, 0.1, 0.1}), n = random.direction();
@@ -59,7 +59,7 @@ TEST(Texture, RepeatsAndHasNoSeam)
     std::vector<float> values;
     const Texture t = gaussian_texture({.wavelength = 0.004, .n = 16}, values);
     const double period = 16 * t.step;
-    test::Random random(3);
+    sqmap::test::Random random(3);
     for (int i = 0; i < 100; ++i) {
         const Vec3d p = random.in_box({-0.1, -0.1, -0.1}, {0.1, 0.1, 0.1});
         EXPECT_NEAR(relief_at(t, p, {}).height, relief_at(t, p + Vec3d{period, -2 * period, 3 * period}, {}).height, 1e-9);

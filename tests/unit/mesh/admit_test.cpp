@@ -1,4 +1,5 @@
 #include "sqmap/mesh/admit.h"
+#include "support/repaired.h"
 
 #include <gtest/gtest.h>
 
@@ -48,19 +49,13 @@ Refusal code(const Polygons& p, const AdmitOptions& options = {.repair = Repair:
     return judge(p, options).diagnosis.code;
 }
 
-std::uint64_t repaired(const AdmitResult& result, RepairKind kind)
-{
-    for (const RepairNote& r : result.repairs)
-        if (r.kind == kind) return r.count;
-    return 0;
-}
 bool warned(const AdmitResult& result, WarningKind kind)
 {
     return std::any_of(result.warnings.begin(), result.warnings.end(), [&](const Warning& w) { return w.kind == kind; });
 }
 
 /// Axis-aligned box of triangles, outward.
-Polygons box(Vec3d lo, Vec3d hi)
+Polygons polygon_box(Vec3d lo, Vec3d hi)
 {
     Polygons p;
     for (int i = 0; i < 8; ++i) p.positions.push_back({i & 1 ? hi.x : lo.x, i & 2 ? hi.y : lo.y, i & 4 ? hi.z : lo.z});
@@ -70,10 +65,10 @@ Polygons box(Vec3d lo, Vec3d hi)
     }
     return p;
 }
-Polygons cube() { return box({0, 0, 0}, {1, 1, 1}); }
+Polygons polygon_cube() { return polygon_box({0, 0, 0}, {1, 1, 1}); }
 
 /// Unit sphere of rings and sectors; its caps are fans.
-Polygons sphere(int rings, int sectors)
+Polygons polygon_sphere(int rings, int sectors)
 {
     Polygons p;
     p.positions.push_back({0, 0, 1});
@@ -107,7 +102,7 @@ void remove_face(Polygons& p, std::size_t face)
 
 TEST(Gate, ACubeIsAcceptedAndKnown)
 {
-    const AdmitResult result = judge(cube());
+    const AdmitResult result = judge(polygon_cube());
     EXPECT_EQ(result.admission, Admission::Accept);
     EXPECT_TRUE(result.solid);
     EXPECT_TRUE(result.repairs.empty());
@@ -122,7 +117,7 @@ TEST(Gate, ACubeIsAcceptedAndKnown)
 TEST(Gate, IndicesOutOfRangeAreRefusedByFace)
 {
     for (const std::int64_t bad : {std::int64_t{8}, std::int64_t{-1}, std::numeric_limits<std::int64_t>::max()}) {
-        Polygons p = cube();
+        Polygons p = polygon_cube();
         p.indices[3 * 4 + 1] = bad;
         const AdmitResult result = judge(p);
         EXPECT_EQ(result.diagnosis.code, Refusal::Index);
@@ -134,7 +129,7 @@ TEST(Gate, IndicesOutOfRangeAreRefusedByFace)
 TEST(Gate, NumbersThatAreNotFiniteAreRefusedByVertexUsedOrNot)
 {
     for (const double bad : {std::numeric_limits<double>::quiet_NaN(), -std::numeric_limits<double>::infinity()}) {
-        Polygons p = cube();
+        Polygons p = polygon_cube();
         p.positions.push_back({0, bad, 0});
         const AdmitResult result = judge(p);
         EXPECT_EQ(result.diagnosis.code, Refusal::NonFinite);
@@ -144,7 +139,7 @@ TEST(Gate, NumbersThatAreNotFiniteAreRefusedByVertexUsedOrNot)
 
 TEST(Gate, TheFirstCodeOfTheOrderIsTheVerdict)
 {
-    Polygons p = cube();
+    Polygons p = polygon_cube();
     p.positions.push_back({0, std::nan(""), 0});
     p.add({0, 1, 99});
     EXPECT_EQ(code(p), Refusal::Index);
@@ -154,7 +149,7 @@ TEST(Gate, TheFirstCodeOfTheOrderIsTheVerdict)
     points.positions.push_back({std::nan(""), 0, 0});
     EXPECT_EQ(code(points), Refusal::NonFinite);
     EXPECT_EQ(code({}), Refusal::Empty);
-    Polygons fin = cube();  // open and non-manifold
+    Polygons fin = polygon_cube();  // open and non-manifold
     fin.positions.push_back({2, 2, 2});
     fin.add({0, 1, 8});
     EXPECT_EQ(code(fin), Refusal::NonManifold);
@@ -162,22 +157,22 @@ TEST(Gate, TheFirstCodeOfTheOrderIsTheVerdict)
 
 TEST(Gate, SizesThatDoubleCannotHoldAreRefused)
 {
-    Polygons stray = cube();
+    Polygons stray = polygon_cube();
     stray.positions[7] = {1e300, 1e300, 1e300};
     EXPECT_EQ(code(stray), Refusal::Range);
     stray.positions[7] = {1e16, 1, 1};
     EXPECT_EQ(judge(stray).diagnosis.element, "vertex 8");
     for (const double scale : {1e120, 1e-120, 1e-310})
-        EXPECT_EQ(code(box({0, 0, 0}, {scale, scale, scale})), Refusal::Range) << scale;
-    EXPECT_EQ(code(box({1, 1, 1}, {1, 1, 1})), Refusal::Range);
-    EXPECT_EQ(code(box({1e17, 1e17, 1e17}, {1e17 + 64, 1e17 + 64, 1e17 + 64})), Refusal::Range);
+        EXPECT_EQ(code(polygon_box({0, 0, 0}, {scale, scale, scale})), Refusal::Range) << scale;
+    EXPECT_EQ(code(polygon_box({1, 1, 1}, {1, 1, 1})), Refusal::Range);
+    EXPECT_EQ(code(polygon_box({1e17, 1e17, 1e17}, {1e17 + 64, 1e17 + 64, 1e17 + 64})), Refusal::Range);
 }
 
 TEST(Gate, UnitsAndPlaceDoNotMatter)
 {
     for (const double scale : {1e-80, 1e-9, 1.0, 1e9, 1e80})
         for (const double shift : {0.0, 1e8}) {
-            Polygons p = sphere(8, 12);
+            Polygons p = polygon_sphere(8, 12);
             for (Vec3d& v : p.positions) v = scale * (v + Vec3d{shift, -shift, shift});
             const AdmitResult result = judge(p);
             EXPECT_EQ(result.admission, Admission::Accept) << scale << " at " << shift << ": " << result.diagnosis.message;
@@ -189,7 +184,7 @@ TEST(Gate, UnitsAndPlaceDoNotMatter)
 
 TEST(Gate, UnusedVerticesDoNotInflateTheBox)
 {
-    Polygons p = cube();
+    Polygons p = polygon_cube();
     p.positions.push_back({1e9, 0, 0});
     p.positions.push_back({1e300, 0, 0});
     const AdmitResult result = judge(p);
@@ -218,8 +213,8 @@ TEST(Gate, PolygonsBecomeTrianglesThatCoverThemOnce)
 
 TEST(Gate, FileOrderHasNoInfluence)
 {
-    const AdmitResult expected = judge(cube());
-    const Polygons c = cube();
+    const AdmitResult expected = judge(polygon_cube());
+    const Polygons c = polygon_cube();
     Polygons p;
     p.positions.assign(c.positions.rbegin(), c.positions.rend());
     for (std::size_t f = 12; f-- > 0;) p.add({7 - c.indices[3 * f + 2], 7 - c.indices[3 * f], 7 - c.indices[3 * f + 1]});
@@ -229,7 +224,7 @@ TEST(Gate, FileOrderHasNoInfluence)
 
 TEST(Gate, SoupIsWelded)
 {
-    const Polygons c = cube();
+    const Polygons c = polygon_cube();
     Polygons p;
     for (const std::int64_t i : c.indices) {
         p.positions.push_back(c.positions[static_cast<std::size_t>(i)]);
@@ -248,7 +243,7 @@ TEST(Gate, SoupIsWelded)
 
 TEST(Gate, FacesWithoutAreaGo)
 {
-    Polygons p = cube();
+    Polygons p = polygon_cube();
     p.add({0, 0, 1});
     p.positions.push_back({0.5, 0, 0});
     p.add({0, 1, 8});  // on an edge
@@ -262,7 +257,7 @@ TEST(Gate, FacesWithoutAreaGo)
 TEST(Gate, AFlatFaceBetweenNeighboursIsFlippedAwayAndOpensNothing)
 {
     // A corner in the middle of the bottom edge 0-1: one face there has no area, yet three neighbours need it.
-    Polygons p = box({0, 0, 0}, {1, 1, 1});
+    Polygons p = polygon_box({0, 0, 0}, {1, 1, 1});
     p.positions.push_back({0.5, 0, 0});
     for (std::size_t f = 0; f < 12; ++f) {
         const auto corner = [&](std::size_t k) { return p.indices[3 * f + k]; };
@@ -283,12 +278,12 @@ TEST(Gate, AFlatFaceBetweenNeighboursIsFlippedAwayAndOpensNothing)
 
 TEST(Gate, DuplicateFacesGoAndAWallInsideCancels)
 {
-    Polygons p = cube();
+    Polygons p = polygon_cube();
     p.add({0, 2, 3});
     p.add({3, 0, 2});
     EXPECT_EQ(repaired(judge(p), RepairKind::DuplicateFaces), 2u);
     // A wall across the cube, both sides of it: the solid is the same without.
-    Polygons wall = cube();
+    Polygons wall = polygon_cube();
     wall.add({0, 1, 7});
     wall.add({0, 7, 1});
     const AdmitResult result = judge(wall);
@@ -298,18 +293,18 @@ TEST(Gate, DuplicateFacesGoAndAWallInsideCancels)
 
 TEST(Gate, FacesAreTurnedAlikeAndOutward)
 {
-    Polygons p = cube();
+    Polygons p = polygon_cube();
     std::swap(p.indices[0], p.indices[1]);
     std::swap(p.indices[15], p.indices[16]);
     EXPECT_EQ(repaired(judge(p), RepairKind::Reoriented), 2u);
     EXPECT_NEAR(judge(p).facts.volume, 1, 1e-12);
-    Polygons inside_out = cube();
+    Polygons inside_out = polygon_cube();
     inside_out.reverse();
     EXPECT_EQ(repaired(judge(inside_out), RepairKind::Flipped), 12u);
     EXPECT_TRUE(warned(judge(inside_out), WarningKind::Flipped));
     // One of two shells inside out.
-    Polygons two = cube();
-    Polygons other = box({5, 0, 0}, {6, 1, 1});
+    Polygons two = polygon_cube();
+    Polygons other = polygon_box({5, 0, 0}, {6, 1, 1});
     other.reverse();
     two.add(other);
     EXPECT_EQ(repaired(judge(two), RepairKind::Flipped), 12u);
@@ -339,8 +334,8 @@ TEST(Gate, AMoebiusBandCannotBeOriented)
 TEST(Gate, ShellsThatTouchAreSplitApart)
 {
     // Two cubes that share a vertex, then an edge, by index.
-    Polygons corner = cube();
-    Polygons second = box({1, 1, 1}, {2, 2, 2});
+    Polygons corner = polygon_cube();
+    Polygons second = polygon_box({1, 1, 1}, {2, 2, 2});
     corner.add(second);
     for (std::int64_t& i : corner.indices)
         if (i == 8) i = 7;
@@ -349,8 +344,8 @@ TEST(Gate, ShellsThatTouchAreSplitApart)
     EXPECT_EQ(result.facts.component_count, 2u);
     EXPECT_NEAR(result.facts.volume, 2, 1e-12);
 
-    Polygons edge = cube();
-    edge.add(box({1, 1, 0}, {2, 2, 1}));
+    Polygons edge = polygon_cube();
+    edge.add(polygon_box({1, 1, 0}, {2, 2, 1}));
     for (std::int64_t& i : edge.indices) i = i == 8 ? 3 : (i == 12 ? 7 : i);
     result = judge(edge);
     EXPECT_EQ(repaired(result, RepairKind::SplitVertices), 2u) << result.diagnosis.message;
@@ -360,8 +355,8 @@ TEST(Gate, ShellsThatTouchAreSplitApart)
 
 TEST(Gate, CavitiesStayCavities)
 {
-    Polygons p = box({0, 0, 0}, {4, 4, 4});
-    Polygons hollow = box({1, 1, 1}, {2, 2, 2});
+    Polygons p = polygon_box({0, 0, 0}, {4, 4, 4});
+    Polygons hollow = polygon_box({1, 1, 1}, {2, 2, 2});
     hollow.reverse();
     p.add(hollow);
     const AdmitResult result = judge(p);
@@ -371,21 +366,21 @@ TEST(Gate, CavitiesStayCavities)
     p.reverse();
     EXPECT_NEAR(judge(p).facts.volume, 63, 1e-10) << "all of it inside out";
     // The same shell turned outward lies inside the solid and adds nothing: also as it is.
-    Polygons nested = box({0, 0, 0}, {4, 4, 4});
-    nested.add(box({1, 1, 1}, {2, 2, 2}));
+    Polygons nested = polygon_box({0, 0, 0}, {4, 4, 4});
+    nested.add(polygon_box({1, 1, 1}, {2, 2, 2}));
     EXPECT_EQ(judge(nested).admission, Admission::Accept);
     EXPECT_FALSE(warned(judge(nested), WarningKind::Cavities));
 }
 
 TEST(Gate, OverlappingShellsAreAcceptedWithTheirPairs)
 {
-    Polygons p = cube();
-    p.add(box({0.5, 0.25, 0.25}, {1.5, 0.75, 0.75}));
+    Polygons p = polygon_cube();
+    p.add(polygon_box({0.5, 0.25, 0.25}, {1.5, 0.75, 0.75}));
     const AdmitResult result = judge(p);
     EXPECT_EQ(result.admission, Admission::Accept);
     EXPECT_TRUE(warned(result, WarningKind::SelfIntersections));
     EXPECT_EQ(result.crossed.size(), result.mesh.triangles.size());
-    EXPECT_TRUE(judge(cube()).crossed.empty());
+    EXPECT_TRUE(judge(polygon_cube()).crossed.empty());
 }
 
 TEST(Gate, SheetsAreFlatAndBecomePlatesOnRequest)
@@ -411,13 +406,13 @@ TEST(Gate, SheetsAreFlatAndBecomePlatesOnRequest)
     EXPECT_NEAR(plate.facts.volume, 0.2, 1e-12);
     EXPECT_EQ(plate.facts.box.hi, (Vec3d{2, 1, 0.05}));
     EXPECT_EQ(plate.facts.self_intersecting_pairs, 0u);
-    EXPECT_TRUE(warned(judge(cube(), {.thickness = 0.1}), WarningKind::Thickness));
+    EXPECT_TRUE(warned(judge(polygon_cube(), {.thickness = 0.1}), WarningKind::Thickness));
 }
 
 TEST(Gate, AClosedSheetSaysHowThinItIsAndBecomesAPlateOnRequest)
 {
     const auto refused = [](const Polygons& p) { return judge(p).diagnosis; };
-    const Polygons thin = box({0, 0, 0}, {1, 1, 1e-6});
+    const Polygons thin = polygon_box({0, 0, 0}, {1, 1, 1e-6});
     EXPECT_EQ(refused(thin).code, Refusal::Flat);
     EXPECT_NE(refused(thin).message.find("1e-06 thick"), std::string::npos) << refused(thin).message;
     EXPECT_NE(refused(thin).cure.text().find("AdmitOptions::thickness"), std::string::npos);
@@ -440,7 +435,7 @@ TEST(Gate, AClosedSheetSaysHowThinItIsAndBecomesAPlateOnRequest)
     EXPECT_EQ(code(thin, {.thickness = 0.1 * least}), Refusal::Flat);
 
     // A lens, and a sheet that is bent: the upper half of a thin shell's walls.
-    Polygons lens = sphere(20, 40);
+    Polygons lens = polygon_sphere(20, 40);
     for (Vec3d& v : lens.positions) v.z *= 1e-7;
     EXPECT_EQ(code(lens), Refusal::Flat);
     const AdmitResult disc = judge(lens, {.thickness = 0.1});
@@ -473,16 +468,16 @@ TEST(Gate, AClosedSheetSaysHowThinItIsAndBecomesAPlateOnRequest)
 
 TEST(Gate, SmallSolidsFarApartAndLongRodsAreNotFlat)
 {
-    Polygons p = cube();
-    p.add(box({1e6, 0, 0}, {1e6 + 1, 1, 1}));
+    Polygons p = polygon_cube();
+    p.add(polygon_box({1e6, 0, 0}, {1e6 + 1, 1, 1}));
     EXPECT_EQ(judge(p).admission, Admission::Accept) << judge(p).diagnosis.message;
-    EXPECT_EQ(judge(box({0, 0, 0}, {1e6, 1, 1})).admission, Admission::Accept);
-    EXPECT_EQ(code(box({0, 0, 0}, {1, 1, 1e-7})), Refusal::Flat);
+    EXPECT_EQ(judge(polygon_box({0, 0, 0}, {1e6, 1, 1})).admission, Admission::Accept);
+    EXPECT_EQ(code(polygon_box({0, 0, 0}, {1, 1, 1e-7})), Refusal::Flat);
 }
 
 TEST(Gate, OpenMeshesAreRefusedOrTakenAsSurfaces)
 {
-    Polygons p = cube();
+    Polygons p = polygon_cube();
     remove_face(p, 0);
     remove_face(p, 0);
     EXPECT_EQ(code(p), Refusal::Open);
@@ -498,7 +493,7 @@ TEST(Gate, OpenMeshesAreRefusedOrTakenAsSurfaces)
 
 TEST(Gate, HolesAreFilledAlsoWhereTwoTouch)
 {
-    Polygons p = sphere(60, 120);
+    Polygons p = polygon_sphere(60, 120);
     const double volume = judge(p).facts.volume;
     // Two faces of one fan that share only its vertex, and a hole of several faces elsewhere.
     const auto at = [](int r, int s) { return 1 + (r - 1) * 120 + s; };
@@ -523,21 +518,21 @@ TEST(Gate, HolesAreFilledAlsoWhereTwoTouch)
 TEST(Gate, WithoutRepairTheDefectIsTheVerdict)
 {
     const AdmitOptions none{.repair = Repair::None};
-    EXPECT_EQ(judge(cube(), none).admission, Admission::Accept);
-    Polygons p = cube();
+    EXPECT_EQ(judge(polygon_cube(), none).admission, Admission::Accept);
+    Polygons p = polygon_cube();
     std::swap(p.indices[0], p.indices[1]);
     EXPECT_EQ(code(p, none), Refusal::Orient);
-    p = cube();
+    p = polygon_cube();
     p.add({0, 2, 3});
     EXPECT_EQ(code(p, none), Refusal::NonManifold);
-    p = cube();
+    p = polygon_cube();
     p.positions.push_back({0, 0, 0});
     EXPECT_EQ(code(p, none), Refusal::Repair);
 }
 
 TEST(Gate, UnitsScaleTheResultAndAreAskedFor)
 {
-    Polygons p = box({0, 0, 0}, {100, 100, 100});
+    Polygons p = polygon_box({0, 0, 0}, {100, 100, 100});
     EXPECT_TRUE(warned(judge(p), WarningKind::Unit));
     const AdmitResult result = judge(p, {.unit = 1e-3});
     EXPECT_FALSE(warned(result, WarningKind::Unit));

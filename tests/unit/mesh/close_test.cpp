@@ -3,6 +3,7 @@
 #include "sqmap/mesh/bvh.h"
 #include "sqmap/mesh/shapes.h"
 #include "support/baked_shapes.h"
+#include "support/repaired.h"
 
 #include <gtest/gtest.h>
 
@@ -27,13 +28,6 @@ AdmitResult judge(const Mesh& mesh, const AdmitOptions& options = {.repair = Rep
         offsets.push_back(static_cast<std::uint32_t>(indices.size()));
     }
     return admit({mesh.vertices, offsets, indices}, options);
-}
-
-std::uint64_t repaired(const AdmitResult& result, RepairKind kind)
-{
-    for (const RepairNote& r : result.repairs)
-        if (r.kind == kind) return r.count;
-    return 0;
 }
 
 /// Takes out the triangles whose middle is where `gone` says.

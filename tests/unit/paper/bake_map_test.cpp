@@ -15,8 +15,8 @@
 namespace sqmap::paper {
 namespace {
 
-constexpr double pi = std::numbers::pi;
 using shape::Superquadricd;
+using std::numbers::pi;
 
 std::vector<std::uint32_t> all_triangles(const mesh::Mesh& m)
 {

@@ -14,8 +14,8 @@
 namespace sqmap::paper {
 namespace {
 
-constexpr double pi = std::numbers::pi;
 using shape::Superquadricd;
+using std::numbers::pi;
 using DoubleAngles = shape::SurfaceAngles<double>;
 
 paper::Map coarse_map(const Superquadricd& sq)

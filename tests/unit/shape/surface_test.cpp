@@ -9,7 +9,7 @@
 namespace sqmap::shape {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 using Angles = SurfaceAngles<double>;
 
 std::vector<Angles> generic_angles()

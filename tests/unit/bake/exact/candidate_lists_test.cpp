@@ -17,16 +17,16 @@ using model::LocatorCellKind;
 using model::ModelView;
 
 /// A cell that is not Free, an eighth of one that is divided, and the list that it shares.
-struct Cell {
+struct ListedCell {
     Vec3d centre;
     double half;
     std::uint32_t index, word;
     model::CandidateList near;
 };
 
-std::vector<Cell> cells_of(const ModelView& v)
+std::vector<ListedCell> listed_cells(const ModelView& v)
 {
-    std::vector<Cell> out;
+    std::vector<ListedCell> out;
     const model::Locator& l = v.locator;
     const double cell = l.cell;
     constexpr std::uint32_t n = model::k_brick;
@@ -76,11 +76,11 @@ TEST(CandidateLists, HoldTheNearestTriangleOfAnyPointOfTheirCell)
 {
     each_model([](const std::string& name, const test::Parsed& m) {
         test::Random random(11);
-        const std::vector<Cell> cells = cells_of(m.view());
+        const std::vector<ListedCell> cells = listed_cells(m.view());
         const std::size_t stride = std::max<std::size_t>(1, cells.size() / 1000);
         double listed = 0, lists = 0;
         for (std::size_t i = 0; i < cells.size(); i += stride) {
-            const Cell& cell = cells[i];
+            const ListedCell& cell = cells[i];
             ASSERT_GT(cell.near.count, 0u) << name;
             listed += cell.near.count;
             ++lists;
@@ -106,7 +106,7 @@ TEST(CandidateLists, NoPointOfTheSolidIsAboveAFlatCellsPlanesByMoreThanItsRise)
         test::Random random(12);
         const ModelView& v = m.view();
         std::size_t inside = 0, outside = 0, dropped = 0;
-        for (const Cell& cell : cells_of(v)) {
+        for (const ListedCell& cell : listed_cells(v)) {
             if (model::LocatorCell{cell.word}.kind() != LocatorCellKind::Mixed) continue;
             const std::uint8_t code = v.rises[cell.index];
             if (model::LocatorCell{cell.word}.planes() == 0 || code == model::k_no_rise) continue;
