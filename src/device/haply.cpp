@@ -245,7 +245,7 @@ private:
     asio::io_context io_{1};
     asio::ip::tcp::resolver resolver_{io_};
     asio::steady_timer timer_{io_};
-    std::optional<websocket::stream<beast::tcp_stream>> ws_{};
+    std::optional<websocket::stream<beast::tcp_stream, false>> ws_{};  ///< without compression, which costs seconds to compile
     beast::flat_buffer buffer_{k_max_message};
     std::string out_, device_id_;
     bool connected_ = false, writing_ = false, closing_ = false;

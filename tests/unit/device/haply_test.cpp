@@ -106,7 +106,7 @@ private:
             beast::error_code error;
             acceptor_.accept(socket, error);
             if (error || stopping_) continue;
-            beast::websocket::stream<tcp::socket> ws(std::move(socket));
+            beast::websocket::stream<tcp::socket, false> ws(std::move(socket));
             {
                 const std::lock_guard lock(mutex_);
                 socket_ = &ws.next_layer();
@@ -118,7 +118,7 @@ private:
         }
     }
 
-    void talk(beast::websocket::stream<tcp::socket>& ws)
+    void talk(beast::websocket::stream<tcp::socket, false>& ws)
     {
         ++connections;
         for (std::uint64_t n = 0; !stopping_; ++n) {

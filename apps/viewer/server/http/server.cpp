@@ -149,7 +149,7 @@ private:
     }
 
     std::shared_ptr<State> state_;
-    websocket::stream<beast::tcp_stream> ws_;
+    websocket::stream<beast::tcp_stream, false> ws_;  ///< without compression, which costs seconds to compile
     http::request<http::string_body> request_;
     beast::flat_buffer buffer_;
     std::deque<Outgoing> queue_;
