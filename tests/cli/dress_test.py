@@ -47,7 +47,7 @@ class Dress(unittest.TestCase):
                    "--seconds", "0.5", "--fps", "10", *options)
 
     def test_writes_an_animation_and_a_report_that_agree(self):
-        done = self.dress("--pictures", ".")
+        done = self.dress()
         self.assertEqual(done.returncode, 0, done.stderr)
         with open("report.json") as file:
             garment = json.load(file)["garments"][0]
@@ -62,7 +62,16 @@ class Dress(unittest.TestCase):
         cloth = next(m for m in gltf["meshes"] if m["name"] == "garment")
         self.assertEqual(len(cloth["primitives"][0]["targets"]), 5)
         self.assertEqual(gltf["accessors"][cloth["primitives"][0]["attributes"]["POSITION"]]["count"], garment["vertices"])
-        self.assertTrue(os.path.exists("0005.png"))
+
+    def test_draws_a_picture_for_each_frame(self):
+        for avatar in (["ball.sqmap"], [self.skinned(), "--walk"]):
+            done = run("dress", "--avatar", *avatar, "--garment", self.garment(), "-o", "out.glb", "--seconds", "0.1", "--fps", "10",
+                       "--pictures", ".")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            for picture in ("0000.png", "0001.png"):
+                self.assertTrue(os.path.exists(picture))
+                os.remove(picture)
+            self.assertFalse(os.path.exists("0002.png"))
 
     def test_says_whether_the_drape_came_to_rest(self):
         for seconds, reached in (("0.2", False), ("4", True)):
@@ -188,7 +197,7 @@ class Dress(unittest.TestCase):
 
     def test_dresses_a_skinned_mesh_that_moves(self):
         done = run("dress", "--avatar", self.skinned(), "--walk", "--animation", "walk", "--garment", self.garment(), "-o", "out.glb",
-                   "--report", "report.json", "--seconds", "2.75", "--rate", "120", "--fps", "4", "--pictures", ".")
+                   "--report", "report.json", "--seconds", "2.75", "--rate", "120", "--fps", "4")
         self.assertEqual(done.returncode, 0, done.stderr)
         with open("report.json") as file:
             report = json.load(file)

@@ -179,7 +179,7 @@ TEST(WindingNumber, OfGroupsIsNearTheDirectSum)
 
 TEST(Wrap, ASphereWithHolesAndNoiseBecomesASolid)
 {
-    Mesh soup = without(sphere(1, 5), [](Vec3d c) {
+    Mesh soup = without(sphere(1, 4), [](Vec3d c) {
         return c.z > 0.9 || norm(c - Vec3d{1, 0, 0}) < 0.3 || norm(c - Vec3d{0, -0.8, -0.6}) < 0.2;
     });
     test::Random random(2);
