@@ -394,8 +394,8 @@ Mesh polygonized(const CapsuleSolid& solid, double spacing)
 
     Mesh mesh;
     // A tetrahedron's edge leads from a grid point in one of seven directions (bits: +x, +y, +z).
-    constexpr std::uint32_t k_none = 0xffffffffu;
-    std::vector<std::uint32_t> vertex_of(8 * value.size(), k_none);
+    constexpr std::uint32_t k_not_cut = 0xffffffffu;
+    std::vector<std::uint32_t> vertex_of(8 * value.size(), k_not_cut);
     const auto crossing = [&](std::size_t u, std::size_t v) {
         if (u > v) std::swap(u, v);
         std::size_t direction = 0, rest = v - u;
@@ -405,7 +405,7 @@ Mesh polygonized(const CapsuleSolid& solid, double spacing)
                 direction |= std::size_t{1} << i;
             }
         std::uint32_t& index = vertex_of[8 * u + direction];
-        if (index == k_none) {
+        if (index == k_not_cut) {
             index = static_cast<std::uint32_t>(mesh.vertices.size());
             // Away from the ends: a crossing at a grid point would fold the triangles around it to nothing.
             const double t = std::clamp(value[u] / (value[u] - value[v]), 0.05, 0.95);

@@ -16,11 +16,6 @@
 namespace sqmap::test {
 namespace {
 
-constexpr double k_size = 0.3;  // m, R_max
-/// Of the bound. The bound is that of a plane's spring. Where the nearest surface point jumps from one side of a thin part to the
-/// other, force changes faster than any spring's, and at the bound nothing is left to damp that.
-constexpr double k_share = 0.8;
-
 class StabilityOf : public testing::TestWithParam<const char*> {};
 
 TEST_P(StabilityOf, EveryTouchOfABakedModel)

@@ -9,6 +9,12 @@
 
 namespace sqmap::test {
 
+inline constexpr double k_size = 0.3;  ///< m: R_max of the baked models
+/// The share of the bound with which baked models are pressed. The bound is that of a plane's spring. Where the nearest surface
+/// point jumps from one side of a thin part to the other, force changes faster than any spring's, and at the bound nothing is
+/// left to damp that.
+inline constexpr double k_share = 0.8;
+
 /// Where a tool of 2 cm can come and go along the normal without meeting anything.
 struct OpenPosition {
     Vec3d point, out, along;

@@ -21,8 +21,6 @@ namespace {
 using haptic::Averaging;
 using haptic::Mode;
 
-constexpr double k_size = 0.3;   // m, R_max
-constexpr double k_share = 0.8;  // of the bound, as baked_test
 constexpr double k_hand_length = 0.19;
 constexpr double k_touches = 0.1;  // N, of 1 N that the hand pushes with
 constexpr std::size_t k_hands = device::k_hand_profiles.size();

@@ -3,6 +3,7 @@
 
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/paper/model.h"
+#include "viewer/objects.h"
 #include "viewer/server/scene/edits.h"
 #include "viewer/server/scene/facts.h"
 #include "viewer/server/scene/fields.h"
@@ -47,13 +48,6 @@ const Object& normal_ball()
     return *object;
 }
 
-template <class T>
-T at(const std::string& bytes, std::size_t offset)
-{
-    T value;
-    std::memcpy(&value, bytes.data() + offset, sizeof value);
-    return value;
-}
 Vec3d point_at(const std::string& bytes, std::size_t offset)
 {
     return {static_cast<double>(at<float>(bytes, offset)), static_cast<double>(at<float>(bytes, offset + 4)),

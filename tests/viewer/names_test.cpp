@@ -1,6 +1,7 @@
 #include "viewer/server/scene/names.h"
 
 #include "sqmap/mesh/shapes.h"
+#include "viewer/objects.h"
 #include "viewer/server/scene/load.h"
 
 #include <gtest/gtest.h>
@@ -12,19 +13,6 @@
 
 namespace sqmap::viewer {
 namespace {
-
-/// Two balls on a bar along z: the parts of its ends hold the landmarks at its ends.
-const std::shared_ptr<Object>& dumbbell()
-{
-    static const std::shared_ptr<Object> object = [] {
-        AdmittedMesh j;
-        j.admission = mesh::Admission::Accept;
-        j.solid = true;
-        j.mesh = mesh::dumbbell({.segments = 24});
-        return object_from_mesh(j, "dumbbell.obj", 0.2, {});
-    }();
-    return object;
-}
 
 std::vector<std::string> names_with(const Words& words)
 {

@@ -8,6 +8,7 @@
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/query/point.h"
+#include "viewer/objects.h"
 
 #include <gtest/gtest.h>
 
@@ -17,28 +18,6 @@
 
 namespace sqmap::viewer {
 namespace {
-
-constexpr double k_size = 0.2;
-
-const std::shared_ptr<Object>& dumbbell()
-{
-    static const std::shared_ptr<Object> object = [] {
-        AdmittedMesh j;
-        j.admission = mesh::Admission::Accept;
-        j.solid = true;
-        j.mesh = mesh::dumbbell({.segments = 24});
-        return object_from_mesh(j, "dumbbell.obj", k_size, {});
-    }();
-    return object;
-}
-
-template <class T>
-T at(const std::string& bytes, std::size_t offset)
-{
-    T value;
-    std::memcpy(&value, bytes.data() + offset, sizeof value);
-    return value;
-}
 
 TEST(Object, IsAsLargeAsAskedAndCentred)
 {
@@ -50,7 +29,7 @@ TEST(Object, IsAsLargeAsAskedAndCentred)
             hi[k] = std::max(hi[k], static_cast<double>(o.world(v)[k]));
         }
     // A dumbbell's largest extent is its length.
-    EXPECT_NEAR(hi.z - lo.z, k_size, 1e-6);
+    EXPECT_NEAR(hi.z - lo.z, k_dumbbell_size, 1e-6);
     for (int k = 0; k < 3; ++k) {
         EXPECT_NEAR(hi[k] + lo[k], 0, 1e-6);
         EXPECT_NEAR(hi[k] - lo[k], 2 * o.half[k], 1e-6);
@@ -78,9 +57,9 @@ TEST(Object, TouchAndPictureAgreeOnWhereTheSurfaceIs)
 
 TEST(Object, PlacesNextToWhatIsThere)
 {
-    const auto first = object_from_model({dumbbell()->file->begin(), dumbbell()->file->end()}, "a.sqmap", k_size);
+    const auto first = object_from_model({dumbbell()->file->begin(), dumbbell()->file->end()}, "a.sqmap", k_dumbbell_size);
     put_beside(*first, {});
-    const auto second = object_from_model({dumbbell()->file->begin(), dumbbell()->file->end()}, "b.sqmap", 2 * k_size);
+    const auto second = object_from_model({dumbbell()->file->begin(), dumbbell()->file->end()}, "b.sqmap", 2 * k_dumbbell_size);
     const ObjectPtr others[] = {first};
     put_beside(*second, others);
     EXPECT_GT(second->position.x - second->half.x, first->position.x + first->half.x);
@@ -214,7 +193,7 @@ TEST(LoadMesh, SaysWhyAFileIsRefused)
     EXPECT_EQ(admit_mesh(MeshBytes{std::as_bytes(std::span(open)), "open.exe"}).diagnosis.code, mesh::Refusal::Format);
     const std::string huge = "OFF\n100000000 100000000 0\n0 0 0\n";
     EXPECT_EQ(admit_mesh(MeshBytes{std::as_bytes(std::span(huge)), "huge.off"}).diagnosis.code, mesh::Refusal::Truncated);
-    EXPECT_THROW((void)object_from_model({std::byte{1}, std::byte{2}}, "x.sqmap", k_size), std::runtime_error);
+    EXPECT_THROW((void)object_from_model({std::byte{1}, std::byte{2}}, "x.sqmap", k_dumbbell_size), std::runtime_error);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include "sqmap/mesh/bvh.h"
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/shape/surface.h"
+#include "viewer/objects.h"
 #include "viewer/server/scene/displacement.h"
 #include "viewer/server/scene/edits.h"
 #include "viewer/server/scene/fields.h"
@@ -27,7 +28,7 @@ std::shared_ptr<Object> baked(const mesh::Mesh& mesh, const char* name)
     j.mesh = mesh;
     return object_from_mesh(j, name, 0.2, {});
 }
-const std::shared_ptr<Object>& ball()
+const std::shared_ptr<Object>& plain_ball()
 {
     static const std::shared_ptr<Object> object = baked(mesh::sphere(1, 4), "ball");
     return object;
@@ -38,19 +39,11 @@ const std::shared_ptr<Object>& torus()
     return object;
 }
 
-template <class T>
-T at(const std::string& bytes, std::size_t offset)
-{
-    T value;
-    std::memcpy(&value, bytes.data() + offset, sizeof value);
-    return value;
-}
-
 TEST(Workbench, AConvexBodyHidesNothing)
 {
-    const std::string bytes = hidden_bytes(*ball());
-    ASSERT_EQ(bytes.size(), 8 + 4 * ball()->mesh.triangles.size());
-    for (std::size_t t = 0; t < ball()->mesh.triangles.size(); ++t) EXPECT_LE(at<float>(bytes, 8 + 4 * t), 0) << t;
+    const std::string bytes = hidden_bytes(*plain_ball());
+    ASSERT_EQ(bytes.size(), 8 + 4 * plain_ball()->mesh.triangles.size());
+    for (std::size_t t = 0; t < plain_ball()->mesh.triangles.size(); ++t) EXPECT_LE(at<float>(bytes, 8 + 4 * t), 0) << t;
 }
 
 TEST(Workbench, HiddenAreaIsTheShareThatBakeMeasured)
@@ -69,15 +62,15 @@ TEST(Workbench, HiddenAreaIsTheShareThatBakeMeasured)
 TEST(Workbench, SamplesLieOnTheSurface)
 {
     // Of a ball 0.2 m across, whose corners lie on it and whose faces cut 0.2 % of its radius off at most.
-    const std::string bytes = sample_bytes(*ball());
+    const std::string bytes = sample_bytes(*plain_ball());
     const auto count = at<std::uint32_t>(bytes, 4);
     ASSERT_EQ(bytes.size(), 8 + 16 * static_cast<std::size_t>(count));
     EXPECT_GT(count, 100u);
     for (std::size_t i = 0; i < count; ++i) {
         Vec3d p;
         for (int k = 0; k < 3; ++k) p[k] = static_cast<double>(at<float>(bytes, 8 + 12 * i + 4 * static_cast<std::size_t>(k)));
-        EXPECT_NEAR(norm(p - ball()->position), 0.1, 4e-4);
-        EXPECT_LT(at<std::uint32_t>(bytes, 8 + 12 * static_cast<std::size_t>(count) + 4 * i), ball()->view.parts.size());
+        EXPECT_NEAR(norm(p - plain_ball()->position), 0.1, 4e-4);
+        EXPECT_LT(at<std::uint32_t>(bytes, 8 + 12 * static_cast<std::size_t>(count) + 4 * i), plain_ball()->view.parts.size());
     }
 }
 
@@ -176,7 +169,7 @@ TEST(Displacement, ItsPictureSaysHowLargeItIs)
 
 TEST(Displacement, TheSheetFacesOutwardAndIsClosed)
 {
-    const Object& o = *ball();
+    const Object& o = *plain_ball();
     const Sheet sheet = superquadric_sheet(o, o.parts.superquadrics[0], 12, 24);
     ASSERT_EQ(sheet.corners.size(), 3u * 2 * 24 * 11);
     double volume = 0;

@@ -11,13 +11,13 @@
 namespace sqmap::sim {
 namespace {
 
-constexpr double k_dt = 1.0 / 240;
+constexpr double k_step = 1.0 / 240;
 
 TEST(SelfContacts, GarmentsOfSeveralPiecesAreSetUp)
 {
     // Bullet's own tree of faces was joined for ever.
     Cloth cloth(shirt({.vertices = 400}), fabric("cotton"), {.self_collision = true});
-    EXPECT_EQ(cloth.step(k_dt, {}).status, k_cloth_ok);
+    EXPECT_EQ(cloth.step(k_step, {}).status, k_cloth_ok);
 }
 
 /// A sheet whose left half is held level, whose right end is carried over it and laid down; the most crossings of any step.
@@ -40,10 +40,10 @@ std::size_t folded(bool self)
         const double turn = std::numbers::pi * i / k_steps;
         cloth.drag({0.27 * std::cos(turn) + 0.03, 0.25 * std::sin(turn) + 0.01, 0});
         if (i == k_steps) cloth.release();
-        status |= cloth.step(k_dt, {}).status;
+        status |= cloth.step(k_step, {}).status;
         largest = std::max(largest, cloth.crossings());
     }
-    for (int i = 0; i < 120; ++i) status |= cloth.step(k_dt, {}).status;
+    for (int i = 0; i < 120; ++i) status |= cloth.step(k_step, {}).status;
     EXPECT_EQ(status, 0u);
     return std::max(largest, cloth.crossings());
 }
@@ -73,7 +73,7 @@ TEST(SelfContacts, WhatComesFastDoesNotPass)
         cloth.pin(rim, Cloth::k_world, {});
         std::size_t largest = 0;
         for (int i = 0; i < 240; ++i) {
-            cloth.step(k_dt, {});
+            cloth.step(k_step, {});
             largest = std::max(largest, cloth.crossings());
         }
         double lowest = INFINITY;
@@ -97,7 +97,7 @@ TEST(SelfContacts, WhatLiesOnItselfIsAThicknessApartAndComesToRest)
     Cloth cloth(g, cotton, {.self_collision = true});
     cloth.pin(lower, Cloth::k_world, {});
     StepReport r;
-    for (int i = 0; i < 480; ++i) r = cloth.step(k_dt, {});
+    for (int i = 0; i < 480; ++i) r = cloth.step(k_step, {});
     EXPECT_LT(r.fastest, 0.05);
     for (std::uint32_t i = first; i < cloth.size(); ++i) EXPECT_NEAR(cloth.positions()[i].y, cotton.thickness, 2e-4);
 }
