@@ -8,7 +8,8 @@
 // Libraries: libsqmap has all of it. libsqmap_query, a third as large, leaves out sqmap_bake, sqmap_bake_file and models of the
 // normal projection, which it refuses with SQMAP_E_MISSING.
 // Errors: every function that can fail returns a code; sqmap_last_error() has the reason of this thread's last one. No
-// exception leaves the library. A closed handle is an error (SQMAP_E_HANDLE), never a crash; pointers have to be right.
+// exception leaves the library. A handle that is {0}, closed or of another kind is an error (SQMAP_E_HANDLE), never a crash;
+// pointers have to be right. Errors count from zero, as arrays do: "mesh.triangles[3]" and "points.xyz[3]" are fourth rows.
 // Threads: any number may query one model or probe at once, each into arrays of its own. A workspace and a session belong to one
 // thread at a time. Close a handle when no call is using it; what was made of it lives on.
 #pragma once
@@ -34,7 +35,7 @@ extern "C" {
 typedef enum sqmap_code {
     SQMAP_OK = 0,
     SQMAP_E_ARGUMENT = 1,   ///< a pointer, size or number that is not taken
-    SQMAP_E_HANDLE = 2,     ///< closed, or never opened
+    SQMAP_E_HANDLE = 2,     ///< {0}, closed, never opened, or of another kind
     SQMAP_E_FILE = 3,       ///< cannot be read or written
     SQMAP_E_MODEL = 4,      ///< no model, one that is cut short, or damaged
     SQMAP_E_VERSION = 5,    ///< a model of another format version
@@ -50,7 +51,7 @@ typedef struct sqmap_error {
     size_t size;
     int32_t code;         ///< sqmap_code
     const char* name;     ///< the code as text: "E_ARGUMENT"; of a mesh the gate's own: "E_OPEN"
-    const char* element;  ///< where: "options.band", "face 12", a file's name
+    const char* element;  ///< where: "options.band", "mesh.triangles[11]", a file's name; in a mesh file "face 12", from 1
     const char* message;  ///< what was found
     const char* cure;     ///< what helps
 } sqmap_error;
@@ -115,9 +116,9 @@ typedef struct sqmap_bake_options {
     int32_t without_exact;    ///< not zero: leave out the exact layer, and with it the triangles
     uint32_t threads;         ///< 0: one a core; the bytes do not depend on it
     sqmap_progress progress;  ///< may be null
-    void* progress_context;
-    const char* source;  ///< what sqmap_info names as the model's source; may be null
-    int32_t words;       ///< sqmap_words: how notes and cures write these members
+    void* progress_context;   ///< may be null
+    const char* source;       ///< what sqmap_info names as the model's source; may be null
+    int32_t words;            ///< sqmap_words: how notes and cures write these members
 } sqmap_bake_options;
 
 /// Facts of a model; lengths in mesh units.
@@ -147,7 +148,8 @@ SQMAP_API sqmap_code sqmap_open_bytes(const void* bytes, size_t size, sqmap_mode
 /// Errors: E_MESH with the face, vertex or edge and a cure; E_ARGUMENT for options out of range; E_CANCELLED.
 /// Cost: seconds for some thousand triangles.
 SQMAP_API sqmap_code sqmap_bake(const sqmap_mesh* mesh, const sqmap_bake_options* options, sqmap_model* model);
-/// The same of a mesh file: OFF, OBJ, STL, PLY, glTF, GLB. Errors: as sqmap_bake; E_MESH where it cannot be read.
+/// The same of a mesh file: OFF, OBJ, STL, PLY, glTF, GLB. options may be null. Errors: as sqmap_bake; E_MESH where it cannot be
+/// read.
 SQMAP_API sqmap_code sqmap_bake_file(const char* path, const sqmap_bake_options* options, sqmap_model* model);
 /// Writes the model file; path is never partly written. Errors: E_FILE.
 SQMAP_API sqmap_code sqmap_save(sqmap_model model, const char* path);
@@ -167,7 +169,8 @@ SQMAP_API sqmap_code sqmap_close_model(sqmap_model model);
 
 // ---------------------------------------------------------------------------------------------------- points
 
-/// x in the caller's frame = rotation x + translation. The rotation has to be proper.
+/// x in the caller's frame = rotation x + translation. The rotation has to be proper: rows that are off unit and square by 1e-6
+/// to 1e-4 are made orthonormal, better ones keep their bits, worse ones are refused, and so is what is not finite.
 typedef struct sqmap_pose {
     double rotation[9];
     double translation[3];
@@ -185,7 +188,7 @@ typedef enum sqmap_layer {
 
 /// Bits of the status of answers.
 enum sqmap_status {
-    SQMAP_NOT_FINITE = 1,  ///< a point or pose is NaN or infinite: free, no contact; a distance is NaN
+    SQMAP_NOT_FINITE = 1,  ///< the point is NaN or infinite: it is not answered, depth and distance are NaN
     SQMAP_NO_EXACT = 2,    ///< baked without the exact layer: layer 3 answered
     SQMAP_NO_SURFACE = 4,  ///< inside, but no surface is known above: depth 0, normal zero
     SQMAP_FULL = 8,        ///< more contacts than there was space for: the rest is counted
@@ -217,7 +220,7 @@ typedef struct sqmap_points {
 typedef struct sqmap_contacts {
     size_t size;
     uint8_t* contact;  ///< 1: the point is inside
-    double* depth;     ///< penetration depth; 0 where free
+    double* depth;     ///< penetration depth; 0 where free, NaN of a point that is not finite
     double* normal;    ///< x 3: unit, outward at the closest point; zero where free
     double* closest;   ///< x 3: the nearest surface point; the point itself where free
     int32_t* part;     ///< that owns the closest point; -1 where free
@@ -300,7 +303,8 @@ typedef struct sqmap_contact_list {
     uint32_t status;   ///< written: bits
 } sqmap_contact_list;
 
-/// A body in the frame of the poses: its model is touched, its probe touches. Both are of one mesh; either may be {0}.
+/// A body in the frame of the poses: its model is touched, its probe touches. Both are of one mesh. Either may be {0} where a
+/// call does not need it.
 typedef struct sqmap_body {
     sqmap_model model;
     sqmap_probe probe;
@@ -313,7 +317,7 @@ typedef struct sqmap_bodies {
     sqmap_body a, b;
 } sqmap_bodies;
 
-/// Which points of b's probe are inside a's model. options may be null.
+/// Which points of b's probe are inside a's model. options may be null. Errors: E_HANDLE without a's model or b's probe.
 /// Cost: microseconds for thousands of points; no allocation, no lock.
 SQMAP_API sqmap_code sqmap_query_probe(const sqmap_bodies* bodies, const sqmap_query_options* options,
                                        sqmap_contact_list* contacts);
@@ -349,7 +353,8 @@ typedef struct sqmap_pair_list {
 SQMAP_API sqmap_code sqmap_make_workspace(size_t contacts, sqmap_workspace* workspace);
 /// Closes a handle; {0} is passed over.
 SQMAP_API sqmap_code sqmap_close_workspace(sqmap_workspace workspace);
-/// Contacts of two bodies: each one's probe in the other's model, each contact once. options may be null.
+/// Contacts of two bodies: each one's probe in the other's model, each contact once; one direction alone where the other lacks
+/// model or probe. options may be null. Errors: E_HANDLE where both directions lack one.
 /// Cost: two probe queries; no allocation, no lock.
 SQMAP_API sqmap_code sqmap_query_pair(const sqmap_bodies* bodies, const sqmap_query_options* options, sqmap_workspace workspace,
                                       sqmap_pair_list* contacts);
@@ -418,16 +423,17 @@ typedef struct sqmap_force {
     double depth;                ///< m; of a proxy the stretch of its spring
     double normal[3];            ///< unit, outward; zero where free
     uint32_t status;             ///< bits of haptic::StepStatus: 1 contact, 4 not finite, 256 teleport
-    uint32_t acted;              ///< bits of haptic::SafetyStep
+    uint32_t acted;              ///< bits of haptic::SafetyStep: 1 something is not finite, or the pose no rotation
     uint32_t faults;             ///< bits of haptic::SafetyFault; any of them means zero until the user resumes
     int32_t is_engaged;          ///< all that is commanded is sent, within limits
     sqmap_pose tool;             ///< where the tool is, world, m: the device's pose, the proxy's or the coupled body's
 } sqmap_force;
 
-/// A session on a model. Errors: E_ARGUMENT with the number and its range; limits that a filter refuses.
+/// A session on a model. options may be null. Errors: E_ARGUMENT with the number and its range; limits that a filter refuses.
 SQMAP_API sqmap_code sqmap_make_session(sqmap_model model, const sqmap_session_options* options, sqmap_session* session);
 /// One tick: a pose in, the wrench for the device out. Where the call fails, and wherever anything is not finite, stale or
-/// faulty, force and torque are zero. No allocation, no lock. One thread at a time a session. Cost: some ten microseconds.
+/// faulty, or a pose is no rotation, force and torque are zero. No allocation, no lock. One thread at a time a session.
+/// Cost: some ten microseconds.
 SQMAP_API sqmap_code sqmap_tick_session(sqmap_session session, const sqmap_tick* tick, sqmap_force* force);
 
 /// A simulated stylus of 70 g in a hand that holds it as a pen; ticks of 1 ms, no clock. Rows of three doubles; results may be

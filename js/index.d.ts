@@ -10,7 +10,7 @@ export type Layer = 1 | 2 | 3 | "exact" | "auto";
 /** Why a call failed. */
 export class SqmapError extends Error {
   readonly name: string;     // "E_ARGUMENT", "E_MODEL", "E_VERSION", "E_HANDLE"; of a mesh the gate's own: "E_OPEN"
-  readonly element: string;  // where
+  readonly element: string;  // where, from zero: "triangles[3]", "points[3]", "options.band"
   readonly what: string;     // what was found
   readonly cure: string;     // what helps
 }
@@ -26,7 +26,7 @@ export interface QueryOptions {
 /** Of n points. */
 export interface Contacts {
   contact: Uint8Array;    // n; 1: inside
-  depth: Float64Array;    // n; 0 where free
+  depth: Float64Array;    // n; 0 where free, NaN of a point that is not finite
   normal: Float64Array;   // 3 n; unit, outward
   closest: Float64Array;  // 3 n; the nearest surface point; the point itself where free
   part: Int32Array;       // n; -1 where free

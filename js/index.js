@@ -11,6 +11,7 @@ export class SqmapError extends Error {
 }
 
 const refuse = (element, what, cure) => new SqmapError("E_ARGUMENT", element, what, cure);
+const projections = new Map([["central", 0], ["normal", 1]]);
 const layers = new Map([[1, 1], [2, 2], [3, 3], ["exact", 4], ["auto", 5]]);
 const modes = new Map([["direct", 1], ["proxy", 2], ["coupled", 3]]);
 const repairs = new Map([["wrap", 4], ["close", 3], ["safe", 2], ["none", 1]]);
@@ -20,15 +21,46 @@ function member(map, value, element) {
   return map.get(value);
 }
 
+const kindOf = (value) => (value === null ? "null" : typeof value);
+
 function number(value, element) {
-  if (typeof value !== "number") throw refuse(element, `is ${typeof value}`, "give a number");
+  if (typeof value !== "number") throw refuse(element, `is ${kindOf(value)}`, "give a number");
   return value;
+}
+
+function whole(value, element) {
+  if (!Number.isSafeInteger(value) || value < 0) throw refuse(element, `is ${String(value)}`, "give a whole number from 0");
+  return value;
+}
+
+function flag(value, element) {
+  if (typeof value !== "boolean") throw refuse(element, `is ${kindOf(value)}`, "give true or false");
+  return value ? 1 : 0;
+}
+
+/** An object of options. */
+function object(value, element) {
+  if (typeof value !== "object" || value === null) throw refuse(element, `is ${kindOf(value)}`, "give an object");
+  return value;
+}
+
+/** A refusal of the library's, in the names of this package: "points.pose.rotation[4]" is "options.pose[5]". */
+function argumentOf(element) {
+  const own = element.replace(/\.rotation\[(\d)\]$/, (_, k) => `[${4 * Math.floor(k / 3) + (k % 3)}]`)
+    .replace(/\.translation\[(\d)\]$/, (_, k) => `[${4 * k + 3}]`).replace(/\.rotation$/, "")
+    .replace(/^points\.pose|^bodies\.a\.pose/, "options.pose").replace(/^bodies\.b\.pose/, "options.probePose")
+    .replace(/^bodies\.[ab]\./, "").replace(/^points\.(xyz|count)/, "points").replace(/^(simulation|tick)\./, "")
+    .replace(/^options\.(accepts|is|has)_/, "options.");
+  return own.startsWith("options.") ? own.replace(/_([a-z])/g, (_, letter) => letter.toUpperCase()) : own;
 }
 
 /** Numbers as an array of rows: typed arrays and lists of lists. */
 function rows(value, element, width = 3) {
-  const flat = ArrayBuffer.isView(value) && !(value instanceof DataView) ? value : Array.isArray(value) ? value.flat() : undefined;
-  if (flat === undefined) throw refuse(element, `is ${typeof value}`, `give an array of ${width} numbers a row`);
+  const isTyped = ArrayBuffer.isView(value) && !(value instanceof DataView) && typeof value[0] !== "bigint";
+  const flat = isTyped ? value : Array.isArray(value) ? value.flat() : undefined;
+  if (flat === undefined) throw refuse(element, `is ${kindOf(value)}`, `give an array of ${width} numbers a row`);
+  const odd = isTyped ? -1 : value.findIndex((row) => Array.isArray(row) && row.length !== width);
+  if (odd >= 0) throw refuse(`${element}[${odd}]`, `has ${value[odd].length} numbers`, `give ${width} a row`);
   if (flat.length % width !== 0) throw refuse(element, `has ${flat.length} numbers`, `give ${width} a row`);
   if (!ArrayBuffer.isView(flat) && !flat.every((x) => typeof x === "number"))
     throw refuse(element, "has an entry that is no number", "give numbers alone");
@@ -36,9 +68,9 @@ function rows(value, element, width = 3) {
 }
 
 /** A matrix of 4 x 4, row by row, as rotation and translation. */
-function poseNumbers(pose) {
-  const m = rows(pose, "pose", 4);
-  if (m.length !== 16) throw refuse("pose", `has ${m.length} numbers`, "give a matrix of 4 x 4, row by row");
+function poseNumbers(pose, element) {
+  const m = rows(pose, element, 4);
+  if (m.length !== 16) throw refuse(element, `has ${m.length} numbers`, "give a matrix of 4 x 4, row by row");
   return [m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10], m[3], m[7], m[11]];
 }
 
@@ -80,8 +112,8 @@ class Call {
     this.library.HEAPU8[address + bytes.length] = 0;
     return address;
   }
-  pose(pose) {
-    return pose === undefined || pose === null ? 0 : this.numbers(poseNumbers(pose));
+  pose(pose, element = "options.pose") {
+    return pose === undefined || pose === null ? 0 : this.numbers(poseNumbers(pose, element));
   }
   points(points, pose) {
     const xyz = rows(points, "points");
@@ -91,7 +123,7 @@ class Call {
     return this.struct("queryOptions", {
       layer: member(layers, layer, "options.layer"), tolerance: number(tolerance, "options.tolerance"),
       margin: number(margin, "options.margin"), band: number(band, "options.band"),
-      isSmooth: smooth ? 1 : 0, isFirstOnly: firstOnly ? 1 : 0,
+      isSmooth: flag(smooth, "options.smooth"), isFirstOnly: flag(firstOnly, "options.firstOnly"),
     });
   }
   copy(type, address, length) {
@@ -103,7 +135,8 @@ class Call {
     if (code === 0) return;
     const at = this.library._sqmap_last_error();
     const word = (what) => this.library.UTF8ToString(this.read("error", at, what));
-    throw new SqmapError(word("name"), word("element"), word("message"), word("cure"));
+    throw new SqmapError(word("name"), argumentOf(word("element")), word("message"),
+                         word("cure").replace("without_exact = 0", "exact: true"));
   }
   /** A text that the library writes. */
   written(name, handle) {
@@ -141,6 +174,12 @@ class Owned {
     this.#closes = closes;
   }
   get handle() {
+    return this.#handle;
+  }
+  /** The open handle, for a call in which this is an argument. */
+  handleFor(library, element) {
+    if (this.#handle === 0n) throw new SqmapError("E_HANDLE", element, "is closed", "open it again");
+    if (this.#library !== library) throw refuse(element, "is of another load()", "make it with the same one");
     return this.#handle;
   }
   /** Frees the memory; whatever is called afterwards throws. */
@@ -201,6 +240,7 @@ export class Model extends Owned {
     });
   }
   query(points, options = {}) {
+    object(options, "options");
     return this.within((c) => {
       const {count, at} = c.points(points, options.pose), settings = c.options(options);
       const contact = c.space(count), certain = c.space(count), status = c.space(count), part = c.space(4 * count);
@@ -216,6 +256,7 @@ export class Model extends Owned {
     });
   }
   distances(points, options = {}) {
+    object(options, "options");
     return this.within((c) => {
       const {count, at} = c.points(points, options.pose), settings = c.options({band: Infinity, ...options});
       const known = c.space(count), status = c.space(count), part = c.space(4 * count);
@@ -230,6 +271,7 @@ export class Model extends Owned {
     });
   }
   closestPoints(points, options = {}) {
+    object(options, "options");
     return this.within((c) => {
       const {count, at} = c.points(points, options.pose);
       const closest = c.space(24 * count), distance = c.space(8 * count), triangle = c.space(4 * count);
@@ -239,13 +281,15 @@ export class Model extends Owned {
     });
   }
   probe(probe, options = {}) {
+    object(options, "options");
     if (!(probe instanceof Probe)) throw refuse("probe", "is none", "make one with sqmap.probe(points)");
     return this.within((c) => {
-      const settings = c.options(options), capacity = options.capacity ?? probe.count;
+      const settings = c.options(options), capacity = whole(options.capacity ?? probe.count, "options.capacity");
       const contacts = c.space(structs.contact.bytes * capacity);
       const list = c.struct("contactList", {contacts, capacity});
-      const bodies = c.struct("bodies", {modelA: this.handle, poseA: c.pose(options.pose), probeB: probe.handle,
-                                         poseB: c.pose(options.probePose)});
+      const bodies = c.struct("bodies", {modelA: this.handle, poseA: c.pose(options.pose),
+                                         probeB: probe.handleFor(c.library, "probe"),
+                                         poseB: c.pose(options.probePose, "options.probePose")});
       c.run("sqmap_query_probe", bodies, settings, list);
       const found = c.read("contactList", list, "found"), anchor = c.read("contactList", list, "anchor");
       const out = [];
@@ -268,14 +312,19 @@ export class Session extends Owned {
   constructor(library, handle) {
     super(library, handle, "sqmap_close_session");
   }
-  tick(pose, time, {sampleTime = time, sequence, ...done} = {}) {
+  tick(pose, time, options = {}) {
+    const {sampleTime = time, sequence, ...done} = object(options, "options");
     return this.within((c) => {
       let bits = 0;
-      for (const [name, yes] of Object.entries(done)) if (yes) bits |= member(new Map(Object.entries(acts)), name, "acts");
+      for (const [name, yes] of Object.entries(done)) {
+        const bit = member(new Map(Object.entries(acts)), name, "acts");
+        bits |= flag(yes, `options.${name}`) * bit;
+      }
       const force = c.struct("force");
       c.run("sqmap_tick_session", this.handle, c.struct("tick", {
-        time: number(time, "time"), sampleTime: number(sampleTime, "sampleTime"), sequence: BigInt(sequence ?? ++this.#sequence),
-        pose: poseNumbers(pose), acts: bits}), force);
+        time: number(time, "time"), sampleTime: number(sampleTime, "sampleTime"),
+        sequence: typeof sequence === "bigint" ? sequence : BigInt(sequence === undefined ? ++this.#sequence : whole(sequence, "sequence")),
+        pose: poseNumbers(pose, "pose"), acts: bits}), force);
       const out = {};
       for (const name of Object.keys(structs.force.members)) if (name !== "size") out[name] = c.read("force", force, name);
       out.isEngaged = out.isEngaged !== 0;
@@ -316,7 +365,8 @@ class Sqmap {
       return new Model(this.#library, c.view.getBigUint64(handle, true));
     });
   }
-  bake({vertices, triangles}, options = {}) {
+  bake(mesh, options = {}) {
+    const {vertices, triangles} = object(mesh, "mesh");
     const xyz = rows(vertices, "vertices"), corners = rows(triangles, "triangles");
     if (![...corners].every(Number.isInteger)) throw refuse("triangles", "has an entry that is no whole number", "give indices");
     return within(this.#library, (c) => {
@@ -328,7 +378,9 @@ class Sqmap {
     });
   }
   bakeFile(name, bytes, options = {}) {
-    if (!(bytes instanceof Uint8Array)) throw refuse("bytes", `is ${typeof bytes}`, "give a Uint8Array");
+    if (!(bytes instanceof Uint8Array)) throw refuse("bytes", `is ${kindOf(bytes)}`, "give a Uint8Array");
+    if (typeof name !== "string" || name === "") throw refuse("name", `is ${kindOf(name)}`, "give the file's name");
+    object(options, "options");
     const path = `/tmp/${String(name).replace(/.*[/\\]/, "")}`;
     this.#library.FS.writeFile(path, bytes);
     try {
@@ -345,10 +397,12 @@ class Sqmap {
       return new Probe(this.#library, c.view.getBigUint64(handle, true), count);
     });
   }
-  session(model, {pose, layer = 3, friction = 0.4, deadMan = false, mode = "direct", ...sizes} = {}) {
+  session(model, options = {}) {
+    const {pose, layer = 3, friction = 0.4, deadMan = false, mode = "direct", ...sizes} = object(options, "options");
     if (!(model instanceof Model)) throw refuse("model", "is none", "open or bake one");
+    const touched = model.handleFor(this.#library, "model");
     return model.within((c) => {
-      const values = {pose: c.pose(pose), layer: member(layers, layer, "options.layer"), hasDeadMan: deadMan ? 1 : 0,
+      const values = {pose: c.pose(pose), layer: member(layers, layer, "options.layer"), hasDeadMan: flag(deadMan, "options.deadMan"),
                       mode: member(modes, mode, "options.mode"),
                       friction: number(friction, "options.friction") === 0 ? -1 : friction};  // zero stands for the default in C
       for (const [name, value] of Object.entries(sizes)) {
@@ -356,13 +410,16 @@ class Sqmap {
         values[name] = number(value, `options.${name}`);
       }
       const handle = c.space(8);
-      c.run("sqmap_make_session", model.handle, c.struct("sessionOptions", values), handle);
+      c.run("sqmap_make_session", touched, c.struct("sessionOptions", values), handle);
       return new Session(this.#library, c.view.getBigUint64(handle, true));
     });
   }
   #baked(c, options, bake) {
     const {targetError = 0, band = 0, thickness = 0, maxParts = 0, repair = "wrap", projection = "central", surface = false,
-           exact = true, source, progress} = options;
+           exact = true, source, progress} = object(options, "options");
+    if (progress !== undefined && typeof progress !== "function")
+      throw refuse("options.progress", `is ${kindOf(progress)}`, "give a function of a stage and the share that is done");
+    if (source !== undefined && typeof source !== "string") throw refuse("options.source", `is ${kindOf(source)}`, "give a text");
     let failure;
     const called = progress === undefined ? 0 : this.#library.addFunction((context, stage, done) => {
       try {
@@ -375,9 +432,9 @@ class Sqmap {
     const handle = c.space(8);
     const settings = c.struct("bakeOptions", {
       targetError: number(targetError, "options.targetError"), band: number(band, "options.band"),
-      thickness: number(thickness, "options.thickness"), maxParts: number(maxParts, "options.maxParts"),
-      projection: projection === "normal" ? 1 : 0, repair: member(repairs, repair, "options.repair"),
-      acceptsSurface: surface ? 1 : 0, withoutExact: exact ? 0 : 1, threads: 1, progress: called,
+      thickness: number(thickness, "options.thickness"), maxParts: whole(maxParts, "options.maxParts"),
+      projection: member(projections, projection, "options.projection"), repair: member(repairs, repair, "options.repair"),
+      acceptsSurface: flag(surface, "options.surface"), withoutExact: 1 - flag(exact, "options.exact"), threads: 1, progress: called,
       source: source === undefined ? 0 : c.text(source), words: 2,  // names of these options in messages
     });
     try {

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import ctypes
+import math
 import os
 from typing import Any, Optional, Union
 
@@ -18,12 +19,31 @@ def refuse(element: str, message: str, cure: str) -> ArgumentError:
     return ArgumentError("E_ARGUMENT", element, message, cure)
 
 
+def instance(value: Any, kind: type, element: str) -> Any:
+    """The value, which has to be one of a kind."""
+    if not isinstance(value, kind):
+        article = "an" if kind.__name__[0] in "AEIO" else "a"
+        raise refuse(element, _what(value), f"give {article} {kind.__name__}")
+    return value
+
+
+def _what(value: Any) -> str:
+    return "is None" if value is None else f"is a {type(value).__name__}"
+
+
+def array_of(values: Any, element: str) -> np.ndarray:
+    """An array of whatever type; the same memory where it is one already."""
+    if values is None:
+        raise refuse(element, "is None", "give an array of numbers")
+    try:
+        return np.asarray(values)
+    except Exception as e:  # what __array__ of a foreign object raises
+        raise refuse(element, f"is no array: {e}", "give an array of numbers") from None
+
+
 def numbers(values: Any, element: str) -> np.ndarray:
     """A C-contiguous array of doubles; the same memory where it is one already."""
-    try:
-        array = np.asarray(values)
-    except (TypeError, ValueError) as e:
-        raise refuse(element, f"is no array: {e}", "give an array of numbers") from None
+    array = array_of(values, element)
     if array.dtype.kind not in "fiu":
         raise refuse(element, f"has the type {array.dtype}", "give real numbers")
     return np.ascontiguousarray(array, dtype=np.float64)
@@ -39,7 +59,7 @@ def rows(values: Any, element: str = "points") -> np.ndarray:
 
 def indices(values: Any, element: str = "triangles") -> np.ndarray:
     """m x 3 64-bit integers; which are in range is for the gate to say."""
-    array = np.asarray(values)
+    array = array_of(values, element)
     if array.dtype.kind not in "iu":
         raise refuse(element, f"has the type {array.dtype}", "give integers")
     if array.ndim != 2 or array.shape[1] != 3:
@@ -60,8 +80,8 @@ def triangles_of(mesh: Any) -> tuple[np.ndarray, np.ndarray]:
     if faces is None:
         faces = getattr(mesh, "triangles", None)
     if vertices is None or faces is None:
-        raise refuse("mesh", f"is a {type(mesh).__name__}", "give (vertices, triangles), an object with both, or a path")
-    return rows(np.asarray(vertices), "vertices"), indices(np.asarray(faces))
+        raise refuse("mesh", _what(mesh), "give (vertices, triangles), an object with both, or a path")
+    return rows(vertices, "vertices"), indices(faces)
 
 
 def pose_of(pose: Optional[Any], element: str = "pose") -> Optional[c.Pose]:
@@ -71,12 +91,21 @@ def pose_of(pose: Optional[Any], element: str = "pose") -> Optional[c.Pose]:
     matrix = numbers(pose, element)
     if matrix.shape not in ((4, 4), (3, 4)):
         raise refuse(element, f"has the shape {matrix.shape}", "give a matrix [rotation | translation], (4, 4) or (3, 4)")
-    if matrix.shape == (4, 4) and not np.array_equal(matrix[3], (0, 0, 0, 1)):
-        raise refuse(element, "has a last row that is not 0 0 0 1", "give a rigid motion")
     out = c.Pose()
-    out.rotation[:] = matrix[:3, :3].ravel().tolist()
-    out.translation[:] = matrix[:3, 3].tolist()
+    fill_pose(out, matrix, element)
     return out
+
+
+def fill_pose(out: c.Pose, matrix: np.ndarray, element: str) -> None:
+    """Writes a matrix (4, 4) or (3, 4), whose rotation the library judges."""
+    flat = matrix.ravel().tolist()
+    if len(flat) == 16 and flat[12:] != [0, 0, 0, 1]:
+        for k, value in enumerate(flat):
+            if not math.isfinite(value):
+                raise refuse(f"{element}[{k // 4}, {k % 4}]", "is NaN" if value != value else "is infinite", "give finite numbers")
+        raise refuse(element, "has a last row that is not 0 0 0 1", "give a rigid motion")
+    out.rotation[:] = flat[0:3] + flat[4:7] + flat[8:11]
+    out.translation[:] = flat[3:12:4]
 
 
 def pointer(pose: Optional[c.Pose]) -> Any:
@@ -89,12 +118,22 @@ def number(value: Any, element: str) -> float:
         raise refuse(element, f"is {value!r}", "give a number")
     try:
         return float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise refuse(element, f"is {value!r}", "give a number") from None
+
+
+def finite(value: Any, element: str) -> float:
+    """A real number that is finite."""
+    out = number(value, element)
+    if not math.isfinite(out):
+        raise refuse(element, f"is {value!r}", "give a finite number")
+    return out
 
 
 def count(value: Any, element: str, most: int = 2**31 - 1) -> int:
     """An integer from 0 on."""
+    if isinstance(value, (bool, str, bytes)):
+        raise refuse(element, f"is {value!r}", "give an integer")
     try:
         whole = int(value)
     except (TypeError, ValueError, OverflowError):
@@ -121,7 +160,7 @@ def path_of(path: Any, element: str = "path") -> bytes:
     try:
         out = os.fsencode(path)
     except TypeError:
-        raise refuse(element, f"is a {type(path).__name__}", "give a path") from None
+        raise refuse(element, _what(path), "give a path") from None
     if b"\0" in out:
         raise refuse(element, "has a zero byte", "give a path")
     return out

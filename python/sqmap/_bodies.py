@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, Optional
 import numpy as np
 
 from . import _library as c
-from ._arrays import Layer, count, pointer, pose_of, query_options, refuse, rows
+from ._arrays import Layer, count, instance, pointer, pose_of, query_options, refuse, rows
 from ._model import Model, Owned, address, points_struct
 
 
@@ -64,28 +64,39 @@ class PairContacts(NamedTuple):
 
 
 class Body:
-    """A solid where it is: its model is touched, its probe touches; either may be None. Both are of one mesh.
+    """A solid where it is: its model is touched, its probe touches. Both are of one mesh; either may be None where a call does not
+    need it.
 
     pose: a matrix (4, 4) from the mesh's frame to that of the poses; None: the same."""
 
     def __init__(self, model: Optional[Model] = None, probe: Optional[Probe] = None, pose: Any = None) -> None:
-        if model is not None and not isinstance(model, Model):
-            raise refuse("model", f"is a {type(model).__name__}", "give a Model")
-        if probe is not None and not isinstance(probe, Probe):
-            raise refuse("probe", f"is a {type(probe).__name__}", "give a Probe")
-        self.model, self.probe, self.pose = model, probe, pose
+        self.model = None if model is None else instance(model, Model, "model")
+        self.probe = None if probe is None else instance(probe, Probe, "probe")
+        self.pose = pose
+
+
+class _Named(NamedTuple):
+    """A body as a call has it: its members and the names of them that the caller knows."""
+
+    model: Optional[Model]
+    probe: Optional[Probe]
+    pose: Optional[c.Pose]
+    names: tuple[str, str]  #: of model and probe
+
+
+def _named(body: Any, name: str) -> _Named:
+    instance(body, Body, name)
+    model, probe, names = body.model, body.probe, (f"{name}.model", f"{name}.probe")
+    return _Named(None if model is None else instance(model, Model, names[0]),
+                  None if probe is None else instance(probe, Probe, names[1]), pose_of(body.pose, f"{name}.pose"), names)
 
 
 class _Bodies:
     """Two bodies as the library takes them; their handles are open as long as this is entered."""
 
-    def __init__(self, a: Body, b: Body) -> None:
-        for body in (a, b):
-            if not isinstance(body, Body):
-                raise refuse("body", f"is a {type(body).__name__}", "give a Body")
+    def __init__(self, a: _Named, b: _Named) -> None:
         self._bodies = (a, b)
-        self._poses = [pose_of(body.pose) for body in self._bodies]
-        self._uses = [thing.use() for body in self._bodies for thing in (body.model, body.probe) if thing is not None]
+        self._uses = [thing.use(name) for body in self._bodies for thing, name in zip(body[:2], body.names) if thing is not None]
 
     def __enter__(self) -> c.Bodies:
         entered = []
@@ -98,9 +109,9 @@ class _Bodies:
                 use.__exit__()
             raise
         structs = []
-        for body, pose in zip(self._bodies, self._poses):
+        for body in self._bodies:
             handles = [c.Handle(0) if thing is None else thing._handle for thing in (body.model, body.probe)]
-            structs.append(c.Body(handles[0], handles[1], pointer(pose)))
+            structs.append(c.Body(handles[0], handles[1], pointer(body.pose)))
         return c.Bodies(a=structs[0], b=structs[1])
 
     def __exit__(self, *_: Any) -> None:
@@ -111,10 +122,13 @@ class _Bodies:
 def query_probe(model: Model, probe: Probe, pose: Any = None, *, model_pose: Any = None, layer: Layer = 3, margin: float = 0.0,
                 tolerance: float = 0.0, first_only: bool = False) -> ProbeContacts:
     """Which points of the probe are inside the model. pose, model_pose: matrices (4, 4) to the frame of the answers."""
+    instance(model, Model, "model")
+    instance(probe, Probe, "probe")
     options = query_options(layer, margin=margin, tolerance=tolerance, first_only=first_only)
-    contacts = np.empty(len(probe) if isinstance(probe, Probe) else 0, CONTACT)
+    contacts = np.empty(len(probe), CONTACT)
     out = c.ContactList(contacts=address(contacts), capacity=len(contacts))
-    with _Bodies(Body(model=model, pose=model_pose), Body(probe=probe, pose=pose)) as bodies:
+    with _Bodies(_Named(model, None, pose_of(model_pose, "model_pose"), ("model", "")),
+                 _Named(None, probe, pose_of(pose), ("", "probe"))) as bodies:
         c.call("sqmap_query_probe", bodies, options, out)
     return ProbeContacts(contacts[: min(out.found, len(contacts))], np.array(out.anchor[:]), out.status)
 
@@ -132,15 +146,20 @@ class Workspace(Owned):
 
 def query_pair(a: Body, b: Body, workspace: Optional[Workspace] = None, *, layer: Layer = 3, margin: float = 0.0,
                tolerance: float = 0.0, first_only: bool = False) -> PairContacts:
-    """Contacts of two bodies: each one's probe in the other's model, each contact once. Calls with one workspace take turns."""
+    """Contacts of two bodies: each one's probe in the other's model, each contact once; one direction alone where the other lacks
+    model or probe, and an error where both do. Calls with one workspace take turns."""
     options = query_options(layer, margin=margin, tolerance=tolerance, first_only=first_only)
+    first, second = _named(a, "a"), _named(b, "b")
+    if (first.model is None or second.probe is None) and (second.model is None or first.probe is None):
+        missing = "b.probe" if first.model is not None else "a.probe" if second.model is not None else "a.model"
+        raise refuse(missing, "is None, so that neither body's probe meets the other's model",
+                     "give one body a model and the other a probe, or each both")
     if workspace is None:
-        with Workspace(max([1, *(len(x.probe) for x in (a, b) if isinstance(x, Body) and x.probe is not None)])) as own:
+        with Workspace(max(len(x.probe) for x in (first, second) if x.probe is not None)) as own:
             return query_pair(a, b, own, layer=layer, margin=margin, tolerance=tolerance, first_only=first_only)
-    if not isinstance(workspace, Workspace):
-        raise refuse("workspace", f"is a {type(workspace).__name__}", "give a Workspace")
+    instance(workspace, Workspace, "workspace")
     out = c.PairList()
-    with _Bodies(a, b) as bodies, workspace.turn, workspace.use() as handle:
+    with _Bodies(first, second) as bodies, workspace.turn, workspace.use("workspace") as handle:
         c.call("sqmap_query_pair", bodies, options, handle, out)
         data = ctypes.string_at(out.contacts, out.count * ctypes.sizeof(c.PairContact)) if out.count else b""
     return PairContacts(np.frombuffer(data, PAIR_CONTACT), out.found, out.status)

@@ -1,6 +1,8 @@
 """Exceptions: each has a code, the element that is wrong and a cure."""
 from __future__ import annotations
 
+import re
+
 
 class Error(Exception):
     """Base of everything that sqmap raises.
@@ -57,6 +59,28 @@ class NoMemoryError(Error, MemoryError):
 
 class InternalError(Error, RuntimeError):
     """An error of the library itself."""
+
+
+# Names of C that a caller of the package does not know: (pattern, name), the first that fits.
+_ROTATION, _TRANSLATION = re.compile(r"\.rotation\[(\d)\]$"), re.compile(r"\.translation\[(\d)\]$")
+_NAMES = [(re.compile(pattern), name) for pattern, name in (
+    (r"^points\.(xyz|count)\b", "points"), (r"^(points|options|simulation|tick)\.", ""), (r"^accepts_surface\b", "surface"),
+    (r"^is_smooth\b", "smooth"), (r"^has_dead_man\b", "dead_man"), (r"\.(rotation|translation)$", ""))]
+_PROBE_NAMES = {"bodies.a.model": "model", "bodies.a.pose": "model_pose", "bodies.b.probe": "probe", "bodies.b.pose": "pose"}
+
+
+def argument_of(function: str, element: str) -> str:
+    """The package's name of what a function of the library refuses: "points.pose.rotation[4]" is "pose[1, 1]"."""
+    element = _ROTATION.sub(lambda m: f"[{int(m[1]) // 3}, {int(m[1]) % 3}]", element)
+    element = _TRANSLATION.sub(r"[\1, 3]", element)
+    if function == "sqmap_query_probe":
+        for name, own in _PROBE_NAMES.items():
+            if element.startswith(name):
+                element = own + element[len(name):]
+    element = element.removeprefix("bodies.")
+    for pattern, name in _NAMES:
+        element = pattern.sub(name, element)
+    return element
 
 
 BY_CODE = {1: ArgumentError, 2: ClosedError, 3: FileError, 4: ModelError, 5: VersionError, 6: MeshError, 7: Cancelled,

@@ -8,7 +8,7 @@ from ctypes import (CFUNCTYPE, POINTER, Structure, c_char_p, c_double, c_float, 
                     c_uint32, c_uint64, c_void_p)
 from typing import Any
 
-from ._errors import BY_CODE, Error
+from ._errors import BY_CODE, Error, argument_of
 
 HERE = pathlib.Path(__file__).resolve().parent
 PROGRESS = CFUNCTYPE(c_int32, c_void_p, c_char_p, c_double)
@@ -200,17 +200,17 @@ def _load() -> ctypes.CDLL:
 library = _load()
 
 
-def last_error() -> Error:
-    """The exception that this thread's last failed call stands for."""
+def last_error(function: str) -> Error:
+    """The exception that this thread's last failed call stands for, in the words of the package."""
     e = library.sqmap_last_error().contents
-    texts = [text.decode("utf-8", "replace") for text in (e.name, e.element, e.message, e.cure)]
-    return BY_CODE[e.code](*texts)
+    name, element, message, cure = (text.decode("utf-8", "replace") for text in (e.name, e.element, e.message, e.cure))
+    return BY_CODE[e.code](name, argument_of(function, element), message, cure.replace("without_exact = 0", "exact=True"))
 
 
 def call(name: str, *arguments: Any) -> None:
     """Calls a function of the library; raises what it fails with."""
     if getattr(library, name)(*arguments) != 0:
-        raise last_error()
+        raise last_error(name)
 
 
 def text_of(name: str, handle: Handle) -> str:

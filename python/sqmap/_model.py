@@ -6,16 +6,18 @@ import json
 import math
 import os
 import threading
-from typing import Any, Callable, NamedTuple, Optional
+from typing import Any, NamedTuple, Optional, Union
 
 import numpy as np
 
 from . import _library as c
-from ._arrays import Layer, cores, count, flag, number, path_of, pointer, pose_of, query_options, refuse, rows, triangles_of
-from ._errors import Cancelled, ClosedError
+from ._arrays import (Layer, cores, count, finite, flag, instance, number, path_of, pointer, pose_of, query_options, refuse, rows,
+                      triangles_of)
+from ._errors import ClosedError, FileError
+from ._progress import Progress, run
 from ._render import render
 
-Progress = Callable[[str, float], Any]
+NOT_FINITE = 1  # of the status of an answer
 REPAIRS = {"auto": 0, "none": 1, "safe": 2, "close": 3, "wrap": 4}
 
 
@@ -28,15 +30,17 @@ class Owned:
     _closes = ""
 
     def __init__(self, handle: c.Handle) -> None:
+        if not isinstance(handle, c.Handle):
+            raise refuse("handle", f"is a {type(handle).__name__}", "make one with sqmap.bake, Model.load or Model.from_bytes")
         self._handle = handle
         self._lock = threading.Lock()
         self.turn = threading.Lock()  # of what one thread at a time may use
         self._users = 0
         self._closed = False
 
-    def use(self) -> "_Use":
-        """The open handle, for the length of a call."""
-        return _Use(self)
+    def use(self, element: str = "") -> "_Use":
+        """The open handle, for the length of a call. element: the argument that it came as, for errors."""
+        return _Use(self, element)
 
     @property
     def closed(self) -> bool:
@@ -64,14 +68,15 @@ class Owned:
 
 
 class _Use:
-    def __init__(self, owned: Owned) -> None:
+    def __init__(self, owned: Owned, element: str) -> None:
         self._owned = owned
+        self._element = element
 
     def __enter__(self) -> c.Handle:
         o = self._owned
         with o._lock:
             if o._closed:
-                raise ClosedError("E_HANDLE", type(o).__name__, "is closed", "open it again")
+                raise ClosedError("E_HANDLE", self._element or type(o).__name__, "is closed", "open it again")
             o._users += 1
         return o._handle
 
@@ -88,7 +93,7 @@ class Contacts(NamedTuple):
     """Answers of n points, row by row. Lengths in the mesh's units."""
 
     contact: np.ndarray  #: (n,) bool: inside
-    depth: np.ndarray    #: (n,) penetration depth, 0 where free
+    depth: np.ndarray    #: (n,) penetration depth, 0 where free, NaN of a point that is not finite
     normal: np.ndarray   #: (n, 3) unit, outward at the closest point; zero where free
     closest: np.ndarray  #: (n, 3) the nearest surface point; the point itself where free
     part: np.ndarray     #: (n,) int32, that owns it; -1 where free
@@ -136,7 +141,7 @@ class Model(Owned):
         if key is None:
             c.call("sqmap_open", path_of(path), handle)
         else:
-            c.call("sqmap_open_archived", path_of(path), str(key).encode(errors="replace"), handle)
+            c.call("sqmap_open_archived", path_of(path), instance(key, str, "key").encode(errors="replace"), handle)
         return cls(handle)
 
     @classmethod
@@ -144,7 +149,7 @@ class Model(Owned):
         """A model from a file's bytes. Raises ModelError, VersionError."""
         try:
             view = np.frombuffer(data, dtype=np.uint8)
-        except (TypeError, ValueError, BufferError) as e:
+        except Exception as e:  # what a foreign object's buffer raises
             raise refuse("data", f"is no buffer of bytes: {e}", "give bytes") from None
         handle = c.Handle()
         c.call("sqmap_open_bytes", address(view), view.size, handle)
@@ -222,8 +227,8 @@ class Model(Owned):
         return vertices, triangles, parts
 
     def export(self, path: "os.PathLike[str] | str") -> None:
-        """Writes the triangles, a group for each part, as .obj, or what info has as .json."""
-        name = os.fspath(path)
+        """Writes the triangles, a group for each part, as .obj, or what info has as .json. Raises FileError."""
+        name = os.fsdecode(path_of(path))
         if name.endswith(".json"):
             text = json.dumps(self.info, indent=2) + "\n"
         elif name.endswith(".obj"):
@@ -235,8 +240,12 @@ class Model(Owned):
             text = "\n".join(lines) + "\n"
         else:
             raise refuse("path", f"ends in {os.path.splitext(name)[1]!r}", "take .obj or .json")
-        with open(name, "w", encoding="utf-8") as out:
-            out.write(text)
+        try:
+            with open(name, "w", encoding="utf-8") as out:
+                out.write(text)
+        except OSError as e:
+            raise FileError("E_FILE", name, f"cannot be written: {e.strerror}",
+                            "look at the folder, its rights and the space that is left") from None
 
     # Points
 
@@ -285,12 +294,19 @@ class Model(Owned):
             c.call("sqmap_signed_distances", handle, points_struct(xyz, pose_of(pose)), options, out)
 
     def contains(self, points: Any, *, threads: Optional[int] = None) -> np.ndarray:
-        """(n,) bool: which points (n, 3) are inside, by the triangles where the model has them, else by layer 3."""
-        xyz = rows(points)
-        contact = np.empty(len(xyz), np.bool_)
+        """(n,) bool: which points (n, 3) are inside, by the triangles where the model has them, else by layer 3.
+
+        Raises ArgumentError for a point that is not finite, which signed_distance and query answer with NaN."""
+        return self._contains(rows(points), threads, "points")
+
+    def _contains(self, xyz: np.ndarray, threads: Optional[int], element: str) -> np.ndarray:
+        contact, status = np.empty(len(xyz), np.bool_), np.empty(len(xyz), np.uint8)
         with self.use() as handle:
             c.call("sqmap_query_points", handle, points_struct(xyz), query_options("exact", threads=threads),
-                   c.Contacts(contact=address(contact)))
+                   c.Contacts(contact=address(contact), status=address(status)))
+        if status.any() and (status & NOT_FINITE).any():
+            raise refuse(f"{element}[{int((status & NOT_FINITE).argmax())}]", "is not finite",
+                         "leave it out, or take signed_distance, which answers NaN")
         return contact
 
     def closest_point(self, points: Any, *, threads: Optional[int] = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -311,7 +327,11 @@ class Model(Owned):
 
         what: parts, superquadrics, protrusion, curvature, mesh, map or error; several with commas stand side by side.
         azimuth, elevation: degrees."""
-        return render(self.save, what, size, [("--azimuth", azimuth), ("--elevation", elevation), ("--up", up)])
+        if up not in ("x", "y", "z", "-x", "-y", "-z"):
+            raise refuse("up", f"is {up!r}", "take x, y, z, -x, -y or -z")
+        angles = [(f"--{name}", None if value is None else finite(value, name))
+                  for name, value in (("azimuth", azimuth), ("elevation", elevation))]
+        return render(self.save, what, size, [*angles, ("--up", up)])
 
     def __repr__(self) -> str:
         if self.closed:
@@ -320,35 +340,19 @@ class Model(Owned):
         return f"<sqmap.Model, {f.parts} parts, {f.triangles} triangles, {f.bytes} bytes>"
 
 
-class _Progress:
-    """The library's callback: stops the bake where the caller's returns true or raises."""
-
-    def __init__(self, callback: Optional[Progress]) -> None:
-        self._callback = callback
-        self.raised: Optional[BaseException] = None
-        self.function = c.PROGRESS(self._step) if callback is not None else c.PROGRESS()
-
-    def _step(self, _context: Any, stage: bytes, done: float) -> int:
-        try:
-            assert self._callback is not None
-            return 1 if self._callback(stage.decode(), done) else 0
-        except BaseException as e:
-            self.raised = e
-            return 1
-
-
 def bake(mesh: Any, *, target_error: float = 0.5, max_parts: int = 24, band: float = 5.0, projection: str = "central",
          exact: bool = True, repair: str = "auto", surface: bool = False, thickness: float = 0.0,
-         threads: Optional[int] = None, source: Optional[str] = None, progress: Optional[Progress] = None) -> Model:
+         threads: Optional[int] = None, source: Optional[str] = None, progress: Union[bool, Progress, None] = None) -> Model:
     """Bakes a closed triangle mesh into a Model.
 
     mesh: a path (OFF, OBJ, STL, PLY, glTF, GLB), a pair (vertices (v, 3), triangles (t, 3)), or an object with vertices and
     faces or triangles (trimesh, Open3D). target_error: percent of R_max. band: percent of R_max within which signed distances
     are baked exactly, above 0. projection: "central" or "normal". exact: keep the triangles. repair: "auto", "none", "safe",
-    "close", "wrap". surface: take an open mesh as it is. thickness: make open meshes plates, mesh units. progress: called with
-    a stage's name and the share that is done; true stops the bake (Cancelled). The bytes do not depend on threads.
+    "close", "wrap". surface: take an open mesh as it is. thickness: make open meshes plates, mesh units. progress: True
+    shows a bar; a function is called with a stage's name and the share that is done, and true from it stops the bake (Cancelled).
+    Ctrl-C stops it too, within a stage. The bytes do not depend on threads.
 
-    Raises MeshError with the face, edge or vertex that is wrong and a cure; ArgumentError."""
+    Raises MeshError with a cure and what is wrong, "triangles[3]" of arrays, "face 4" of a file; ArgumentError."""
     if not isinstance(repair, str) or repair not in REPAIRS:
         raise refuse("repair", f"is {repair!r}", f"take one of {', '.join(REPAIRS)}")
     if not isinstance(projection, str) or projection not in ("central", "normal"):
@@ -356,21 +360,27 @@ def bake(mesh: Any, *, target_error: float = 0.5, max_parts: int = 24, band: flo
     error, width = number(target_error, "target_error"), number(band, "band")
     if error == 0 or width == 0:  # zero stands for the default in C
         raise refuse("target_error" if error == 0 else "band", "is 0", "give a number above zero")
-    step = _Progress(progress)
+    if max_parts == 0:
+        raise refuse("max_parts", "is 0", "give a number from 1 to 1000")
+    if source is not None:
+        instance(source, str, "source")
     options = c.BakeOptions(target_error=error, band=width, thickness=number(thickness, "thickness"),
                             max_parts=count(max_parts, "max_parts"), projection=int(projection == "normal"), repair=REPAIRS[repair],
-                            accepts_surface=flag(surface, "surface"), without_exact=not flag(exact, "exact"), threads=cores(threads), progress=step.function,
-                            source=None if source is None else str(source).encode(), words=1)  # names of this function in messages
-    handle = c.Handle()
-    try:
-        if isinstance(mesh, (str, bytes, os.PathLike)):
-            c.call("sqmap_bake_file", path_of(mesh), options, handle)
-        else:
-            vertices, triangles = triangles_of(mesh)
-            c.call("sqmap_bake", c.Mesh(vertices=address(vertices), vertex_count=len(vertices), triangles=address(triangles),
-                                        triangle_count=len(triangles)), options, handle)
-    except Cancelled:
-        if step.raised is not None:
-            raise step.raised from None
-        raise
-    return Model(handle)
+                            accepts_surface=flag(surface, "surface"), without_exact=not flag(exact, "exact"), threads=cores(threads),
+                            source=None if source is None else source.encode(errors="replace"),
+                            words=1)  # names of this function in messages
+    if isinstance(mesh, (str, bytes, os.PathLike)):
+        function, given = "sqmap_bake_file", path_of(mesh, "mesh")
+    else:
+        vertices, triangles = triangles_of(mesh)
+        function, given = "sqmap_bake", c.Mesh(vertices=address(vertices), vertex_count=len(vertices), triangles=address(triangles),
+                                               triangle_count=len(triangles))
+        given.arrays = (vertices, triangles)  # a bake outlives a caller who is interrupted
+
+    def baked(callback: Any) -> Model:
+        handle = c.Handle()
+        options.progress = callback
+        c.call(function, given, options, handle)
+        return Model(handle)
+
+    return run(baked, progress)

@@ -11,7 +11,7 @@ from typing import Any, Callable, Sequence
 import numpy as np
 
 from ._arrays import count, refuse
-from ._errors import Error, InternalError
+from ._errors import Error, FileError, InternalError
 from ._program import program
 
 
@@ -26,10 +26,11 @@ def render(save: Callable[[pathlib.Path], None], what: str, size: Sequence[int],
         source, target = pathlib.Path(folder, "model.sqmap"), pathlib.Path(folder, "picture.png")
         save(source)
         command = [program(), "render", str(source), "-o", str(target), "--what", what, "--size", f"{width}x{height}"]
-        for option, value in options:
-            if value is not None:
-                command.append(f"{option}={value}")
-        done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
+        command += [f"{option}={value}" for option, value in options if value is not None]
+        try:
+            done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
+        except OSError as e:
+            raise FileError("E_FILE", command[0], f"cannot be run: {e.strerror}", "name the program in SQMAP_PROGRAM") from None
         if done.returncode != 0:
             kind = InternalError if done.returncode == 70 else Error
             raise kind("E_RENDER", what, done.stderr.strip().replace(str(source), "the model"), "see `python -m sqmap render --help`")

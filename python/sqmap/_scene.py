@@ -5,7 +5,7 @@ from typing import Any, Optional
 
 import numpy as np
 
-from ._arrays import count, numbers, refuse
+from ._arrays import count, instance, numbers, refuse
 from ._model import Model, bake
 
 
@@ -24,9 +24,8 @@ class Scene:
 
     def add_model(self, model: Model) -> int:
         """Adds a baked model; its number."""
-        if not isinstance(model, Model):
-            raise refuse("model", f"is a {type(model).__name__}", "give a Model")
-        self._models.append(model)
+        with instance(model, Model, "model").use("model"):
+            self._models.append(model)
         return len(self._models) - 1
 
     def add_triangles(self, vertices: Any, triangles: Optional[Any] = None, **options: Any) -> int:
@@ -46,11 +45,11 @@ class Scene:
         return np.abs(self.compute_signed_distance(query_points, nthreads))
 
     def compute_occupancy(self, query_points: Any, nthreads: int = 0) -> np.ndarray:
-        """{...} float32: 1 inside, 0 outside, by the triangles."""
+        """{...} float32: 1 inside, 0 outside, by the triangles. Raises ArgumentError for a point that is not finite."""
         xyz, shape = self._points(query_points)
         out = np.zeros(len(xyz), np.bool_)
         for model in self._models:
-            out |= model.contains(xyz, threads=_threads(nthreads))
+            out |= model._contains(xyz, _threads(nthreads), "query_points")
         return out.astype(np.float32).reshape(shape)
 
     def compute_closest_points(self, query_points: Any, nthreads: int = 0) -> dict[str, np.ndarray]:

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import _library as c
-from ._arrays import LAYERS, Layer, count, flag, number, pointer, pose_of, refuse, rows
+from ._arrays import LAYERS, Layer, count, fill_pose, flag, instance, number, numbers, pointer, pose_of, refuse, rows
 from ._model import Model, Owned, address
 
 MODES = {"direct": 1, "proxy": 2, "coupled": 3}
@@ -29,7 +29,7 @@ class Force(NamedTuple):
     depth: float           #: m; of a proxy the stretch of its spring
     normal: np.ndarray     #: (3,) unit, outward; zero where free
     status: int            #: bits of haptic::StepStatus
-    acted: int             #: bits of haptic::SafetyStep
+    acted: int             #: bits of haptic::SafetyStep: 1 something is not finite, or the pose no rotation
     faults: int            #: bits of haptic::SafetyFault; any of them means zero until RESUME
     engaged: bool          #: all that is commanded is sent, within limits
     tool: np.ndarray       #: (4, 4) where the tool is: the device's pose, the proxy's or the coupled body's
@@ -60,8 +60,7 @@ class Session(Owned):
                  stiffness: float = 500.0, damping: float = 0.0, friction: float = 0.4, layer: Layer = 3, max_force: float = 0.0,
                  max_torque: float = 0.0, continuous_force: float = 0.0, force_limit: float = 0.0, torque_limit: float = 0.0,
                  dead_man: bool = False, mode: str = "direct", side_path: float = 0.0) -> None:
-        if not isinstance(model, Model):
-            raise refuse("model", f"is a {type(model).__name__}", "give a Model")
+        instance(model, Model, "model")
         if isinstance(layer, bool) or not isinstance(layer, (int, str)) or layer not in LAYERS:
             raise refuse("layer", f"is {layer!r}", 'take 1, 2, 3, "exact" or "auto"')
         if not isinstance(mode, str) or mode not in MODES:
@@ -80,7 +79,7 @@ class Session(Owned):
         options = c.SessionOptions(pose=pointer(pose_of(pose)), layer=LAYERS[layer], has_dead_man=flag(dead_man, "dead_man"),
                                    mode=MODES[mode], **sizes)
         handle = c.Handle()
-        with model.use() as touched:
+        with model.use("model") as touched:
             c.call("sqmap_make_session", touched, options, handle)
         super().__init__(handle)
         self._sequence = 0
@@ -88,18 +87,21 @@ class Session(Owned):
     def tick(self, pose: Any, time: float, *, sample_time: Any = None, sequence: Any = None, acts: int = 0) -> Force:
         """One tick. pose: (4, 4) of the tool in the world, m, or its position (3,). time: s, monotonic. sample_time: when the
         device was read, default now; sequence: of the reading, default a fresh one; acts: STOP | RESUME | RESTART | HELD |
-        DISCONNECTED. What is not finite gives zero force and says so in status and faults."""
-        matrix = np.asarray(pose)
-        if matrix.dtype.kind not in "fiu" or matrix.shape not in ((3,), (3, 4), (4, 4)):
-            raise refuse("pose", f"has the shape {matrix.shape} and the type {matrix.dtype}", "give (4, 4), (3, 4) or (3,) numbers")
+        DISCONNECTED. What is not finite, or no rotation, gives zero force and says so in acted, after three ticks in faults."""
+        matrix = numbers(pose, "pose")
+        if matrix.shape not in ((3,), (3, 4), (4, 4)):
+            raise refuse("pose", f"has the shape {matrix.shape}", "give a matrix (4, 4) or (3, 4), or a position (3,)")
         if sequence is None:
             self._sequence += 1
             sequence = self._sequence
         now = number(time, "time")
         tick = c.Tick(time=now, sample_time=now if sample_time is None else number(sample_time, "sample_time"),
                       sequence=count(sequence, "sequence", 2**64 - 1), acts=count(acts, "acts", 31))
-        tick.pose.rotation[:] = (np.eye(3) if matrix.shape == (3,) else matrix[:3, :3]).astype(float).ravel().tolist()
-        tick.pose.translation[:] = (matrix if matrix.shape == (3,) else matrix[:3, 3]).astype(float).tolist()
+        if matrix.shape == (3,):
+            tick.pose.rotation[:], tick.pose.translation[:] = (1, 0, 0, 0, 1, 0, 0, 0, 1), matrix.tolist()
+        else:
+            # The last row of a pose that is not finite is not judged: the session answers it with zero force and a fault.
+            fill_pose(tick.pose, matrix if np.isfinite(matrix[:3]).all() else matrix[:3], "pose")
         out = c.Force()
         with self.turn, self.use() as handle:
             c.call("sqmap_tick_session", handle, tick, out)

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import _library as c
-from ._arrays import Layer, pointer, pose_of, query_options, refuse, rows
+from ._arrays import Layer, flag, instance, number, pointer, pose_of, query_options, refuse, rows
 from ._bodies import _rows_of
 from ._model import Model, Owned, address, points_struct
 
@@ -37,8 +37,9 @@ class TactilePad(Owned):
         at, outward = rows(points), rows(normals, "normals")
         if at.shape != outward.shape:
             raise refuse("normals", f"has the shape {outward.shape}", f"give one for each point: {at.shape}")
-        options = c.PadOptions(layer=query_options(layer).layer, tactile_damping=tactile_damping)
-        for name, value in (("tactile_kn", tactile_kn), ("tactile_kt", tactile_kt), ("tactile_mu", tactile_mu)):
+        options = c.PadOptions(layer=query_options(layer).layer, tactile_damping=number(tactile_damping, "tactile_damping"))
+        for name, given in (("tactile_kn", tactile_kn), ("tactile_kt", tactile_kt), ("tactile_mu", tactile_mu)):
+            value = number(given, name)
             if not value >= 0:
                 raise refuse(name, f"is {value}", "give a number from 0")
             setattr(options, name, value if value > 0 else -1.0)  # zero stands for the library's default
@@ -53,12 +54,12 @@ class TactilePad(Owned):
     def tick(self, model: Model, pose: Any = None, dt: float = 0.0, *, model_pose: Any = None, restart: bool = False) -> Touch:
         """One tick. pose, model_pose: matrices (4, 4) to a common frame; dt: since the tick before, s. Slip is the motion over the
         model since then; restart: the pad was lifted and set elsewhere, there is none."""
-        if not isinstance(model, Model):
-            raise refuse("model", f"is a {type(model).__name__}", "give a Model")
+        instance(model, Model, "model")
         taxels = np.empty(self._size, TAXEL)
         out = c.Taxels(taxels=address(taxels), count=self._size)
         own, other = pose_of(pose), pose_of(model_pose, "model_pose")
-        with model.use() as touched, self.turn, self.use() as handle:
-            tick = c.PadTick(model=touched, model_pose=pointer(other), pose=pointer(own), dt=dt, restarts=int(restart))
+        with model.use("model") as touched, self.turn, self.use() as handle:
+            tick = c.PadTick(model=touched, model_pose=pointer(other), pose=pointer(own), dt=number(dt, "dt"),
+                             restarts=flag(restart, "restart"))
             c.call("sqmap_tick_pad", handle, tick, out)
         return Touch(taxels, out.contacts, np.array(out.force[:]), np.array(out.torque[:]), out.status)

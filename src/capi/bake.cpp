@@ -6,8 +6,10 @@
 #include <array>
 #include <cctype>
 #include <cstdint>
+#include <cstdio>
 #include <filesystem>
 #include <string>
+#include <variant>
 
 namespace sqmap::capi {
 namespace {
@@ -99,7 +101,7 @@ bake::BakeOptions bake_options(const sqmap_bake_options& o)
         throw Failure{SQMAP_E_ARGUMENT, "options.threads", "is " + std::to_string(o.threads), "give at most 1024"};
     if (o.target_error != 0) out.target_error = checked(o.target_error, 1e-3, 100, "options.target_error");
     if (o.band != 0) out.band = checked(o.band, 0, 100, "options.band");
-    if (o.max_parts != 0) out.max_parts = o.max_parts;
+    if (o.max_parts != 0) out.max_parts = static_cast<std::uint32_t>(checked(o.max_parts, 1, 1000, "options.max_parts"));
     out.exact = o.without_exact == 0;
     out.threads = o.threads;
     if (o.progress != nullptr)
@@ -107,6 +109,21 @@ bake::BakeOptions bake_options(const sqmap_bake_options& o)
             if (o.progress(o.progress_context, stage, done) != 0) throw Cancelled{};
         };
     return out;
+}
+
+/// The element of a diagnosis, "face 12", as a caller of arrays counts: "mesh.triangles[11]"; without "mesh." but in C.
+std::string in_arrays(const std::string& element, std::int32_t words)
+{
+    const std::string owner = words == SQMAP_WORDS_C ? "mesh." : "";
+    const auto row = [&](const char* name, unsigned long long from_one) {
+        return owner + name + "[" + std::to_string(from_one - 1) + "]";
+    };
+    unsigned long long first = 0, second = 0;
+    if (std::sscanf(element.c_str(), "face %llu", &first) == 1) return row("triangles", first);
+    if (std::sscanf(element.c_str(), "vertex %llu", &first) == 1) return row("vertices", first);
+    if (std::sscanf(element.c_str(), "edge %llu-%llu", &first, &second) == 2)
+        return "edge " + row("vertices", first) + "-" + row("vertices", second);
+    return element;
 }
 
 std::shared_ptr<Model> baked(const MeshInput& input, const sqmap_bake_options& o)
@@ -123,7 +140,9 @@ std::shared_ptr<Model> baked(const MeshInput& input, const sqmap_bake_options& o
         return std::make_shared<Model>(result.bytes(), notes);
     } catch (const mesh::RefusedMesh& e) {
         const mesh::Diagnosis& d = e.diagnosis();
-        throw Failure{SQMAP_E_MESH, d.element, d.message, d.cure.text(names), mesh::name_of(d.code)};
+        const bool is_file = std::holds_alternative<std::filesystem::path>(input);
+        throw Failure{SQMAP_E_MESH, is_file ? d.element : in_arrays(d.element, o.words), d.message, d.cure.text(names),
+                      mesh::name_of(d.code)};
     } catch (const Cancelled&) {
         throw Failure{SQMAP_E_CANCELLED, "progress", "the callback stopped the bake", "bake again"};
     }

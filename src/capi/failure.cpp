@@ -1,3 +1,4 @@
+#include "objects.h"
 #include "structs.h"
 
 #include "sqmap/io/model_file.h"
@@ -15,8 +16,8 @@ namespace {
 
 /// Fixed texts: an error is kept without memory from anywhere.
 struct Kept {
-    std::array<char, 64> name{}, element{};
-    std::array<char, 768> message{}, cure{};
+    std::array<char, 64> name{};
+    std::array<char, 768> element{}, message{}, cure{};
     sqmap_error error{sizeof(sqmap_error), SQMAP_OK, name.data(), element.data(), message.data(), cure.data()};
 };
 
@@ -53,6 +54,17 @@ sqmap_code keep(sqmap_code code, const Texts& texts) noexcept
 }  // namespace
 
 void refuse_null(const char* element) { throw Failure{SQMAP_E_ARGUMENT, element, "is a null pointer", "give an address"}; }
+
+void refuse_handle(std::uint64_t id, std::uint8_t kind, const char* element)
+{
+    static constexpr std::array<const char*, 6> k_kinds{"", "model", "probe", "workspace", "session", "pad"};
+    const std::string wanted = k_kinds[kind];
+    const std::uint64_t given = (id >> 16) & 0xff;
+    if (id == 0) throw Failure{SQMAP_E_HANDLE, element, "is {0}", "give an open " + wanted};
+    if (given != kind && given > 0 && given < k_kinds.size())
+        throw Failure{SQMAP_E_HANDLE, element, std::string("is the handle of a ") + k_kinds[given], "give an open " + wanted};
+    throw Failure{SQMAP_E_HANDLE, element, "is closed, or was never opened", "open it, and do not use it after closing it"};
+}
 
 sqmap_code caught() noexcept
 {

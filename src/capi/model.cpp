@@ -54,7 +54,8 @@ io::MappedBytes mapped(const char* path, std::string_view key)
 mesh::Mesh mesh_of(const model::ModelView& view)
 {
     if (!model::has_exact(view))
-        throw Failure{SQMAP_E_MISSING, "model", "was baked without its triangles", "bake it with the exact layer"};
+        throw Failure{SQMAP_E_MISSING, "model", "was baked without its triangles",
+                      "bake it with the exact layer: without_exact = 0"};
     mesh::Mesh mesh = bake::baked_mesh(view);
     for (Vec3d& v : mesh.vertices) v = model::to_mesh_units(view.header, cast<float>(v));
     return mesh;
@@ -138,8 +139,9 @@ sqmap_code sqmap_bytes(sqmap_model model, const void** bytes, size_t* size)
 {
     return guarded([&] {
         const std::span<const std::byte> all = capi::model_of(model)->bytes();
+        std::size_t& count = needed(size, "size");
         needed(bytes, "bytes") = all.data();
-        needed(size, "size") = all.size();
+        count = all.size();
     });
 }
 
@@ -171,13 +173,13 @@ sqmap_code sqmap_info(sqmap_model model, sqmap_text* json)
 {
     return guarded([&] {
         const capi::Model& m = *capi::model_of(model);
-        capi::give_text(json, capi::json_of(m.view(), m.bytes().size()));
+        capi::give_text(json, capi::json_of(m.view(), m.bytes().size()), "json");
     });
 }
 
 sqmap_code sqmap_notes(sqmap_model model, sqmap_text* lines)
 {
-    return guarded([&] { capi::give_text(lines, capi::model_of(model)->notes()); });
+    return guarded([&] { capi::give_text(lines, capi::model_of(model)->notes(), "lines"); });
 }
 
 sqmap_code sqmap_triangles(sqmap_model model, double* vertices, uint32_t* triangles, int32_t* parts)
@@ -196,5 +198,5 @@ sqmap_code sqmap_triangles(sqmap_model model, double* vertices, uint32_t* triang
 
 sqmap_code sqmap_close_model(sqmap_model model)
 {
-    return guarded([&] { capi::models().close(model.id); });
+    return guarded([&] { capi::models().close(model.id, "model"); });
 }

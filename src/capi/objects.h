@@ -20,6 +20,9 @@
 
 namespace sqmap::capi {
 
+/// Refuses a handle that is not open, and says whether it is missing, of another kind or closed. @throw Failure
+[[noreturn]] void refuse_handle(std::uint64_t id, std::uint8_t kind, const char* element);
+
 /// Objects by handle. find() takes no lock; open() and close() do.
 /// Layout of a handle: generation, 40 bits; kind, 8; slot + 1, 16.
 template <class T, std::uint8_t Kind>
@@ -40,20 +43,20 @@ public:
         slot.id.store(id, std::memory_order_release);
         return id;
     }
-    /// @throw Failure where it is not open
-    const std::shared_ptr<T>& find(std::uint64_t id) const
+    /// element: the argument that holds the handle. @throw Failure where it is not open
+    const std::shared_ptr<T>& find(std::uint64_t id, const char* element) const
     {
         const std::uint64_t index = (id & 0xffff) - 1;
-        if (index >= k_slots || slots_[index].id.load(std::memory_order_acquire) != id) refuse();
+        if (index >= k_slots || slots_[index].id.load(std::memory_order_acquire) != id) refuse_handle(id, Kind, element);
         return slots_[index].object;
     }
     /// Passes over 0. @throw Failure where it is not open
-    void close(std::uint64_t id)
+    void close(std::uint64_t id, const char* element)
     {
         if (id == 0) return;
         std::shared_ptr<T> last;  // dies behind the lock
         const std::lock_guard lock(mutex_);
-        find(id);
+        find(id, element);
         const auto index = static_cast<std::uint32_t>((id & 0xffff) - 1);
         slots_[index].id.store(0, std::memory_order_release);
         last = std::move(slots_[index].object);
@@ -66,11 +69,6 @@ private:
         std::atomic<std::uint64_t> id{0};
         std::shared_ptr<T> object;
     };
-    [[noreturn]] static void refuse()
-    {
-        throw Failure{SQMAP_E_HANDLE, "handle", "is closed, or was never opened", "open it, and do not use it after closing it"};
-    }
-
     std::unique_ptr<Slot[]> slots_ = std::make_unique<Slot[]>(k_slots);
     std::mutex mutex_;
     std::vector<std::uint32_t> free_;
@@ -137,6 +135,9 @@ inline Handles<query::Probe, 2>& probes() { return table<query::Probe, 2>(); }
 inline Handles<query::PairWorkspace, 3>& workspaces() { return table<query::PairWorkspace, 3>(); }
 
 /// The open model. @throw Failure
-inline const std::shared_ptr<Model>& model_of(sqmap_model handle) { return models().find(handle.id); }
+inline const std::shared_ptr<Model>& model_of(sqmap_model handle, const char* element = "model")
+{
+    return models().find(handle.id, element);
+}
 
 }  // namespace sqmap::capi

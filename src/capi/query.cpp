@@ -14,6 +14,7 @@
 namespace sqmap::capi {
 namespace {
 
+constexpr double k_nan = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t k_batch = 4096;  ///< what query::distances shares work among
 
 /// Calls work(slice) for all of count, on this thread alone where it is one.
@@ -52,7 +53,7 @@ struct Batch {
 Batch batch_of(const sqmap_points* points)
 {
     const sqmap_points in = taken(&needed(points, "points"), "points");
-    return {rows(in, "points.xyz"), pose_of(in.pose)};
+    return {rows(in, "points.xyz"), pose_of(in.pose, "points.pose")};
 }
 
 std::size_t answer(const query::Body& body, const Batch& batch, const sqmap_query_options& o, const sqmap_contacts& out)
@@ -67,7 +68,7 @@ std::size_t answer(const query::Body& body, const Batch& batch, const sqmap_quer
             contacts += query::query_points(body, batch.points.subspan(few.first, few.count), options, answers);
             const auto at = [&](std::size_t i) -> const query::PointResult& { return answers[i]; };
             fill(out.contact, few, [&](std::size_t i) { return at(i).contact; });
-            fill(out.depth, few, [&](std::size_t i) { return at(i).depth; });
+            fill(out.depth, few, [&](std::size_t i) { return (at(i).status & query::k_not_finite) != 0 ? k_nan : at(i).depth; });
             fill_rows(out.normal, few, [&](std::size_t i) { return at(i).normal; });
             fill_rows(out.closest, few, [&](std::size_t i) { return at(i).point; });
             fill(out.part, few, [&](std::size_t i) { return at(i).part; });
@@ -87,9 +88,8 @@ void answer(const query::Body& body, const Batch& batch, const sqmap_query_optio
         const std::span<query::SignedDistance> answers{reinterpret_cast<query::SignedDistance*>(memory), k_batch};
         query::distances(body, batch.points.subspan(slice.first, slice.count), answers, band);
         const auto at = [&](std::size_t i) -> const query::SignedDistance& { return answers[i]; };
-        fill(out.distance, slice, [&](std::size_t i) {
-            return (at(i).status & query::k_not_finite) != 0 ? std::numeric_limits<double>::quiet_NaN() : at(i).distance;
-        });
+        fill(out.distance, slice,
+             [&](std::size_t i) { return (at(i).status & query::k_not_finite) != 0 ? k_nan : at(i).distance; });
         fill_rows(out.gradient, slice, [&](std::size_t i) { return at(i).gradient; });
         fill_rows(out.closest, slice, [&](std::size_t i) { return at(i).point; });
         fill(out.part, slice, [&](std::size_t i) { return at(i).part; });
@@ -119,7 +119,6 @@ mesh::ClosestPoint first_closest(const Surface& surface, Vec3d p)
 
 void answer(const Surface& surface, const Batch& batch, const sqmap_query_options& o, const sqmap_closest& out)
 {
-    constexpr double k_nan = std::numeric_limits<double>::quiet_NaN();
     const Pose back = inverse(batch.pose);
     for_batches(batch.points.size(), threads_of(o), [&](parallel::Slice slice) {
         for (std::size_t i = slice.first; i < slice.first + slice.count; ++i) {

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <string>
 
@@ -40,10 +41,11 @@ haptic::Mode mode_of(int mode)
 
 haptic::DeviceLimits device_of(const sqmap_session_options& o)
 {
+    constexpr double k_largest = std::numeric_limits<double>::max();  // the filter says which ones it holds
     haptic::DeviceLimits device;
-    device.max_force = o.max_force;
-    device.max_torque = o.max_torque;
-    device.continuous_force = o.continuous_force;
+    device.max_force = checked(o.max_force, 0, k_largest, "options.max_force");
+    device.max_torque = checked(o.max_torque, 0, k_largest, "options.max_torque");
+    device.continuous_force = checked(o.continuous_force, 0, k_largest, "options.continuous_force");
     return device;
 }
 
@@ -66,7 +68,7 @@ haptic::Material material_of(double friction)
 {
     haptic::Material material;
     if (friction == 0) return material;
-    material.mu_static = friction < 0 ? 0 : checked(friction, 0, 10, "options.friction");
+    material.mu_static = friction < 0 && std::isfinite(friction) ? 0 : checked(friction, 0, 10, "options.friction");
     material.mu_dynamic = 0.75 * material.mu_static;
     return material;
 }
@@ -74,8 +76,9 @@ haptic::Material material_of(double friction)
 haptic::SafetyFilter filter_of(const sqmap_session_options& o)
 {
     haptic::SafetyOptions options;
-    if (o.force_limit != 0) options.force_limit = o.force_limit;
-    if (o.torque_limit != 0) options.torque_limit = o.torque_limit;
+    constexpr double k_largest = std::numeric_limits<double>::max();
+    if (o.force_limit != 0) options.force_limit = checked(o.force_limit, 0, k_largest, "options.force_limit");
+    if (o.torque_limit != 0) options.torque_limit = checked(o.torque_limit, 0, k_largest, "options.torque_limit");
     options.dead_man = o.has_dead_man != 0;
     haptic::SafetyFilter filter(device_of(o), options);
     if (filter.verdict() != haptic::SetupVerdict::Ok)
@@ -103,7 +106,7 @@ public:
         : model_(std::move(model)),
           view_(haptic::in_metres(model_->view(), or_default(o.metres_per_unit, 1, 1e6, "options.metres_per_unit"))),
           tool_(tool_of(o)),
-          touched_{&view_, pose_of(o.pose), {}, material_of(o.friction)},
+          touched_{&view_, pose_of(o.pose, "options.pose"), {}, material_of(o.friction)},
           state_(tool_.state()),
           filter_(filter_of(o))
     {
@@ -118,7 +121,7 @@ public:
         sqmap_force out{};
         const double dt = in.time - time_;
         time_ = in.time;
-        const Pose pose = pose_as_given(in.pose);  // unchecked: the step and the filter judge it
+        const Pose pose = pose_or_nan(in.pose);  // the step and the filter say what NaN leads to
         haptic::Wrench commanded, sent;
         const haptic::StepResult step = haptic::step(
             state_, {.touched = {&touched_, 1}, .poses = {&pose, 1}, .dt = dt > 0 && dt < 1 ? dt : k_period}, {&commanded, 1});
@@ -209,18 +212,18 @@ sqmap_code sqmap_tick_session(sqmap_session session, const sqmap_tick* tick, sqm
         out.size = size;
         capi::give(force, out);
         const sqmap_tick in = capi::taken(&needed(tick, "tick"), "tick");
-        capi::give(force, capi::sessions().find(session.id)->tick(in));
+        capi::give(force, capi::sessions().find(session.id, "session")->tick(in));
     });
 }
 
 sqmap_code sqmap_simulate(sqmap_session session, const sqmap_simulation* simulation)
 {
     return guarded([&] {
-        capi::Session& s = *capi::sessions().find(session.id);
+        capi::Session& s = *capi::sessions().find(session.id, "session");
         const sqmap_simulation in = capi::taken(&needed(simulation, "simulation"), "simulation");
         const std::span<const Vec3d> targets =
             capi::rows({sizeof(sqmap_points), in.targets, in.count, nullptr}, "simulation.targets");
-        capi::check_finite(targets, "target ");
+        capi::check_finite(targets, "simulation.targets");
         for (std::size_t i = 0; i < targets.size(); ++i) {
             Vec3d position{};
             const sqmap_force out = s.simulate(targets[i], position);
@@ -234,5 +237,5 @@ sqmap_code sqmap_simulate(sqmap_session session, const sqmap_simulation* simulat
 
 sqmap_code sqmap_close_session(sqmap_session session)
 {
-    return guarded([&] { capi::sessions().close(session.id); });
+    return guarded([&] { capi::sessions().close(session.id, "session"); });
 }

@@ -1,7 +1,9 @@
 #include "structs.h"
 
+#include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <limits>
 #include <string>
 
@@ -9,14 +11,80 @@ namespace sqmap::capi {
 namespace {
 
 constexpr unsigned k_max_threads = 1024;
-constexpr double k_orthonormal = 1e-6;  ///< how far the rows of a rotation may be from unit and square
+constexpr double k_orthonormal = 1e-6;  ///< a rotation whose rows are nearer to unit and square keeps its bits
+constexpr double k_mendable = 1e-4;     ///< one that is farther is refused
 
-bool is_rotation(const Mat3d& m)
+/// Largest difference between m m' and the identity; NaN where a number is.
+double off_orthonormal(const Mat3d& m)
 {
+    double off = 0;
     for (int i = 0; i < 3; ++i)
-        for (int j = i; j < 3; ++j)
-            if (!(std::abs(dot(m.row[i], m.row[j]) - (i == j ? 1 : 0)) < k_orthonormal)) return false;
-    return dot(cross(m.row[0], m.row[1]), m.row[2]) > 0;
+        for (int j = i; j < 3; ++j) {
+            const double here = std::abs(dot(m.row[i], m.row[j]) - (i == j ? 1 : 0));
+            if (std::isnan(here)) return here;
+            off = std::max(off, here);
+        }
+    return off;
+}
+
+/// The nearest orthonormal matrix, by two Newton-Schulz steps m (3 - m' m) / 2: each squares what m is off by.
+Mat3d mended(Mat3d m)
+{
+    for (int step = 0; step < 2; ++step) {
+        Mat3d next;
+        for (int i = 0; i < 3; ++i) {
+            next.row[i] = 1.5 * m.row[i];
+            for (int j = 0; j < 3; ++j) next.row[i] = next.row[i] - 0.5 * dot(m.row[i], m.row[j]) * m.row[j];
+        }
+        m = next;
+    }
+    return m;
+}
+
+std::string text_of(double v)
+{
+    std::array<char, 32> line{};
+    std::snprintf(line.data(), line.size(), "%g", v);
+    return line.data();
+}
+
+/// Refuses numbers[i] that are not finite; element: names the array.
+void check_numbers(std::span<const double> numbers, const std::string& element)
+{
+    for (std::size_t i = 0; i < numbers.size(); ++i)
+        if (!std::isfinite(numbers[i]))
+            throw Failure{SQMAP_E_ARGUMENT, element + "[" + std::to_string(i) + "]",
+                          std::isnan(numbers[i]) ? "is NaN" : "is infinite", "give finite numbers"};
+}
+
+Pose as_given(const sqmap_pose& pose)
+{
+    Pose out;
+    const double* r = pose.rotation;
+    for (int i = 0; i < 3; ++i) out.rotation.row[i] = {r[3 * i], r[3 * i + 1], r[3 * i + 2]};
+    out.translation = {pose.translation[0], pose.translation[1], pose.translation[2]};
+    return out;
+}
+
+/// Makes a rotation orthonormal where it is off by no more than that can be; false where it is none.
+bool mend(Mat3d& m)
+{
+    const double off = off_orthonormal(m);
+    if (!(off < k_mendable) || !(dot(cross(m.row[0], m.row[1]), m.row[2]) > 0)) return false;
+    if (!(off < k_orthonormal)) m = mended(m);
+    return true;
+}
+
+/// Says why a rotation is refused. @throw Failure
+[[noreturn]] void refuse_rotation(const sqmap_pose& pose, const Mat3d& m, const std::string& element)
+{
+    check_numbers(pose.rotation, element + ".rotation");
+    const double off = off_orthonormal(m);
+    throw Failure{SQMAP_E_ARGUMENT, element + ".rotation",
+                  off < k_mendable ? "mirrors: its determinant is -1"
+                                   : "is no rotation: its rows are off unit and square by " + text_of(off) +
+                                         ", and the tolerance is " + text_of(k_mendable),
+                  "give the rows of an orthonormal matrix of determinant one"};
 }
 
 }  // namespace
@@ -38,32 +106,25 @@ void check_struct(const void* given, std::size_t known, const char* element)
 double checked(double value, double min, double max, const char* element)
 {
     if (value >= min && value <= max) return value;
-    const auto text = [](double v) {
-        char line[32];
-        std::snprintf(line, sizeof line, "%g", v);
-        return std::string(line);
-    };
-    throw Failure{SQMAP_E_ARGUMENT, element, "is " + text(value), "give a number from " + text(min) + " to " + text(max)};
+    throw Failure{SQMAP_E_ARGUMENT, element, std::isnan(value) ? "is NaN" : "is " + text_of(value),
+                  "give a number from " + text_of(min) + " to " + text_of(max)};
 }
 
-Pose pose_as_given(const sqmap_pose& pose)
+Pose pose_or_nan(const sqmap_pose& pose) noexcept
 {
-    Pose out;
-    const double* r = pose.rotation;
-    for (int i = 0; i < 3; ++i) out.rotation.row[i] = {r[3 * i], r[3 * i + 1], r[3 * i + 2]};
-    out.translation = {pose.translation[0], pose.translation[1], pose.translation[2]};
+    constexpr double k_nan = std::numeric_limits<double>::quiet_NaN();
+    constexpr Vec3d k_none{k_nan, k_nan, k_nan};
+    Pose out = as_given(pose);
+    if (!mend(out.rotation) || !is_finite(out.translation)) out = {{{k_none, k_none, k_none}}, k_none};
     return out;
 }
 
-Pose pose_of(const sqmap_pose* pose)
+Pose pose_of(const sqmap_pose* pose, const char* element)
 {
     if (pose == nullptr) return {};
-    const Pose out = pose_as_given(*pose);
-    if (!is_finite(out.translation))
-        throw Failure{SQMAP_E_ARGUMENT, "pose.translation", "is not finite", "give three finite numbers"};
-    if (!is_rotation(out.rotation))
-        throw Failure{SQMAP_E_ARGUMENT, "pose.rotation", "is no proper rotation",
-                      "give the rows of an orthonormal matrix of determinant one"};
+    Pose out = as_given(*pose);
+    if (!is_finite(out.translation)) check_numbers(pose->translation, element + std::string(".translation"));
+    if (!mend(out.rotation)) refuse_rotation(*pose, out.rotation, element);
     return out;
 }
 
@@ -117,13 +178,14 @@ std::span<const Vec3d> rows(const sqmap_points& points, const char* element)
 void check_finite(std::span<const Vec3d> rows, const char* element, const char* cure)
 {
     for (std::size_t i = 0; i < rows.size(); ++i)
-        if (!is_finite(rows[i])) throw Failure{SQMAP_E_ARGUMENT, element + std::to_string(i), "is not finite", cure};
+        if (!is_finite(rows[i]))
+            throw Failure{SQMAP_E_ARGUMENT, element + ("[" + std::to_string(i) + "]"), "is not finite", cure};
 }
 
-void give_text(sqmap_text* target, std::string_view text)
+void give_text(sqmap_text* target, std::string_view text, const char* element)
 {
-    sqmap_text out = taken(&needed(target, "text"), "text");
-    if (out.text == nullptr && out.capacity > 0) refuse_null("text.text");
+    sqmap_text out = taken(&needed(target, element), element);
+    if (out.text == nullptr && out.capacity > 0) refuse_null((element + std::string(".text")).c_str());
     if (out.capacity > 0) {
         const std::size_t count = std::min(text.size(), out.capacity - 1);
         std::memcpy(out.text, text.data(), count);

@@ -78,10 +78,11 @@ void give(T* target, T value)
 /// The value. @throw Failure for a number that is not finite, or not within [min, max]
 double checked(double value, double min, double max, const char* element);
 
-/// A caller's pose as it is, unchecked.
-Pose pose_as_given(const sqmap_pose& pose);
-/// @throw Failure for a matrix that is no rotation; null stands for the identity
-Pose pose_of(const sqmap_pose* pose);
+/// A caller's pose for a call that answers whatever it is given: all NaN where pose_of() would refuse it.
+Pose pose_or_nan(const sqmap_pose& pose) noexcept;
+/// Null stands for the identity. A rotation whose rows are off by 1e-6 to 1e-4 is made orthonormal, a better one keeps its bits.
+/// element: names the pose. @throw Failure for a number that is not finite, and for a matrix that is no rotation
+Pose pose_of(const sqmap_pose* pose, const char* element);
 
 /// @throw Failure for a number that names no layer, and for numbers out of range
 query::QueryOptions query_options(const sqmap_query_options& options);
@@ -93,10 +94,10 @@ query::Layer layer_of(int layer);
 /// Rows of three doubles as they lie in the caller's memory.
 std::span<const Vec3d> rows(const sqmap_points& points, const char* element);
 
-/// Refuses a row that is not finite: element is its name, before its number.
+/// Refuses a row that is not finite: element names the rows, and "element[3]" the fourth.
 void check_finite(std::span<const Vec3d> rows, const char* element, const char* cure = "leave it out");
 
-/// Text to the caller's.
-void give_text(sqmap_text* target, std::string_view text);
+/// Text to the caller's. element: names the argument.
+void give_text(sqmap_text* target, std::string_view text, const char* element);
 
 }  // namespace sqmap::capi

@@ -3,6 +3,7 @@
 #include "objects.h"
 #include "structs.h"
 
+#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <string>
@@ -17,7 +18,7 @@ static_assert(sizeof(sqmap_taxel) == sizeof(haptic::Taxel) && offsetof(sqmap_tax
 double or_default(double value, double standard, const char* element)
 {
     if (value == 0) return standard;
-    return value < 0 ? 0 : checked(value, 0, std::numeric_limits<double>::max(), element);
+    return value < 0 && std::isfinite(value) ? 0 : checked(value, 0, std::numeric_limits<double>::max(), element);
 }
 
 }  // namespace
@@ -39,8 +40,8 @@ public:
             throw Failure{SQMAP_E_ARGUMENT, "taxels.count", "is " + std::to_string(out.count),
                           "give space for the pad's " + std::to_string(pad_.size()) + " taxels"};
         haptic::TactileTick tick;
-        tick.touched = {&model_of(in.model)->view(), nullptr, pose_of(in.model_pose)};
-        tick.pose = pose_of(in.pose);
+        tick.touched = {&model_of(in.model, "tick.model")->view(), nullptr, pose_of(in.model_pose, "tick.model_pose")};
+        tick.pose = pose_of(in.pose, "tick.pose");
         tick.dt = checked(in.dt, 0, std::numeric_limits<double>::max(), "tick.dt");
         if (in.restarts != 0) pad_.restart();
         const haptic::TactileResult result =
@@ -77,8 +78,8 @@ sqmap_code sqmap_make_pad(const sqmap_points* points, const double* normals, con
         const std::span<const Vec3d> at = capi::rows(given, "points.xyz"), along = capi::rows(outward, "normals");
         if (at.empty()) throw capi::Failure{SQMAP_E_ARGUMENT, "points.count", "is 0", "give at least one point"};
         constexpr const char* k_cure = "give finite numbers, or leave the taxel out";
-        capi::check_finite(at, "point ", k_cure);
-        capi::check_finite(along, "normal ", k_cure);
+        capi::check_finite(at, "points.xyz", k_cure);
+        capi::check_finite(along, "normals", k_cure);
         out.id = capi::pads().open(std::make_shared<capi::Pad>(at, along, capi::taken(options, "options")));
     });
 }
@@ -88,12 +89,12 @@ sqmap_code sqmap_tick_pad(sqmap_pad pad, const sqmap_pad_tick* tick, sqmap_taxel
     return guarded([&] {
         const sqmap_pad_tick in = capi::taken(&needed(tick, "tick"), "tick");
         sqmap_taxels out = capi::taken(&needed(taxels, "taxels"), "taxels");
-        capi::pads().find(pad.id)->tick(in, out);
+        capi::pads().find(pad.id, "pad")->tick(in, out);
         capi::give(taxels, out);
     });
 }
 
 sqmap_code sqmap_close_pad(sqmap_pad pad)
 {
-    return guarded([&] { capi::pads().close(pad.id); });
+    return guarded([&] { capi::pads().close(pad.id, "pad"); });
 }

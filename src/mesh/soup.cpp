@@ -45,7 +45,7 @@ std::vector<bool> used_vertices(const PolygonView& in)
             const std::int64_t v = in.indices[i];
             if (v < 0 || static_cast<std::uint64_t>(v) >= in.positions.size())
                 refuse(Refusal::Index, element("face", f),
-                       "a corner names a vertex that is not there; the file has " + number(in.positions.size()),
+                       "a corner names a vertex that is not there; there are " + number(in.positions.size()),
                        "export the mesh again");
             used[static_cast<std::size_t>(v)] = true;
         }

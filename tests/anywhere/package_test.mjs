@@ -133,11 +133,11 @@ refuses("a session of nothing", "E_ARGUMENT", /model/, () => sqmap.session({}));
 refuses("a stiffness below zero", "E_ARGUMENT", /stiffness/, () => sqmap.session(model, {stiffness: -1}));
 refuses("an option that there is not", "E_ARGUMENT", /softness/, () => sqmap.session(model, {softness: 1}));
 refuses("no mesh", "E_ARGUMENT", /vertices/, () => sqmap.bake({vertices: "x", triangles: []}));
-refuses("an open mesh", "E_OPEN", /edge|component|face/, () => {
+refuses("an open mesh", "E_OPEN", /^edge vertices\[\d+\]-vertices\[\d+\]$/, () => {
   const {vertices, triangles} = box(6);
   sqmap.bake({vertices, triangles: triangles.slice(5)}, {repair: "none"});
 });
-refuses("a face beyond the vertices", "E_INDEX", /face/, () => sqmap.bake({vertices: [[0, 0, 0]], triangles: [[0, 1, 9]]}));
+refuses("a face beyond the vertices", "E_INDEX", /^triangles\[0\]$/, () => sqmap.bake({vertices: [[0, 0, 0]], triangles: [[0, 1, 9]]}));
 refuses("bytes that are no model", "E_MODEL", /bytes|model/, () => sqmap.open(new Uint8Array(64)));
 refuses("a model cut short", "E_MODEL", /bytes|model/, () => sqmap.open(model.toBytes().slice(0, 5000)));
 refuses("no bytes", "E_ARGUMENT", /bytes/, () => sqmap.open("model"));
@@ -145,6 +145,46 @@ refuses("a wrong layer", "E_ARGUMENT", /layer/, () => model.query([[0, 0, 0]], {
 refuses("half a point", "E_ARGUMENT", /points/, () => model.query([1, 2, 3, 4]));
 refuses("a pose of nine numbers", "E_ARGUMENT", /pose/, () => model.query([1, 2, 3], {pose: [1, 0, 0, 0, 1, 0, 0, 0, 1]}));
 refuses("a pose that is not rigid", "E_ARGUMENT", /pose/, () => model.query([1, 2, 3], {pose: new Array(16).fill(2)}));
+const nan = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, NaN, 0, 0, 0, 0, 1], origin = [[0, 0, 0]];
+const probe = sqmap.probe(origin), closed = sqmap.probe(origin), other = await load();
+closed.close();
+refuses("a pose of NaN", "E_ARGUMENT", /^options\.pose\[10\]$/, () => model.query(origin, {pose: nan}));
+refuses("a probe's pose of NaN", "E_ARGUMENT", /^options\.probePose\[10\]$/, () => model.probe(probe, {probePose: nan}));
+refuses("a closed probe", "E_HANDLE", /^probe$/, () => model.probe(closed));
+refuses("a probe of another library", "E_ARGUMENT", /^probe$/, () => model.probe(other.probe(origin)));
+refuses("a probe without points", "E_ARGUMENT", /^points$/, () => sqmap.probe([]));
+refuses("a point of a probe that is not finite", "E_ARGUMENT", /^points\[1\]$/, () => sqmap.probe([[0, 0, 0], [0, NaN, 0]]));
+refuses("a target that is not finite", "E_ARGUMENT", /^targets\[0\]$/, () => sqmap.session(model).simulate([NaN, 0, 0]));
+refuses("a limit of NaN", "E_ARGUMENT", /^options\.forceLimit$/, () => sqmap.session(model, {forceLimit: NaN}));
+refuses("a projection that there is not", "E_ARGUMENT", /projection/, () => sqmap.bake(box(6), {projection: "mercator"}));
+for (const wrong of [undefined, null, 5, "x", true, 1n, {}, [[1, 2]], [["a", "b", "c"]], new BigInt64Array(3)]) {
+  const named = (element, action) => refuses(`${element} ${String(wrong)}`, "E_ARGUMENT", element, action);
+  for (const call of ["query", "distances", "closestPoints"]) named(/^points/, () => model[call](wrong));
+  named(/^points/, () => sqmap.probe(wrong));
+  named(/^targets/, () => sqmap.session(model).simulate(wrong));
+  named(/^probe$/, () => model.probe(wrong));
+  named(/^model$/, () => sqmap.session(wrong));
+  named(/^bytes$/, () => sqmap.open(wrong));
+  named(/^bytes$/, () => sqmap.bakeFile("a.off", wrong));
+  named(/^mesh$|^vertices/, () => sqmap.bake(wrong));
+  named(/^vertices/, () => sqmap.bake({vertices: wrong, triangles: [[0, 1, 2]]}));
+  named(/^triangles/, () => sqmap.bake({vertices: origin, triangles: wrong}));
+  if (wrong !== undefined) {
+    if (wrong !== null) named(/^options\.pose/, () => model.query(origin, {pose: wrong}));
+    for (const option of wrong === 5 ? [] : ["margin", "tolerance"]) named(RegExp(`^options\\.${option}$`), () => model.query(origin, {[option]: wrong}));
+    if (wrong !== true) named(/^options\.smooth$/, () => model.query(origin, {smooth: wrong}));
+    named(/^options\.layer$/, () => model.query(origin, {layer: wrong}));
+    if (typeof wrong !== "object" || wrong === null) named(/^options$/, () => model.query(origin, wrong));
+    for (const option of ["targetError", "band", "thickness", "repair", "projection", "source", "progress"])
+      if (option !== "source" || wrong !== "x")
+        if (wrong !== 5 || !["targetError", "band", "thickness"].includes(option))
+          named(RegExp(`^options\\.${option}$`), () => sqmap.bake(box(1), {[option]: wrong}));
+  }
+}
+check("a point that is not finite has no depth", () => {
+  const {depth, status} = model.query([[0, NaN, 0]]);
+  assert.ok(Number.isNaN(depth[0]) && (status[0] & 1) === 1);
+});
 refuses("stopped", "E_CANCELLED", /./, () => sqmap.bake(box(6), {progress: () => false}));
 check("an exception of progress goes through", () =>
   assert.throws(() => sqmap.bake(box(6), {progress: () => { throw new TypeError("mine"); }}), TypeError));

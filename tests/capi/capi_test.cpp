@@ -85,7 +85,10 @@ TEST_F(Capi, PointsHaveTheBitsOfTheLibrary)
                 ASSERT_EQ(certain[i], r.certain ? 1 : 0);
                 ASSERT_EQ(status[i], r.status);
                 ASSERT_EQ(part[i], r.part);
-                ASSERT_EQ(depth[i], r.depth);
+                if (i == 17)
+                    ASSERT_TRUE(std::isnan(depth[i]));
+                else
+                    ASSERT_EQ(depth[i], r.depth);
                 ASSERT_EQ(std::memcmp(&normal[3 * i], &r.normal, sizeof r.normal), 0);
                 ASSERT_EQ(std::memcmp(&closest[3 * i], &r.point, sizeof r.point), 0);
             }
@@ -161,7 +164,7 @@ TEST_F(Capi, ProbesAndPairsHaveTheBitsOfTheLibrary)
     }
     EXPECT_EQ(sqmap_close_probe(handle), SQMAP_OK);
     EXPECT_EQ(sqmap_close_workspace(workspace), SQMAP_OK);
-    expect_refused(sqmap_query_probe(&bodies, nullptr, &list), SQMAP_E_HANDLE, "handle");
+    expect_refused(sqmap_query_probe(&bodies, nullptr, &list), SQMAP_E_HANDLE, "bodies.a.probe");
 }
 
 TEST_F(Capi, TrianglesAreThoseThatWereBaked)
@@ -223,9 +226,9 @@ TEST_F(Capi, BadArgumentsAreNamed)
     const sqmap_pose scaled{{2, 0, 0, 0, 2, 0, 0, 0, 2}, {0, 0, 0}}, lost{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, k_nan, 0}};
     sqmap_points posed = in;
     posed.pose = &scaled;
-    expect_refused(sqmap_query_points(model_, &posed, nullptr, &out), SQMAP_E_ARGUMENT, "pose.rotation");
+    expect_refused(sqmap_query_points(model_, &posed, nullptr, &out), SQMAP_E_ARGUMENT, "points.pose.rotation");
     posed.pose = &lost;
-    expect_refused(sqmap_query_points(model_, &posed, nullptr, &out), SQMAP_E_ARGUMENT, "pose.translation");
+    expect_refused(sqmap_query_points(model_, &posed, nullptr, &out), SQMAP_E_ARGUMENT, "points.pose.translation[1]");
     expect_refused(sqmap_open(nullptr, &model_), SQMAP_E_ARGUMENT, "path");
     EXPECT_EQ(model_.id, 0u);
     expect_refused(sqmap_open("model.sqmap", nullptr), SQMAP_E_ARGUMENT, "model");
@@ -233,7 +236,56 @@ TEST_F(Capi, BadArgumentsAreNamed)
     expect_refused(sqmap_open_archived(nullptr, "", &model_), SQMAP_E_ARGUMENT, "archive");
     expect_refused(sqmap_open_archived("a.tar", nullptr, &model_), SQMAP_E_ARGUMENT, "key");
     expect_refused(sqmap_open_archived("there/is/none.tar", "", &model_), SQMAP_E_FILE, "there/is/none.tar");
-    expect_refused(sqmap_save({42}, "model.sqmap"), SQMAP_E_HANDLE, "handle");
+    expect_refused(sqmap_save({42}, "model.sqmap"), SQMAP_E_HANDLE, "model");
+}
+
+TEST_F(Capi, RotationsAreMendedWithinTheTolerance)
+{
+    points_[17].y = 0;
+    const double angle = 0.7, c = std::cos(angle), s = std::sin(angle);
+    const sqmap_pose exact{{c, -s, 0, s, c, 0, 0, 0, 1}, {0.1, 0, 0}};
+    const auto distances_with = [&](double off) {
+        sqmap_pose pose = exact;
+        pose.rotation[0] += off;
+        pose.rotation[5] -= off;
+        sqmap_points in = points();
+        in.pose = &pose;
+        std::vector<double> distance(points_.size());
+        sqmap_closest out{sizeof out, nullptr, distance.data(), nullptr};
+        EXPECT_EQ(sqmap_closest_points(model_, &in, nullptr, &out), SQMAP_OK) << sqmap_last_error()->message;
+        return distance;
+    };
+    // Below 1e-6 a rotation is taken bit for bit as it is given.
+    const double tiny = 3e-7;
+    const Pose back = inverse(Pose{{{{c + tiny, -s, 0}, {s, c, -tiny}, {0, 0, 1}}}, {0.1, 0, 0}});
+    std::vector<Vec3d> own;
+    for (const Vec3d p : points_) own.push_back(apply(back, p));
+    const sqmap_points in_own{sizeof in_own, &own[0].x, own.size(), nullptr};
+    std::vector<double> expected(own.size());
+    sqmap_closest answer{sizeof answer, nullptr, expected.data(), nullptr};
+    ASSERT_EQ(sqmap_closest_points(model_, &in_own, nullptr, &answer), SQMAP_OK);
+    EXPECT_EQ(distances_with(tiny), expected);
+    // Above, it is made orthonormal.
+    const double large = 5e-5;
+    const std::vector<double> mended = distances_with(large), straight = distances_with(0);
+    for (std::size_t i = 0; i < mended.size(); ++i) EXPECT_NEAR(mended[i], straight[i], 4 * large);
+    sqmap_pose pose = exact;
+    pose.rotation[0] += large;
+    pose.rotation[5] -= large;
+    sqmap_points in = points();
+    in.pose = &pose;
+    std::vector<Vec3d> closest(points_.size());
+    sqmap_closest out{sizeof out, &closest[0].x, nullptr, nullptr};
+    ASSERT_EQ(sqmap_closest_points(model_, &in, nullptr, &out), SQMAP_OK);
+    for (std::size_t i = 0; i < mended.size(); ++i) EXPECT_NEAR(norm(closest[i] - points_[i]), mended[i], 1e-12);
+    pose = exact;
+    pose.rotation[0] += 2e-4;
+    expect_refused(sqmap_closest_points(model_, &in, nullptr, &out), SQMAP_E_ARGUMENT, "points.pose.rotation");
+    EXPECT_NE(std::string(sqmap_last_error()->message).find("the tolerance is 0.0001"), std::string::npos);
+    pose = exact;
+    pose.rotation[4] = k_nan;
+    expect_refused(sqmap_closest_points(model_, &in, nullptr, &out), SQMAP_E_ARGUMENT, "points.pose.rotation[4]");
+    EXPECT_STREQ(sqmap_last_error()->message, "is NaN");
 }
 
 TEST_F(Capi, BytesThatAreNoModelAreRefused)
@@ -254,15 +306,15 @@ TEST_F(Capi, HandlesAreNotGivenTwice)
     ASSERT_EQ(sqmap_close_model(first), SQMAP_OK);
     ASSERT_EQ(sqmap_open_bytes(bytes_.data(), bytes_.size(), &second), SQMAP_OK);
     EXPECT_NE(first.id, second.id);
-    expect_refused(sqmap_close_model(first), SQMAP_E_HANDLE, "handle");
-    expect_refused(sqmap_close_probe({second.id}), SQMAP_E_HANDLE, "handle");  // a model is no probe
+    expect_refused(sqmap_close_model(first), SQMAP_E_HANDLE, "model");
+    expect_refused(sqmap_close_probe({second.id}), SQMAP_E_HANDLE, "probe");  // a model is no probe
     EXPECT_EQ(sqmap_close_model(second), SQMAP_OK);
     EXPECT_EQ(sqmap_close_model({0}), SQMAP_OK);
 }
 
 TEST_F(Capi, ErrorsBelongToTheirThread)
 {
-    expect_refused(sqmap_close_model({99}), SQMAP_E_HANDLE, "handle");
+    expect_refused(sqmap_close_model({99}), SQMAP_E_HANDLE, "model");
     std::thread([] { EXPECT_EQ(sqmap_last_error()->code, SQMAP_OK); }).join();
     EXPECT_EQ(sqmap_last_error()->code, SQMAP_E_HANDLE);
 }
@@ -379,7 +431,7 @@ TEST_F(Capi, ATickThatFailsLeavesNoForce)
     }
     EXPECT_EQ(sqmap_close_session(session), SQMAP_OK);
     force.force[1] = 7;
-    expect_refused(sqmap_tick_session(session, &tick, &force), SQMAP_E_HANDLE, "handle");
+    expect_refused(sqmap_tick_session(session, &tick, &force), SQMAP_E_HANDLE, "session");
     expect_none();
 }
 

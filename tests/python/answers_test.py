@@ -109,7 +109,10 @@ class Points(unittest.TestCase):
         points = np.array([[np.nan, 0, 0], [0, np.inf, 0], [1, 0, 0]])
         model = ball_model()
         self.assertEqual(np.isnan(model.signed_distance(points)).tolist(), [True, True, False])
-        self.assertEqual(model.contains(points).tolist()[:2], [False, False])
+        with self.assertRaises(sqmap.ArgumentError) as raised:  # a bool cannot say that there is no answer
+            model.contains(points)
+        self.assertEqual(raised.exception.element, "points[0]")
+        self.assertTrue(np.isnan(model.query(points).depth[:2]).all())
         closest, distance, triangle = model.closest_point(points)
         self.assertTrue(np.isnan(closest[:2]).all() and np.isnan(distance[:2]).all())
         self.assertEqual(triangle[:2].tolist(), [-1, -1])

@@ -1,6 +1,13 @@
 """Bad input through every door of the package: an exception with code, element and cure, never anything else."""
+import os
 import pathlib
+import pty
+import re
+import signal
+import subprocess
+import sys
 import tempfile
+import threading
 import unittest
 
 import numpy as np
@@ -121,7 +128,7 @@ class BadInput(unittest.TestCase):
         for call in (lambda: model.query(POINTS), lambda: model.signed_distance(POINTS), lambda: model.info, lambda: model.mesh,
                      model.to_bytes, lambda: model.save("x"), lambda: sqmap.Session(model),
                      lambda: sqmap.query_probe(ball_model(), probe), lambda: sqmap.query_probe(model, sqmap.Probe(POINTS)),
-                     lambda: sqmap.query_pair(sqmap.Body(ball_model()), sqmap.Body(), workspace),
+                     lambda: sqmap.query_pair(sqmap.Body(ball_model()), sqmap.Body(probe=sqmap.Probe(POINTS)), workspace),
                      lambda: session.tick((0, 0, 0), 0.1), lambda: session.simulate(POINTS)):
             self.refused(sqmap.ClosedError, call)
         self.assertIn("closed", repr(model))
@@ -152,6 +159,57 @@ class BadInput(unittest.TestCase):
         self.refused(sqmap.Cancelled, sqmap.bake, torus(), progress=lambda stage, done: True)
         with self.assertRaises(ZeroDivisionError):
             sqmap.bake(torus(), progress=lambda stage, done: 1 / 0)
+
+    def test_the_callback_runs_on_the_callers_thread(self):
+        threads = set()
+        sqmap.bake(ball(1), progress=lambda stage, done: threads.add(threading.get_ident()) or False)
+        self.assertEqual(threads, {threading.get_ident()})
+
+    def test_control_c_stops_a_bake(self):
+        interrupt = lambda *_: os.kill(os.getpid(), signal.SIGINT)  # noqa: E731
+        with self.assertRaises(KeyboardInterrupt):
+            sqmap.bake(torus(), progress=interrupt)
+        timer = threading.Timer(0.05, interrupt)
+        timer.start()
+        with self.assertRaises(KeyboardInterrupt):
+            sqmap.bake(ball(5))
+        sqmap.bake(ball(1))  # and the next one goes through
+
+    def test_a_bar_on_a_terminal_and_a_line_a_stage_elsewhere(self):
+        code = "import sqmap, support; sqmap.bake(support.ball(1), progress=True)"
+        piped = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+        self.assertIn("decompose\nfit\n", piped.stderr)
+        self.assertEqual(piped.stdout, "")
+        ours, theirs = pty.openpty()
+        subprocess.run([sys.executable, "-c", code], stderr=theirs, check=True)
+        drawn = os.read(ours, 1 << 16).decode()
+        self.assertRegex(drawn, r"\rdecompose +\[ +\]   0%\r")
+        self.assertTrue(drawn.endswith("100%\r\n"), drawn)
+
+    def test_elements_count_from_zero_in_the_callers_words(self):
+        vertices, triangles = ball(2)
+        wrong = triangles.copy()
+        wrong[7, 2] = 10**6
+        for mesh, element in (((vertices, wrong), "triangles[7]"), ((np.where(np.arange(len(vertices))[:, None] == 5, np.nan, vertices),
+                                                                     triangles), "vertices[5]")):
+            self.assertEqual(self.refused(sqmap.MeshError, sqmap.bake, mesh).element, element)
+        opened = self.refused(sqmap.MeshError, sqmap.bake, (vertices, triangles[1:]), repair="none")
+        edge = re.fullmatch(r"edge vertices\[(\d+)\]-vertices\[(\d+)\]", opened.element)
+        self.assertLessEqual({int(edge[1]), int(edge[2])}, set(triangles[0].tolist()))
+        self.assertIn("surface=True", opened.cure)
+        self.assertEqual(self.refused(sqmap.ArgumentError, sqmap.Probe, [[0, 0, 0], [0, np.inf, 0]]).element, "points[1]")
+        pose = np.eye(4)
+        pose[1, 2] = np.nan
+        error = self.refused(sqmap.ArgumentError, sqmap.query_probe, ball_model(), sqmap.Probe(POINTS), model_pose=pose)
+        self.assertEqual((error.element, error.message), ("model_pose[1, 2]", "is NaN"))
+        pose[1, 2] = 1e-3
+        self.assertIn("tolerance is 0.0001", self.refused(sqmap.ArgumentError, ball_model().query, POINTS, pose=pose).message)
+        self.assertEqual(self.refused(sqmap.ArgumentError, sqmap.Session, ball_model(), force_limit=np.nan).element, "force_limit")
+        self.assertIn("exact=True", self.refused(sqmap.MissingError, sqmap.bake(ball(2), exact=False).closest_point, POINTS).cure)
+        with tempfile.TemporaryDirectory() as folder:  # the elements of a file are counted as its format does, from one
+            path = pathlib.Path(folder, "bad.off")
+            path.write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 9\n")
+            self.assertEqual(self.refused(sqmap.MeshError, sqmap.bake, path).element, "face 1")
 
     def test_pictures_that_cannot_be_drawn(self):
         self.refused(sqmap.Error, ball_model().render, "smell")
