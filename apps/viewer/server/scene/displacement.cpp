@@ -5,6 +5,7 @@
 #include "sqmap/mesh/bvh.h"
 #include "sqmap/shape/surface.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
