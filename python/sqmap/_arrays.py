@@ -96,10 +96,10 @@ def pose_of(pose: Optional[Any], element: str = "pose") -> Optional[c.Pose]:
     return out
 
 
-def fill_pose(out: c.Pose, matrix: np.ndarray, element: str) -> None:
-    """Writes a matrix (4, 4) or (3, 4), whose rotation the library judges."""
+def fill_pose(out: c.Pose, matrix: np.ndarray, element: str, answers_nan: bool = False) -> None:
+    """Writes a matrix (4, 4) or (3, 4), whose rotation the library judges. answers_nan: the library answers what is not finite."""
     flat = matrix.ravel().tolist()
-    if len(flat) == 16 and flat[12:] != [0, 0, 0, 1]:
+    if len(flat) == 16 and flat[12:] != [0, 0, 0, 1] and not (answers_nan and not all(map(math.isfinite, flat[:12]))):
         for k, value in enumerate(flat):
             if not math.isfinite(value):
                 raise refuse(f"{element}[{k // 4}, {k % 4}]", "is NaN" if value != value else "is infinite", "give finite numbers")

@@ -300,13 +300,15 @@ class Model(Owned):
         return self._contains(rows(points), threads, "points")
 
     def _contains(self, xyz: np.ndarray, threads: Optional[int], element: str) -> np.ndarray:
-        contact, status = np.empty(len(xyz), np.bool_), np.empty(len(xyz), np.uint8)
+        contact, status = np.empty(len(xyz), np.bool_), bytearray(len(xyz))
         with self.use() as handle:
             c.call("sqmap_query_points", handle, points_struct(xyz), query_options("exact", threads=threads),
-                   c.Contacts(contact=address(contact), status=address(status)))
-        if status.any() and (status & NOT_FINITE).any():
-            raise refuse(f"{element}[{int((status & NOT_FINITE).argmax())}]", "is not finite",
-                         "leave it out, or take signed_distance, which answers NaN")
+                   c.Contacts(contact=address(contact), status=ctypes.addressof(ctypes.c_uint8.from_buffer(status)) if status else None))
+        if status.strip(b"\0"):
+            wrong = np.frombuffer(status, np.uint8) & NOT_FINITE
+            if wrong.any():
+                raise refuse(f"{element}[{int(wrong.argmax())}]", "is not finite",
+                             "leave it out, or take signed_distance, which answers NaN")
         return contact
 
     def closest_point(self, points: Any, *, threads: Optional[int] = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -100,8 +100,7 @@ class Session(Owned):
         if matrix.shape == (3,):
             tick.pose.rotation[:], tick.pose.translation[:] = (1, 0, 0, 0, 1, 0, 0, 0, 1), matrix.tolist()
         else:
-            # The last row of a pose that is not finite is not judged: the session answers it with zero force and a fault.
-            fill_pose(tick.pose, matrix if np.isfinite(matrix[:3]).all() else matrix[:3], "pose")
+            fill_pose(tick.pose, matrix, "pose", answers_nan=True)
         out = c.Force()
         with self.turn, self.use() as handle:
             c.call("sqmap_tick_session", handle, tick, out)

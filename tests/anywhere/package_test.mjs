@@ -171,7 +171,8 @@ for (const wrong of [undefined, null, 5, "x", true, 1n, {}, [[1, 2]], [["a", "b"
   named(/^triangles/, () => sqmap.bake({vertices: origin, triangles: wrong}));
   if (wrong !== undefined) {
     if (wrong !== null) named(/^options\.pose/, () => model.query(origin, {pose: wrong}));
-    for (const option of wrong === 5 ? [] : ["margin", "tolerance"]) named(RegExp(`^options\\.${option}$`), () => model.query(origin, {[option]: wrong}));
+    for (const option of wrong === 5 ? [] : ["margin", "tolerance"])
+      named(RegExp(`^options\\.${option}$`), () => model.query(origin, {[option]: wrong}));
     if (wrong !== true) named(/^options\.smooth$/, () => model.query(origin, {smooth: wrong}));
     named(/^options\.layer$/, () => model.query(origin, {layer: wrong}));
     if (typeof wrong !== "object" || wrong === null) named(/^options$/, () => model.query(origin, wrong));
