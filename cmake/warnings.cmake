@@ -7,6 +7,9 @@ target_compile_options(sqmap_options INTERFACE
   -ffp-contract=off
   # GCC 12 at -O2 drops the rounding of two doubles to float and back where it makes a vector of them.
   $<$<AND:$<CXX_COMPILER_ID:GNU>,$<CONFIG:RelWithDebInfo>>:-fno-tree-slp-vectorize>)
+if(SQMAP_UNITY AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  target_compile_options(sqmap_options INTERFACE -Wno-subobject-linkage)  # GCC takes each source of a unity source for a header
+endif()
 if(SQMAP_WERROR)
   target_compile_options(sqmap_options INTERFACE -Werror)
 endif()

@@ -111,7 +111,7 @@ std::unique_ptr<SimulatedDevice> simulated_glove(const GloveMotion& motion, Moto
 
 namespace {
 
-constexpr const char* k_names[k_hand_joints] = {
+constexpr const char* k_joint_names[k_hand_joints] = {
     "wrist",
     "thumb-metacarpal",
     "thumb-phalanx-proximal",
@@ -184,7 +184,7 @@ Axes axes_of(const std::array<Vec3d, k_hand_joints>& positions)
 
 }  // namespace
 
-const char* hand_joint_name(std::size_t joint) noexcept { return joint < k_hand_joints ? k_names[joint] : ""; }
+const char* hand_joint_name(std::size_t joint) noexcept { return joint < k_hand_joints ? k_joint_names[joint] : ""; }
 
 HandSkin::HandSkin(const HandMesh& mesh, double length) : length_(length)
 {
