@@ -95,13 +95,14 @@ static int collide(const mjModel* m, const mjData* d, mjContact* con, int g1, in
     const sqmap_mujoco* o = override_of(m);
     const int a = m->geom_dataid[g1], b = m->geom_dataid[g2];
     if (o == NULL || o->meshes[a].model.id == 0 || o->meshes[b].model.id == 0) return hulls(m, d, con, g1, g2, margin);
-    if (workspace.id == 0 && sqmap_make_workspace(k_max_found, &workspace) != SQMAP_OK) return 0;
+    // Where sqmap fails, MuJoCo's own hulls answer: a failure must not read as free.
+    if (workspace.id == 0 && sqmap_make_workspace(k_max_found, &workspace) != SQMAP_OK) return hulls(m, d, con, g1, g2, margin);
     const sqmap_pose pa = pose_of(d, g1), pb = pose_of(d, g2);
     const sqmap_bodies bodies = {
         sizeof bodies, {o->meshes[a].model, o->meshes[a].probe, &pa}, {o->meshes[b].model, o->meshes[b].probe, &pb}};
     const sqmap_query_options options = {.size = sizeof options, .layer = o->layer, .margin = fmax(margin, 0)};
     sqmap_pair_list list = {.size = sizeof list};
-    if (sqmap_query_pair(&bodies, &options, workspace, &list) != SQMAP_OK) return 0;
+    if (sqmap_query_pair(&bodies, &options, workspace, &list) != SQMAP_OK) return hulls(m, d, con, g1, g2, margin);
     // The workspace is this thread's own, and its contacts are not read again.
     sqmap_pair_contact* contacts = (sqmap_pair_contact*)list.contacts;
     const int count = thinned(contacts, (int)list.count, o->max_contacts);
