@@ -2,6 +2,7 @@
 
 #include "sqmap/mesh/shapes.h"
 #include "viewer/objects.h"
+#include "viewer/server/protocol/text.h"
 #include "viewer/server/scene/load.h"
 
 #include <gtest/gtest.h>
