@@ -6,6 +6,7 @@ import json
 import math
 import struct
 import sys
+import typing
 
 # Joint, joint above it, where it is, m.
 SKELETON = [
@@ -100,47 +101,65 @@ class Glb:
             out.write(struct.pack("<II", len(self.binary), 0x004E4942) + bytes(self.binary))
 
 
-def skinned(glb, vertices, triangles):
-    """The mesh with its weights, as a primitive."""
-    number = {name: i for i, (name, _, _) in enumerate(SKELETON)}
-    four = [(weights_of(p) + [("", 0.0)] * 4)[:4] for p in vertices]
+class Figure(typing.NamedTuple):
+    """A mesh that a skeleton moves."""
+    places: list
+    triangles: list
+    skeleton: list  # joint, number of the joint above it or -1, where it is
+    weights: list   # of each place (joint, weight), at most four
+    times: list     # s
+    turns: list     # at each time the quaternions of joints that are turned
+    lifts: list     # at each time how far the first joint is lifted
+
+
+def primitive_of(glb, figure):
+    """The mesh with its weights."""
+    number = {name: i for i, (name, _, _) in enumerate(figure.skeleton)}
+    four = [(list(w) + [("", 0.0)] * 4)[:4] for w in figure.weights]
     return {
         "attributes": {
-            "POSITION": glb.add(vertices, "3f", "VEC3", 5126, bounded=True),
+            "POSITION": glb.add(figure.places, "3f", "VEC3", 5126, bounded=True),
             "JOINTS_0": glb.add([[number.get(n, 0) if w > 0 else 0 for n, w in v] for v in four], "4B", "VEC4", 5121),
             "WEIGHTS_0": glb.add([[w for _, w in v] for v in four], "4f", "VEC4", 5126)
         },
-        "indices": glb.add([[c] for t in triangles for c in t], "I", "SCALAR", 5125)
+        "indices": glb.add([[c] for t in figure.triangles for c in t], "I", "SCALAR", 5125)
     }
 
 
-def joints():
-    """The nodes of the skeleton, each where it is from the joint above it."""
+def nodes_of(skeleton):
+    """The nodes of the joints, each where it is from the joint above it."""
     nodes = []
-    for name, parent, at in SKELETON:
-        above = SKELETON[parent][2] if parent >= 0 else (0, 0, 0)
+    for name, parent, at in skeleton:
+        above = skeleton[parent][2] if parent >= 0 else (0, 0, 0)
         nodes.append({"name": name, "translation": [a - b for a, b in zip(at, above)]})
-    for i, (_, parent, _) in enumerate(SKELETON):
+    for i, (_, parent, _) in enumerate(skeleton):
         if parent >= 0:
             nodes[parent].setdefault("children", []).append(i)
     return nodes
 
 
-def walk(glb, pelvis):
-    """The gait as an animation; pelvis: where the first joint stands."""
-    times = [PERIOD * k / FRAMES for k in range(FRAMES + 1)]
-    keys = [gait(2 * math.pi * t / PERIOD) for t in times]
-    at, samplers, channels = glb.add([[t] for t in times], "f", "SCALAR", 5126, bounded=True), [], []
+def animation_of(glb, figure):
+    at, samplers, channels = glb.add([[t] for t in figure.times], "f", "SCALAR", 5126, bounded=True), [], []
 
     def channel(joint, path, output):
         channels.append({"sampler": len(samplers), "target": {"node": joint, "path": path}})
         samplers.append({"input": at, "output": output, "interpolation": "LINEAR"})
 
-    for i, (name, _, _) in enumerate(SKELETON):
-        channel(i, "rotation", glb.add([turns.get(name, (0, 0, 0, 1)) for turns, _ in keys], "4f", "VEC4", 5126))
-    x, y, z = pelvis
-    channel(0, "translation", glb.add([(x, y + lift, z) for _, lift in keys], "3f", "VEC3", 5126))
+    for i, (name, _, _) in enumerate(figure.skeleton):
+        channel(i, "rotation", glb.add([t.get(name, (0, 0, 0, 1)) for t in figure.turns], "4f", "VEC4", 5126))
+    x, y, z = figure.skeleton[0][2]
+    channel(0, "translation", glb.add([(x, y + lift, z) for lift in figure.lifts], "3f", "VEC3", 5126))
     return {"name": "walk", "channels": channels, "samplers": samplers}
+
+
+def write_glb(path, figure):
+    glb, nodes = Glb(), nodes_of(figure.skeleton)
+    primitive = primitive_of(glb, figure)
+    binds = glb.add([[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, -x, -y, -z, 1] for _, _, (x, y, z) in figure.skeleton], "16f", "MAT4", 5126)
+    animation = animation_of(glb, figure)
+    nodes.append({"name": "body", "mesh": 0, "skin": 0})
+    glb.write(path, {"scene": 0, "scenes": [{"nodes": [0, len(nodes) - 1]}], "nodes": nodes, "meshes": [{"primitives": [primitive]}],
+                     "skins": [{"joints": list(range(len(figure.skeleton))), "inverseBindMatrices": binds}], "animations": [animation]})
 
 
 def read_off(path):
@@ -154,13 +173,10 @@ def read_off(path):
 
 
 def rig(mesh, target):
-    glb, nodes = Glb(), joints()
-    primitive = skinned(glb, *read_off(mesh))
-    binds = glb.add([[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, -x, -y, -z, 1] for _, _, (x, y, z) in SKELETON], "16f", "MAT4", 5126)
-    animation = walk(glb, nodes[0]["translation"])
-    nodes.append({"name": "body", "mesh": 0, "skin": 0})
-    glb.write(target, {"scene": 0, "scenes": [{"nodes": [0, len(nodes) - 1]}], "nodes": nodes, "meshes": [{"primitives": [primitive]}],
-                       "skins": [{"joints": list(range(len(SKELETON))), "inverseBindMatrices": binds}], "animations": [animation]})
+    places, triangles = read_off(mesh)
+    times = [PERIOD * k / FRAMES for k in range(FRAMES + 1)]
+    turns, lifts = zip(*(gait(2 * math.pi * t / PERIOD) for t in times))
+    write_glb(target, Figure(places, triangles, SKELETON, [weights_of(p) for p in places], times, turns, lifts))
 
 
 if __name__ == "__main__":

@@ -191,8 +191,8 @@ class Dress(unittest.TestCase):
         times = [0.5 * k for k in range(5)]
         turns = [{"top": rig.about(0, 0.3 * math.sin(0.5 * math.pi * k))} for k in range(5)]
         name = "ball.glb" if triangles is None else "open.glb"
-        rig.write_glb(name, vertices, faces[:triangles], [("root", -1, (0, 0, 0)), ("top", 0, (0, 0, 0))], weights, times, turns,
-                      [0.0] * 5)
+        skeleton = [("root", -1, (0, 0, 0)), ("top", 0, (0, 0, 0))]
+        rig.write_glb(name, rig.Figure(vertices, faces[:triangles], skeleton, weights, times, turns, [0.0] * 5))
         return name
 
     def test_dresses_a_skinned_mesh_that_moves(self):
