@@ -2,7 +2,7 @@
 #pragma once
 
 #include "contact_sum.h"
-#include "rigid.h"
+#include "rigid_motion.h"
 #include "zone_tick.h"
 
 namespace sqmap::haptic {

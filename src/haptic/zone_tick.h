@@ -6,7 +6,7 @@
 #pragma once
 
 #include "contact_sum.h"
-#include "rigid.h"
+#include "rigid_motion.h"
 #include "sqmap/haptic/safety.h"
 #include "sqmap/haptic/step.h"
 

@@ -4,7 +4,7 @@
 #include "bake/central/cell.h"
 #include "bake/central/central_map.h"
 #include "bake/central/central_options.h"
-#include "bake/central/mixed.h"
+#include "bake/central/mixed_cells.h"
 #include "model/central_cells.h"
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-#include "along.h"
+#include "along_projection.h"
 
 #include "sqmap/math/box.h"
 #include "sqmap/math/random.h"

@@ -2,7 +2,7 @@
 // pipeline.
 #include "sqmap/paper/bake.h"
 
-#include "bake/evaluate/along.h"
+#include "bake/evaluate/along_projection.h"
 #include "bake/exact/candidate_lists.h"
 #include "bake/pipeline.h"
 #include "paper/bake/cells.h"

@@ -3,7 +3,7 @@
 #include "job.h"
 #include "model/locator.h"
 #include "paper/model/codes.h"
-#include "query/dispatch/probe_pointwise.h"
+#include "query/dispatch/run_probe.h"
 #include "query/layer.h"
 #include "sqmap/math/assert.h"
 

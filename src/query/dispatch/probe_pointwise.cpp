@@ -1,5 +1,5 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, sections 4.1 (eq. 12) and 4.2.
-#include "probe_pointwise.h"
+#include "run_probe.h"
 
 #include "model_point.h"
 #include "query/exact/probe_exact.h"

@@ -3,7 +3,7 @@
 #include "pair_query.h"
 
 #include "merge.h"
-#include "query/dispatch/probe_pointwise.h"
+#include "query/dispatch/run_probe.h"
 
 #include <algorithm>
 #include <bit>

@@ -1,6 +1,6 @@
 #include "sqmap/haptic/step.h"
 
-#include "haptic/rigid.h"
+#include "haptic/rigid_motion.h"
 #include "touching.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // Rooms of the core that query bodies answer a paper model by its maps, through the table of its Reading.
-#include "query/dispatch/probe_pointwise.h"
+#include "query/dispatch/run_probe.h"
 #include "sqmap/bake/rebake.h"
 #include "sqmap/bake/skin_lattice.h"
 #include "sqmap/io/replace_file.h"

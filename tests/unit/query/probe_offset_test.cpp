@@ -1,4 +1,4 @@
-#include "query/dispatch/probe_pointwise.h"
+#include "query/dispatch/run_probe.h"
 #include "sqmap/query/point.h"
 #include "sqmap/query/scene.h"
 #include "support/bodies.h"

@@ -1,4 +1,4 @@
-#include "mixed.h"
+#include "mixed_cells.h"
 
 #include <algorithm>
 #include <cmath>
