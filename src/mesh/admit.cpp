@@ -1,8 +1,6 @@
-// The steps, in the order of the codes: what the numbers say (index, finite, empty, range), repairs of the polygon soup,
-// then shells: edges with too many faces, orientation, flatness, holes.
+// The ladder of admission: the mesh as it is, repaired, closed, wrapped; the first rung that judge_surface takes.
 #include "sqmap/mesh/admit.h"
 
-#include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/wrap.h"
 
 #include "admit_steps.h"
@@ -13,22 +11,10 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <tuple>
 #include <utility>
 
 namespace sqmap::mesh {
 namespace {
-
-constexpr double k_unit_hint = 50;  // a thing of 50 m is rare, one of 50 mm is not
-
-/// The end of a cure's text that names the next rung; empty if no higher rung may take the mesh.
-Words next_rung(const AdmitOptions& options)
-{
-    if (options.repair >= Repair::Wrap || options.accept_surface || options.thickness > 0) return {};
-    if (options.repair == Repair::Close)
-        return Words(", or raise ", Setting::MaxFilled).with(", or use ", Setting::Repair, "wrap");
-    return {", or use ", Setting::Repair, "close or wrap"};
-}
 
 /// True if a higher rung may take a mesh that the code refuses.
 bool is_curable(Refusal code, const AdmitOptions& options)
@@ -70,21 +56,6 @@ Mesh scaled(const Surface& surface, double unit)
     return mesh;
 }
 
-/// For each of the canonical mesh's triangles, whether it was made up; empty for none. mesh: the same with the faces in their
-/// order.
-std::vector<std::uint8_t> made_up_of(const Mesh& canonical, const Mesh& mesh, std::span<const Face> faces)
-{
-    Mesh made{mesh.vertices, {}};
-    for (std::size_t f = 0; f < faces.size(); ++f)
-        if (faces[f].polygon == k_none) made.triangles.push_back(mesh.triangles[f]);
-    std::vector<std::uint8_t> out;
-    if (made.triangles.empty()) return out;
-    made = canonicalized(made);  // the same vertices in the same order
-    for (const Triangle& t : canonical.triangles)
-        out.push_back(std::binary_search(made.triangles.begin(), made.triangles.end(), t) ? 1 : 0);
-    return out;
-}
-
 class Ladder {
 public:
     Ladder(const PolygonView& in, const AdmitOptions& options) : in_(in), options_(options) {}
@@ -122,17 +93,13 @@ private:
         if (cleaned.duplicate_faces > 0) note(RepairKind::DuplicateFaces, cleaned.duplicate_faces);
     }
 
-    // --- the ladder -----------------------------------------------------------------------------------------------
-
     /// soup: the triangles as they came, which cures are measured against.
     void climb(const Surface& soup)
     {
         const Surface cleaned = surface_;
         const std::vector<RepairNote> repairs = out_.repairs;
         try {
-            check_components();
-            make_shells();
-            finish();
+            judge_surface(surface_, box_, options_, out_);
             out_.admission = out_.repairs.empty() ? Admission::Accept : Admission::Repaired;
             return;
         } catch (Refused& refused) {
@@ -165,9 +132,7 @@ private:
         reset(repairs);
         try {
             cure();
-            check_components();
-            make_shells();
-            finish();
+            judge_surface(surface_, box_, options_, out_);
             return true;
         } catch (Refused& refused) {
             if (refused.diagnosis.code == Refusal::Limit) first_.cure = refused.diagnosis.cure;
@@ -211,270 +176,21 @@ private:
         out_ = std::move(blank);
     }
 
-    /// Judged once equal vertices are one: before that, every facet of an STL file is a piece of its own.
-    void check_components()
-    {
-        UnionFind pieces(surface_.faces.size());
-        for_each_edge(edge_uses(surface_.faces), [&](std::span<const EdgeUse> edge) {
-            for (const EdgeUse& u : edge) pieces.unite(edge[0].half / 3, u.half / 3);
-        });
-        std::uint64_t count = 0;
-        for (std::uint32_t f = 0; f < surface_.faces.size(); ++f) count += pieces.find(f) == f;
-        if (count > options_.max_components)
-            refuse(Refusal::Limit, "mesh", number(count) + " components; the limit is " + number(options_.max_components),
-                   Words("leave out loose pieces, weld faces that do not share vertices")
-                       .with(", or raise the limit with ", Setting::MaxComponents));
-    }
-
-    // --- shells -------------------------------------------------------------------------------------------------------
-
-    std::string edge_name(const EdgeUse& e) const
-    {
-        return "edge " + number(surface_.source[e.lo] + 1) + "-" + number(surface_.source[e.hi] + 1);
-    }
-
-    void count_edges()
-    {
-        MeshFacts& facts = out_.facts;
-        facts.boundary_edge_count = facts.nonmanifold_edge_count = 0;
-        first_boundary_.reset();
-        first_nonmanifold_.reset();
-        for_each_edge(edge_uses(surface_.faces), [&](std::span<const EdgeUse> edge) {
-            if (edge.size() == 1) {
-                ++facts.boundary_edge_count;
-                if (!first_boundary_) first_boundary_ = edge[0];
-            } else if (edge.size() > 2) {
-                ++facts.nonmanifold_edge_count;
-                if (!first_nonmanifold_) first_nonmanifold_ = edge[0];
-            }
-        });
-    }
-
-    void make_shells()
-    {
-        MeshFacts& facts = out_.facts;
-        count_edges();
-        Orientation orientation = orient(surface_);
-        if (!orientation.conflict) {
-            if (orientation.turned_count > 0) note(RepairKind::Reoriented, orientation.turned_count);
-            const TightSlivers slivers = remove_tight_slivers(surface_, diagonal_);
-            if (slivers.removed > 0) note(RepairKind::DegenerateFaces, slivers.removed);
-            if (slivers.left > 0) warn(WarningKind::Degenerate, slivers.left);
-            if (slivers.removed > 0) {
-                count_edges();
-                orientation = orient(surface_);
-            }
-        }
-        Pairing pairing = paired(surface_, orientation);
-        if (first_nonmanifold_ && (pairing.unpaired || first_boundary_))
-            refuse(Refusal::NonManifold, edge_name(pairing.unpaired ? *pairing.unpaired : *first_nonmanifold_),
-                   number(facts.nonmanifold_edge_count) +
-                       " edges have more than two faces and no split of vertices leaves closed shells",
-                   Words("remove fins and inner walls, so that every edge has two faces") + next_rung(options_));
-        if (orientation.conflict)
-            refuse(Refusal::Orient, element("face", surface_.faces[*orientation.conflict].polygon),
-                   "the faces cannot be oriented alike: the surface has one side",
-                   Words("cut the surface where it is twisted, or remove the twisted part") + next_rung(options_));
-        if (options_.thickness > 0) pairing = thickened(std::move(pairing));
-
-        component_ = components(surface_.faces.size(), pairing.mate);
-        check_flat();
-        if (facts.boundary_edge_count > 0 && !options_.accept_surface)
-            refuse(Refusal::Open, edge_name(*first_boundary_),
-                   number(facts.boundary_edge_count) + " edges have one face: the mesh encloses no volume",
-                   Words("close the mesh")
-                           .with(", or use ", Setting::Surface, "", " for a surface without inside")
-                           .with(", ", Setting::Thickness, "", " for a sheet") +
-                       next_rung(options_));
-        if (const std::uint32_t made = split_fans(surface_, pairing.mate); made > 0) note(RepairKind::SplitVertices, made);
-    }
-
-    Pairing thickened(Pairing pairing)
-    {
-        component_ = components(surface_.faces.size(), pairing.mate);
-        const Flatness flatness = flatness_of(surface_, local_points(), component_, scale());
-        if (!(flatness.area > 0)) return pairing;
-        if (!first_boundary_) {
-            if (!flatness.is_flat(true)) {
-                warn(WarningKind::Thickness);
-                return pairing;
-            }
-            // Two sides closer together than a fit can tell apart: one of them is the sheet.
-            if (!keep_one_side(surface_, pairing.mate, component_))
-                refuse(Refusal::Flat, "mesh", flatness.message + ", and it has no two sides of which one could be made a plate",
-                       "model both sides further apart, or give one of them as an open mesh");
-            pairing = paired(surface_, orient(surface_));
-        }
-        split_fans(surface_, pairing.mate);
-        note(RepairKind::Thickened, surface_.faces.size());
-        thicken(surface_, options_.thickness / options_.unit.value_or(1.0));
-        count_edges();
-        return paired(surface_, orient(surface_));
-    }
-
-    void check_flat()
-    {
-        const Flatness flatness = flatness_of(surface_, local_points(), component_, scale());
-        if (!(flatness.area > 0))
-            refuse(Refusal::Flat, "mesh", "no face with an area is left: all vertices lie on lines",
-                   "give a mesh whose faces have areas");
-        const bool closed = out_.facts.boundary_edge_count == 0;
-        if (!flatness.is_flat(closed)) return;
-        // A plate passes with twice the least thickness times the root of both sides' area; three times leaves no doubt.
-        const double both_sides = closed ? flatness.area : 2 * flatness.area;
-        refuse(Refusal::Flat, "mesh", flatness.message,
-               Words("make it a plate with ", Setting::PlateThickness, "T",
-                     ", T at least " + length_text(3 * k_flat_thickness * std::sqrt(both_sides) * scale()) + ", or ") +
-                   "model both sides further apart");
-    }
-
-    /// Points about the origin in units of the diagonal, for everything that multiplies coordinates.
-    [[nodiscard]] std::vector<Vec3d> local_points() const
-    {
-        const Vec3d centre = box_.lo + 0.5 * size(box_);
-        std::vector<Vec3d> out;
-        out.reserve(surface_.points.size());
-        for (const Vec3d& p : surface_.points) out.push_back((p - centre) / diagonal_);
-        return out;
-    }
-
-    /// Units of the result for a length of a diagonal.
-    [[nodiscard]] double scale() const { return diagonal_ * options_.unit.value_or(1.0); }
-
-    // --- the result ---------------------------------------------------------------------------------------------------
-
-    void finish()
-    {
-        MeshFacts& facts = out_.facts;
-        out_.solid = facts.boundary_edge_count == 0;
-        facts.is_closed = out_.solid;
-        const std::vector<Vec3d> points = local_points();
-        if (out_.solid) {
-            const Shells shells = turn_outward(surface_, points, component_);
-            if (shells.turned_count > 0) {
-                note(RepairKind::Flipped, shells.turned_count);
-                warn(WarningKind::Flipped, shells.turned_count);
-            }
-            if (shells.cavity_count > 0) warn(WarningKind::Cavities, shells.cavity_count);
-        } else {
-            warn(WarningKind::Surface, facts.boundary_edge_count);
-        }
-        std::vector<std::uint32_t> roots = component_;
-        std::sort(roots.begin(), roots.end());
-        facts.component_count = static_cast<std::uint64_t>(std::unique(roots.begin(), roots.end()) - roots.begin());
-
-        write_mesh(points);
-        if (out_.solid) {
-            const auto v = static_cast<std::int64_t>(facts.vertex_count), f = static_cast<std::int64_t>(facts.triangle_count);
-            facts.genus = static_cast<std::int64_t>(facts.component_count) - (v - f / 2) / 2;  // V - 3F/2 + F = 2 (C - genus)
-        }
-        if (options_.repair == Repair::None) refuse_repair();
-
-        count_intersections();
-
-        const Vec3d sides = size(facts.box);
-        if (!options_.unit && std::max({sides.x, sides.y, sides.z}) > k_unit_hint) warn(WarningKind::Unit);
-    }
-
-    void count_intersections()
-    {
-        MeshFacts& facts = out_.facts;
-        SelfIntersections found = find_self_intersections(out_.mesh, options_.max_intersections);
-        facts.self_intersecting_pairs = found.pair_count;
-        if (found.pair_count > 0) out_.crossed = std::move(found.crossed);
-        facts.intersections_complete = found.is_complete;
-        if (found.pair_count > 0)
-            warn(Warning{.kind = WarningKind::SelfIntersections, .count = found.pair_count, .at_least = !found.is_complete});
-    }
-
-    /// Vertices that share a position are told apart by their faces, so that file order has no say in the canonical one.
-    void write_mesh(const std::vector<Vec3d>& points)
-    {
-        Mesh mesh;
-        std::vector<std::uint32_t> number_of(surface_.points.size(), k_none), order;
-        for (const Face& f : surface_.faces)
-            for (const std::uint32_t v : f.v)
-                if (number_of[v] == k_none) {
-                    number_of[v] = 0;
-                    order.push_back(v);
-                }
-        const auto as_tuple = [&](Vec3d p) { return std::tuple(p.x, p.y, p.z); };
-        const auto position = [&](std::uint32_t v) { return as_tuple(surface_.points[v]); };
-        using Key = std::pair<std::tuple<double, double, double>, std::tuple<double, double, double>>;
-        std::vector<Key> key(surface_.points.size(), {{1e308, 0, 0}, {}});
-        for (const Face& f : surface_.faces)
-            for (int k = 0; k < 3; ++k)
-                key[f.v[k]] = std::min(key[f.v[k]], Key{position(f.v[(k + 1) % 3]), position(f.v[(k + 2) % 3])});
-        std::sort(order.begin(), order.end(), [&](auto a, auto b) {
-            return position(a) != position(b) ? position(a) < position(b) : (key[a] != key[b] ? key[a] < key[b] : a < b);
-        });
-        const double unit = options_.unit.value_or(1.0);
-        for (std::uint32_t i = 0; i < order.size(); ++i) {
-            number_of[order[i]] = i;
-            mesh.vertices.push_back(unit * surface_.points[order[i]]);
-        }
-        MeshFacts& facts = out_.facts;
-        double area = 0, volume = 0;
-        for (const Face& f : surface_.faces) {
-            mesh.triangles.push_back({number_of[f.v[0]], number_of[f.v[1]], number_of[f.v[2]]});
-            area += 0.5 * norm(cross(points[f.v[1]] - points[f.v[0]], points[f.v[2]] - points[f.v[0]]));
-            volume += six_volumes(points, f.v) / 6;
-        }
-        const double scale = this->scale();
-        facts.area = area * scale * scale;
-        facts.volume = out_.solid ? volume * scale * scale * scale : 0;
-        facts.vertex_count = mesh.vertices.size();
-        facts.triangle_count = mesh.triangles.size();
-        facts.box = box_of(mesh.vertices);
-        out_.mesh = canonicalized(mesh);
-        out_.made_up = made_up_of(out_.mesh, mesh, surface_.faces);
-    }
-
-    /// With Repair::None what would have been repaired refuses, by the code that names it best.
-    void refuse_repair()
-    {
-        std::string list;
-        const auto has = [&](RepairKind kind) {
-            return std::any_of(out_.repairs.begin(), out_.repairs.end(), [&](const RepairNote& r) { return r.kind == kind; });
-        };
-        for (const RepairNote& r : out_.repairs)
-            if (r.kind != RepairKind::Thickened)
-                list += (list.empty() ? "" : ", ") + std::string(name_of(r.kind)) + " (" + number(r.count) + ")";
-        if (list.empty()) return;  // the user ordered a thickness: it is no repair
-        const Refusal code = has(RepairKind::DuplicateFaces) || has(RepairKind::SplitVertices) ? Refusal::NonManifold
-                             : has(RepairKind::Reoriented) || has(RepairKind::Flipped)         ? Refusal::Orient
-                             : has(RepairKind::WeldedVertices)                                 ? Refusal::Open
-                                                                                               : Refusal::Repair;
-        refuse(code, "mesh", "it needs repairs that are forbidden: " + list, Words("allow them with ", Setting::Repair, "safe"));
-    }
-
-    void note(RepairKind kind, std::uint64_t count)
-    {
-        for (RepairNote& r : out_.repairs)
-            if (r.kind == kind) {
-                r.count += count;
-                return;
-            }
-        out_.repairs.push_back({kind, count});
-    }
+    void note(RepairKind kind, std::uint64_t count) { mesh::note(out_.repairs, kind, count); }
     void warn(std::optional<Warning> warning)
     {
         if (warning) out_.warnings.push_back(std::move(*warning));
     }
-    void warn(WarningKind kind, std::uint64_t count = 0) { out_.warnings.push_back({kind, count}); }
 
     const PolygonView& in_;
     const AdmitOptions& options_;
     AdmitResult out_;
     Diagnosis first_;  ///< the refusal of the first rungs
-    std::vector<bool> used_;
     Box box_;
     double diagonal_ = 0;
     Surface surface_;
     Distances moved_;                     ///< of a wrapped surface, input units
     std::uint64_t degenerate_count_ = 0;  ///< polygons that repeat a corner
-    std::optional<EdgeUse> first_boundary_, first_nonmanifold_;
-    std::vector<std::uint32_t> component_;
 };
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace sqmap::mesh {
 
@@ -122,6 +123,13 @@ bool keep_one_side(Surface& surface, const std::vector<std::uint32_t>& mate, con
 /// Replaces a surface by a plate: both sides offset by half the thickness along the vertex normals, the rim closed.
 /// @pre faces agree in orientation, every vertex has one fan, every edge at most two faces.
 void thicken(Surface& surface, double thickness);
+
+/// Counts a repair with those of its kind.
+void note(std::vector<RepairNote>& repairs, RepairKind kind, std::uint64_t count);
+
+/// Judges a clean surface, in the order of the codes: pieces, edges with too many faces, orientation, flatness, holes; sets the
+/// result's mesh, facts and warnings and adds its repairs. box: of the points as they came. @throw Refused
+void judge_surface(Surface& surface, const Box& box, const AdmitOptions& options, AdmitResult& out);
 
 /// W_DROPPED where polygons that closing left out stand out of the solid. diagonal: of the input's box, units of the meshes.
 [[nodiscard]] std::optional<Warning> dropped_warning(const Mesh& dropped, const Mesh& solid, double diagonal);
