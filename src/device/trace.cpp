@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <bit>
 #include <cerrno>
 #include <charconv>
 #include <chrono>
@@ -25,21 +24,21 @@ constexpr std::string_view k_end = "# end ";
 constexpr std::size_t k_max_line = 64 * 1024;
 constexpr std::size_t k_max_header = 256;
 
-/// Calls visit(name, zone, value) for each scalar of a row, zone -1 for what all zones share: the order of the columns, for
-/// writing, reading and comparing.
-template <class Row, class Visit>
-void each_column(Row& row, std::size_t zones, Visit visit)
+/// Calls visit(name, zone, value of every row...) for each scalar, zone -1 for what all zones share: the order of the columns,
+/// for writing, reading and comparing.
+template <class Visit, class... Rows>
+void each_column(std::size_t zones, Visit visit, Rows&... rows)
 {
-    visit("time", -1, row.time);
-    visit("dt", -1, row.dt);
-    visit("sequence", -1, row.sequence);
-    visit("buttons", -1, row.buttons);
-    visit("input", -1, row.input);
-    visit("cpu", -1, row.cpu);
-    visit("contacts", -1, row.contacts);
-    visit("depth", -1, row.depth);
-    visit("status", -1, row.status);
-    visit("filter", -1, row.filter);
+    visit("time", -1, rows.time...);
+    visit("dt", -1, rows.dt...);
+    visit("sequence", -1, rows.sequence...);
+    visit("buttons", -1, rows.buttons...);
+    visit("input", -1, rows.input...);
+    visit("cpu", -1, rows.cpu...);
+    visit("contacts", -1, rows.contacts...);
+    visit("depth", -1, rows.depth...);
+    visit("status", -1, rows.status...);
+    visit("filter", -1, rows.filter...);
     static constexpr const char* k_rotation[3][3] = {{"r00", "r01", "r02"}, {"r10", "r11", "r12"}, {"r20", "r21", "r22"}};
     static constexpr const char* k_names[7][3] = {{"px", "py", "pz"},
                                                   {"vx", "vy", "vz"},
@@ -49,20 +48,19 @@ void each_column(Row& row, std::size_t zones, Visit visit)
                                                   {"sent_fx", "sent_fy", "sent_fz"},
                                                   {"sent_tx", "sent_ty", "sent_tz"}};
     for (std::size_t z = 0; z < zones; ++z) {
-        const int zone = static_cast<int>(z);
-        const auto vector = [&](const char* const(&names)[3], auto& v) {
-            visit(names[0], zone, v.x);
-            visit(names[1], zone, v.y);
-            visit(names[2], zone, v.z);
+        const auto vector = [&](const char* const(&names)[3], auto&... v) {
+            visit(names[0], static_cast<int>(z), v.x...);
+            visit(names[1], static_cast<int>(z), v.y...);
+            visit(names[2], static_cast<int>(z), v.z...);
         };
-        for (int i = 0; i < 3; ++i) vector(k_rotation[i], row.poses[z].rotation.row[i]);
-        vector(k_names[0], row.poses[z].translation);
-        vector(k_names[1], row.twists[z].linear);
-        vector(k_names[2], row.twists[z].angular);
-        vector(k_names[3], row.computed[z].force);
-        vector(k_names[4], row.computed[z].torque);
-        vector(k_names[5], row.sent[z].force);
-        vector(k_names[6], row.sent[z].torque);
+        for (int i = 0; i < 3; ++i) vector(k_rotation[i], rows.poses[z].rotation.row[i]...);
+        vector(k_names[0], rows.poses[z].translation...);
+        vector(k_names[1], rows.twists[z].linear...);
+        vector(k_names[2], rows.twists[z].angular...);
+        vector(k_names[3], rows.computed[z].force...);
+        vector(k_names[4], rows.computed[z].torque...);
+        vector(k_names[5], rows.sent[z].force...);
+        vector(k_names[6], rows.sent[z].torque...);
     }
 }
 
@@ -75,51 +73,37 @@ std::string column_line(std::size_t zones)
 {
     std::string line;
     TraceRow row;
-    each_column(row, zones, [&](const char* name, int zone, auto&) {
+    const auto append = [&](const char* name, int zone, auto&) {
         if (!line.empty()) line += ',';
         line += column_name(name, zone);
-    });
+    };
+    each_column(zones, append, row);
     return line;
 }
 
-bool same(double a, double b)
-{
-    return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b) || (std::isnan(a) && std::isnan(b));
-}
-bool same(std::uint64_t a, std::uint64_t b) { return a == b; }
-
-/// Calls visit(name, zone, a, b) for each column.
+/// Calls visit(name, zone) for each column, but cpu, in which two rows differ; NaN equals NaN.
 template <class Visit>
-void each_pair(const TraceRow& a, const TraceRow& b, std::size_t zones, Visit visit)
+void each_difference(const TraceRow& a, const TraceRow& b, std::size_t zones, Visit visit)
 {
-    double numbers[4 + 30 * k_max_zones];
-    std::uint64_t integers[6];
-    std::size_t i = 0, j = 0;
-    each_column(a, zones, [&](const char*, int, const auto& value) {
-        if constexpr (std::is_floating_point_v<std::remove_cvref_t<decltype(value)>>)
-            numbers[i++] = value;
-        else
-            integers[j++] = value;
-    });
-    i = j = 0;
-    each_column(b, zones, [&](const char* name, int zone, const auto& value) {
-        if constexpr (std::is_floating_point_v<std::remove_cvref_t<decltype(value)>>)
-            visit(name, zone, same(numbers[i++], value));
-        else
-            visit(name, zone, same(integers[j++], static_cast<std::uint64_t>(value)));
-    });
+    const auto compare = [&]<class T>(const char* name, int zone, const T& x, const T& y) {
+        bool same = std::memcmp(&x, &y, sizeof x) == 0;
+        if constexpr (std::is_floating_point_v<T>) same = same || (std::isnan(x) && std::isnan(y));
+        if (!same && std::string_view(name) != "cpu") visit(name, zone);
+    };
+    each_column(zones, compare, a, b);
 }
 
 void append_row(std::string& text, const TraceRow& row, std::size_t zones)
 {
     char cell[32];
     bool first = true;
-    each_column(row, zones, [&](const char*, int, const auto& value) {
+    const auto append = [&](const char*, int, const auto& value) {
         if (!first) text += ',';
         first = false;
         // The shortest digits that read back as the same number.
         text.append(cell, std::to_chars(cell, cell + sizeof cell, value).ptr);
-    });
+    };
+    each_column(zones, append, row);
     text += '\n';
 }
 
@@ -134,15 +118,14 @@ std::optional<std::string> TraceHeader::find(std::string_view key) const
 bool same_bits(const TraceRow& a, const TraceRow& b, std::size_t zones) noexcept
 {
     bool all = true;
-    each_pair(a, b, zones, [&](const char* name, int, bool equal) { all &= equal || std::string_view(name) == "cpu"; });
+    each_difference(a, b, zones, [&](const char*, int) { all = false; });
     return all;
 }
 
 std::string differences(const TraceRow& a, const TraceRow& b, std::size_t zones)
 {
     std::string names;
-    each_pair(a, b, zones, [&](const char* name, int zone, bool equal) {
-        if (equal || std::string_view(name) == "cpu") return;
+    each_difference(a, b, zones, [&](const char* name, int zone) {
         if (!names.empty()) names += ' ';
         names += column_name(name, zone);
     });
@@ -426,7 +409,7 @@ bool TraceReader::next(TraceRow& row)
     std::string_view rest = s.text;
     bool more = true;
     std::size_t column = 0;
-    each_column(row, s.header.zones, [&](const char* name, int zone, auto& value) {
+    const auto read = [&](const char* name, int zone, auto& value) {
         ++column;
         if (!more)
             s.fail("expected '" + column_name(name, zone) + "' in column " + std::to_string(column) + ", the row ends before");
@@ -437,7 +420,8 @@ bool TraceReader::next(TraceRow& row)
                    std::string(cell.substr(0, 40)) + "'");
         more = comma != std::string_view::npos;
         if (more) rest.remove_prefix(comma + 1);
-    });
+    };
+    each_column(s.header.zones, read, row);
     if (more) s.fail("more than " + std::to_string(column) + " columns");
     ++s.rows;
     return true;
