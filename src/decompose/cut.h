@@ -5,6 +5,7 @@
 #include "sqmap/decompose/decompose.h"
 #include "sqmap/mesh/mesh.h"
 
+#include <numeric>
 #include <span>
 #include <vector>
 
@@ -13,6 +14,11 @@ namespace sqmap::decompose {
 /// Data of the mesh that every cut needs, computed once.
 struct CutSurface {
     explicit CutSurface(const mesh::Mesh& m);
+    [[nodiscard]] double area_of(std::span<const std::uint32_t> triangles) const
+    {
+        return std::accumulate(triangles.begin(), triangles.end(), 0.0,
+                               [&](double sum, std::uint32_t t) { return sum + area[t]; });
+    }
 
     const mesh::Mesh& mesh;
     mesh::DualGraph graph;

@@ -132,7 +132,7 @@ private:
         triangles = triangles_of(partition_, part);
         geodesics_.run(front.sources, field, k_unreached, region(part));
         return salient_cut(locales_of(mesh_, triangles, {field, curvature_}, width_),
-                           {area_of(triangles), least_area_, front.height, front.least_level}, options_);
+                           {surface_.area_of(triangles), least_area_, front.height, front.least_level}, options_);
     }
 
     GeodesicSolver::Region region(std::uint32_t part) const { return {partition_.part_of_triangle, part}; }
@@ -143,13 +143,6 @@ private:
         std::vector<double> area(partition_.part_count, 0.0);
         for (const auto t : triangles) area[partition_.part_of_triangle[t]] += surface_.area[t];
         return static_cast<std::uint32_t>(std::max_element(area.begin(), area.end()) - area.begin());
-    }
-
-    double area_of(std::span<const std::uint32_t> triangles) const
-    {
-        double sum = 0;
-        for (const auto t : triangles) sum += surface_.area[t];
-        return sum;
     }
 
     // Locales are cut off from the features inwards, the smallest piece first: ears are gone when the head is measured.
@@ -317,7 +310,7 @@ private:
     bool cut_bend(std::uint32_t part)
     {
         const auto triangles = triangles_of(partition_, part);
-        const double part_area = area_of(triangles);
+        const double part_area = surface_.area_of(triangles);
         if (part_area < 2 * least_area_) return false;
         const auto rims = rims_of(part, triangles);
         if (rims.size() > 2) return false;
@@ -376,7 +369,7 @@ private:
             std::vector<std::vector<std::uint32_t>> triangles(n);
             for (std::uint32_t p = 0; p < n; ++p) {
                 triangles[p] = triangles_of(partition_, p);
-                area[p] = area_of(triangles[p]);
+                area[p] = surface_.area_of(triangles[p]);
             }
             for (const Boundary& b : partition_.boundaries) {
                 border[b.part_a] += b.length;

@@ -112,7 +112,7 @@ std::uint32_t apply_cut(const CutSurface& s, Partition& partition, const PartCut
         const std::vector<std::uint32_t>* smallest = nullptr;
         double least = cut.least_area;
         for (const auto& piece : pieces)
-            if (const double a = area_of(s, piece); a < least) {
+            if (const double a = s.area_of(piece); a < least) {
                 least = a;
                 smallest = &piece;
             }
@@ -120,7 +120,7 @@ std::uint32_t apply_cut(const CutSurface& s, Partition& partition, const PartCut
         for (const auto t : *smallest) side[t] ^= 1;
     }
     std::vector<std::pair<double, std::size_t>> order;
-    for (std::size_t i = 0; i < pieces.size(); ++i) order.emplace_back(-area_of(s, pieces[i]), i);
+    for (std::size_t i = 0; i < pieces.size(); ++i) order.emplace_back(-s.area_of(pieces[i]), i);
     std::sort(order.begin(), order.end());
     const Kinds kinds = kinds_of(partition);
     FormerLabels former;

@@ -36,7 +36,7 @@ std::vector<std::vector<double>> fields_of(const CutSurface& s, std::span<const 
                                            GeodesicSolver::Region region)
 {
     const mesh::Mesh& mesh = s.mesh;
-    const double area = area_of(s, triangles);
+    const double area = s.area_of(triangles);
     // Extremes: the vertex farthest from the part's centroid, then farthest-point sampling.
     GeodesicSolver geodesics(mesh);
     Vec3d centre{};
@@ -76,7 +76,7 @@ void cut_at_levels(const CutSurface& s, std::span<const std::uint32_t> triangles
                    Consider&& consider)
 {
     constexpr int k_levels = 12;
-    const double area = area_of(s, triangles);
+    const double area = s.area_of(triangles);
     std::vector<std::pair<double, double>> sorted;
     for (const auto t : triangles)
         if (field[t] < k_unreached) sorted.emplace_back(field[t], s.area[t]);
@@ -107,7 +107,7 @@ Split Cutter::split(const Partition& partition, std::uint32_t part, const Decomp
     out.partition = partition;
     const auto triangles = triangles_of(partition, part);
     if (triangles.size() < 4) return out;
-    const double area = area_of(s, triangles);
+    const double area = s.area_of(triangles);
     const double least = options.minimum_part_area * s.total_area;
     const double whole = ellipsoid_volume(mesh, triangles);
     if (whole <= 0) return out;
