@@ -5,9 +5,9 @@
 #include "batch/text.h"
 #include "common/program_words.h"
 #include "common/render/pictures.h"
-#include "sqmap/io/model_json.h"
+#include "sqmap/io/model_file.h"
 #include "sqmap/io/read.h"
-#include "sqmap/model/reliability.h"
+#include "sqmap/model/model.h"
 #include "sqmap/paper/model_file.h"
 
 #include <fcntl.h>

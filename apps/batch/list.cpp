@@ -2,6 +2,7 @@
 #include "batch/running.h"
 #include "sqmap/io/model_archive.h"
 #include "sqmap/io/replace_file.h"
+#include "sqmap/paper/model_file.h"
 
 #include <nlohmann/json.hpp>
 
@@ -67,7 +68,7 @@ bool extract_key(const Library& library, const std::string& key, const std::file
     for (const std::filesystem::path& path : library.archives()) {
         const io::ModelArchive archive(path);
         if (!archive.find(key)) continue;
-        io::replace_file(output, archive.open(key).bytes());
+        io::replace_file(output, paper::MappedModel(archive.map(key), path).bytes());
         return true;
     }
     return false;

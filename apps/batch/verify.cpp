@@ -1,6 +1,7 @@
 #include "batch/operations.h"
 #include "batch/text.h"
 #include "sqmap/io/model_archive.h"
+#include "sqmap/paper/model_file.h"
 
 #include <cstdio>
 #include <map>
@@ -53,7 +54,7 @@ private:
         try {
             if (sha256(archive_.bytes(model.offset, model.size)) != model.sha256)
                 fault(model.key, "its bytes have another digest");
-            (void)archive_.open(model.key);
+            (void)paper::MappedModel(archive_.map(model.key), archive_.path());
         } catch (const io::ModelFileError& e) {
             fault(model.key, e.what());
         }

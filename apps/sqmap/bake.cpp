@@ -6,7 +6,6 @@
 #include "common/reports.h"
 #include "load_options.h"
 #include "sqmap/io/model_file.h"
-#include "sqmap/io/model_json.h"
 #include "sqmap/io/replace_file.h"
 #include "sqmap/paper/bake.h"
 #include "sqmap/paper/model_file.h"

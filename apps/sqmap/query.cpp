@@ -3,7 +3,7 @@
 #include "commands.h"
 #include "common/layer_name.h"
 #include "sqmap/io/replace_file.h"
-#include "sqmap/model/reliability.h"
+#include "sqmap/model/model.h"
 #include "sqmap/paper/model.h"
 #include "sqmap/paper/model_file.h"
 #include "sqmap/parallel/for_each.h"
@@ -89,7 +89,7 @@ int digits_of(double coordinate, double size)
 struct QueryArguments {
     std::string model, points, output, layer = "3", projector = "newton";
     double tolerance = -1;  ///< mesh units; not given: auto is the gate
-    std::uint32_t gate = query::k_layer3_gate;
+    std::uint32_t gate = query::k_gate;
     int nearest_steps = 2;
     bool certain = false, status = false, offset = false, smoothing = false, no_gaps = false, no_pruning = false;
     bool distance = false;
@@ -147,8 +147,8 @@ std::string answers(const model::ModelView& m, const std::vector<Vec3d>& points,
         const query::PointResult c = query::query_point(m, p, options);
         if (c.contact)
             print("1,%d,%.9g,%.9g,%.9g,%.9g,%.*g,%.*g,%.*g", c.part, c.depth, c.normal.x, c.normal.y, c.normal.z,
-                  digits_of(c.point.x, size), c.point.x, digits_of(c.point.y, size), c.point.y, digits_of(c.point.z, size),
-                  c.point.z);
+                  digits_of(c.witness.x, size), c.witness.x, digits_of(c.witness.y, size), c.witness.y,
+                  digits_of(c.witness.z, size), c.witness.z);
         else
             text += "0,-1,,,,,,,";
         if (o.certain) print(",%d", c.certain ? 1 : 0);
@@ -186,8 +186,8 @@ std::string distances(const model::ModelView& m, const std::vector<Vec3d>& point
             continue;
         }
         length = std::snprintf(row, sizeof row, "%.9g,%.9g,%.9g,%.*g,%.*g,%.*g\n", a.gradient.x, a.gradient.y, a.gradient.z,
-                               digits_of(a.point.x, size), a.point.x, digits_of(a.point.y, size), a.point.y,
-                               digits_of(a.point.z, size), a.point.z);
+                               digits_of(a.witness.x, size), a.witness.x, digits_of(a.witness.y, size), a.witness.y,
+                               digits_of(a.witness.z, size), a.witness.z);
         text.append(row, static_cast<std::size_t>(length));
     }
     return text;

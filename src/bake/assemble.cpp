@@ -1,8 +1,7 @@
 #include "assemble.h"
 
-#include "model/central_cells.h"
+#include "math/small_sphere.h"
 #include "model/flags.h"
-#include "sqmap/math/box.h"
 #include "sqmap/shape/superquadric.h"
 
 #include <algorithm>
@@ -12,29 +11,12 @@ namespace sqmap::bake {
 
 namespace {
 
-/// A small sphere about points: centre, radius. From the box's centre, moved towards what sticks out (Ritter 1990, repeated).
+/// A small sphere about points: centre, radius.
 void bounding_sphere(std::span<const Vec3d> points, float sphere[4])
 {
-    Vec3d centre = sqmap::centre(box_of(points)), best_centre = centre;
-    double best = 0;
-    for (const Vec3d& p : points) best = std::max(best, norm(p - centre));
-    double pull = 0.1;
-    for (int step = 0; step < 100; ++step, pull *= 0.96) {
-        Vec3d farthest = points.front();
-        double radius_sq = 0;
-        for (const Vec3d& p : points)
-            if (const double d_sq = norm_sq(p - centre); d_sq > radius_sq) {
-                radius_sq = d_sq;
-                farthest = p;
-            }
-        const double radius = std::sqrt(radius_sq);
-        if (radius < best) {
-            best = radius;
-            best_centre = centre;
-        }
-        centre += pull * (farthest - centre);
-    }
-    for (int k = 0; k < 3; ++k) sphere[k] = static_cast<float>(best_centre[k]);
+    const auto at = [&](std::size_t i) { return points[i]; };
+    const Sphere small = small_sphere<double>(points.size(), at, {.steps = 100, .pull = 0.1, .shrink = 0.96});
+    for (int k = 0; k < 3; ++k) sphere[k] = static_cast<float>(small.centre[k]);
     double radius = 0;
     for (const Vec3d& p : points) radius = std::max(radius, norm(p - Vec3d{sphere[0], sphere[1], sphere[2]}));
     sphere[3] = static_cast<float>(radius * (1 + 1e-5) + 1e-7);
@@ -96,50 +78,15 @@ void count_surface(const mesh::Mesh& mesh, const Patch& patch, model::Part& p)
     bounding_sphere(points, p.sphere);
 }
 
-/// Puts a part's arrays behind those of the parts so far, and says in the part where they begin.
+/// Puts a part's arrays behind those of the parts so far, and says in the part where they are.
 template <template <class> class Array>
-void append_arrays(const model::CentralArrays<Array>& arrays, model::ModelData& data, model::Part& p)
+void append_map(const model::CentralArrays<Array>& own, model::ModelData& data, model::Part& p)
 {
-    p.first_sample = static_cast<std::uint32_t>(data.samples.size());
-    p.first_cell = static_cast<std::uint32_t>(data.cells.size());
-    p.first_block = static_cast<std::uint32_t>(data.blocks.size());
-    p.first_split = static_cast<std::uint32_t>(data.splits.size() / model::k_split_size);
-    p.first_special = static_cast<std::uint32_t>(data.specials.size());
-    p.first_pool = static_cast<std::uint32_t>(data.pool.size());
-    const auto behind = [](const char*, const auto& some, auto& all) { all.insert(all.end(), some.begin(), some.end()); };
-    model::CentralArrays<Array>::each(behind, arrays, data);
-}
-
-void append_map(const CentralMapData& m, model::ModelData& data, model::Part& p)
-{
-    p.sample_count = static_cast<std::uint32_t>(m.samples.size());
-    p.cell_count = static_cast<std::uint32_t>(m.cells.size());
-    p.block_count = static_cast<std::uint32_t>(m.blocks.size());
-    p.split_count = static_cast<std::uint32_t>(m.splits.size() / model::k_split_size);
-    p.special_count = static_cast<std::uint32_t>(m.specials.size());
-    p.pool_count = static_cast<std::uint32_t>(m.pool.size());
-    append_arrays(m, data, p);
-}
-
-/// A part as it was, its map's arrays with it.
-model::Part taken_over(const model::Part& was, const model::ModelData& before, model::ModelData& data)
-{
-    const auto slice = [](const auto& array, std::size_t first, std::size_t count) {
-        return std::span(array).subspan(first, count);
+    const auto behind = [](model::Slice& slice, std::size_t values, const auto& some, auto& all) {
+        slice = {static_cast<std::uint32_t>(all.size() / values), static_cast<std::uint32_t>(some.size() / values)};
+        all.insert(all.end(), some.begin(), some.end());
     };
-    constexpr std::size_t k_split = model::k_split_size;
-    const model::CentralArrays<model::ArrayView> arrays{
-        slice(before.samples, was.first_sample, was.sample_count),
-        slice(before.offsets, was.first_sample, was.sample_count),
-        slice(before.smoothing, was.first_sample, was.sample_count),
-        slice(before.cells, was.first_cell, was.cell_count),
-        slice(before.blocks, was.first_block, was.block_count),
-        slice(before.splits, k_split * was.first_split, k_split * was.split_count),
-        slice(before.specials, was.first_special, was.special_count),
-        slice(before.pool, was.first_pool, was.pool_count)};
-    model::Part p = was;
-    append_arrays(arrays, data, p);
-    return p;
+    model::CentralArrays<Array>::each_slice(behind, p, own, data);
 }
 
 /// The exact layer's vertices, triangles and pieces.
@@ -191,7 +138,7 @@ model::ModelData assemble(const model::Header& header, const Assembly& assembly)
     data.header.self_intersecting = assembly.solid.self_intersecting() ? 1 : 0;
     for (const PartSource& source : assembly.parts) {
         if (source.fitted == nullptr) {
-            data.parts.push_back(taken_over(*source.before, *assembly.before, data));
+            append_map(model::arrays_of(*assembly.before, *source.before), data, data.parts.emplace_back(*source.before));
             continue;
         }
         model::Part& part = data.parts.emplace_back(stored_shape(source.fitted->fit, *source.map));

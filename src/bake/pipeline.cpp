@@ -8,14 +8,12 @@
 #include "model/flags.h"
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/self_intersection.h"
-#include "sqmap/mesh/solid.h"
-#include "sqmap/model/reliability.h"
+#include "sqmap/model/model.h"
 #include "sqmap/parallel/for_each.h"
-#include "stage_clock.h"
 
 #include <algorithm>
 #include <cmath>
-#include <string>
+#include <ctime>
 
 namespace sqmap::bake {
 
@@ -104,13 +102,6 @@ decompose::Partition first_partition(const mesh::Mesh& mesh, const BakeOptions& 
     return partition;
 }
 
-FittedPartition fitted(const mesh::Solid& solid, const decompose::Partition& partition, const BakeOptions& options)
-{
-    const CanonicalMesh canonical = canonical_mesh(solid.mesh());
-    return options.partition != nullptr ? fit_partition(solid, canonical, partition, options)
-                                        : refine_partition(solid, canonical, partition, options);
-}
-
 double map_bytes(const std::vector<CentralMapData>& maps)
 {
     double sum = 0;
@@ -129,81 +120,183 @@ double hidden_percent(const std::vector<MeasuredPart>& parts)
     return hidden / area;
 }
 
-/// The target is met by measuring: finer cells where the first guess falls short. Sets fineness.
-Draft meet_target(const Subject& subject, MapSteps& steps, double& fineness)
-{
-    const BakeOptions& options = subject.options;
-    const auto progress = [&](const char* stage, double done) {
-        if (options.progress) options.progress(stage, done);
-    };
-    progress("map", 0);
-    CentralOptions central = central_options(options.target_error, mesh::largest_vertex_distance(subject.solid.mesh()));
-    const double hidden = hidden_percent(subject.fitted.parts);
-    const bool is_hidden = subject.header.solid != 0 && hidden > steps.max_hidden();
-    if (is_hidden) {
-        scale(central, fineness = k_hidden_coarser);
-        central.least_base = k_hidden_base;
-    }
-    const auto made = [&](const Draft* coarser) {
-        Draft out = steps.draft(subject, central, coarser);
-        out.measured.q2_share = hidden;
-        return out;
-    };
-    Draft draft = made(nullptr);
-    steps.accept();
-    progress("measure", 0);
-    if (is_hidden) return draft;
-    const double max_bytes = k_max_refined * byte_budget(subject.solid.mesh().triangles.size(), options.target_error);
-    double factor = 1;
-    for (int attempt = 0; attempt < k_refinements && steps.shortfall(draft.measured, options) > 1; ++attempt) {
-        if (map_bytes(draft.maps) > max_bytes) break;
-        progress("refine", static_cast<double>(attempt) / k_refinements);
-        const double finer_by = std::clamp(1 / steps.shortfall(draft.measured, options), 0.5, 0.7);
-        scale(central, finer_by);
-        factor *= finer_by;
-        Draft finer = made(&draft);
-        const double gain = steps.shortfall(finer.measured, options) / steps.shortfall(draft.measured, options);
-        if (gain >= 1) break;  // keep the better model
-        draft = std::move(finer);
-        steps.accept();
-        fineness = factor;
-        if (gain > std::pow(finer_by, k_least_gain)) break;
-    }
-    return draft;
-}
-
 model::Cure stored(const Cured& cured)
 {
     const mesh::Distances &from = cured.deviation.input_to_result, &to = cured.deviation.result_to_input;
     return {cured.rung, from.mean, from.p99, from.max, to.mean, to.p99, to.max, cured.deviation.made_up_share};
 }
 
-/// Origin and unit of model space, and what the mesh is.
-model::Header header_of(const mesh::Mesh& input, bool solid)
+/// The domain of the chart that a part had.
+ChartDomain domain_of(const model::Part& part)
 {
-    const mesh::Normalization normalization = mesh::normalization_of(input);
-    model::Header header{};
-    for (int k = 0; k < 3; ++k) header.origin[k] = normalization.origin[k];
-    header.unit = normalization.unit;
-    header.solid = solid ? 1 : 0;
-    return header;
+    ChartDomain domain{};
+    std::copy(std::begin(part.chart_lo), std::end(part.chart_lo), domain.lo);
+    std::copy(std::begin(part.chart_hi), std::end(part.chart_hi), domain.hi);
+    return domain;
 }
 
-std::vector<PartReport> report_of(const FittedPartition& fitted, const std::vector<CentralMapData>& maps)
+double cpu_seconds()
 {
-    std::vector<PartReport> parts;
-    for (std::size_t i = 0; i < fitted.parts.size(); ++i) {
-        const auto& [part, quality] = fitted.parts[i];
-        parts.push_back({part.fit.certificate, part.fit.volume, quality.solid_volume, quality.area, quality.q2_share,
-                         part.fit.fallback, maps[i].base, maps[i].map_bytes()});
-    }
-    return parts;
+    timespec t{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
 }  // namespace
 
-model::Measured measured(const std::function<Evaluation(const EvaluateOptions&)>& evaluate,
-                         const std::function<double(const model::Measured&)>& shortfall)
+model::ModelData Pipeline::run_steps()
+{
+    last_lap_ = cpu_seconds();
+    validate();
+    lap("prepare");
+    parts();
+    maps();
+    lap("map");
+    locator();
+    exact();
+    measure();
+    lap("locate");
+    finish();
+    lap("distance");
+    return std::move(model_);
+}
+
+void Pipeline::exact() { bake_candidate_lists(*solid_, kept_lists_ ? &*kept_lists_ : nullptr, locator_, model_); }
+
+void Pipeline::finish()
+{
+    mark_made_up(mesh_, made_up_, model_);
+    // Distances are the triangles', or those of central maps.
+    if (model::has_exact(model_.view()) || model::has_central_maps(model_.view()))
+        bake_distance(*solid_, {band_, locator_.threads, bytes_beside()}, model_);
+    model_.mesh_hash = mesh_hash_;
+}
+
+void Pipeline::set_mesh(mesh::Mesh mesh, std::span<const std::uint8_t> crossed)
+{
+    mesh_ = std::move(mesh);
+    solid_.emplace(mesh_, crossed);
+}
+
+void Pipeline::lap(const char* stage)
+{
+    const double now = cpu_seconds();
+    seconds_.emplace_back(stage, now - last_lap_);
+    last_lap_ = now;
+}
+
+Bake::Bake(const mesh::Mesh& input, bool is_solid, const BakeOptions& options)
+    : Pipeline({options.target_error, options.threads}), options_(options), input_(input)
+{
+    header_.solid = is_solid ? 1 : 0;
+}
+
+BakeResult Bake::run()
+{
+    BakeResult result;
+    result.model = run_steps();
+    const model::Measured& m = result.model.measured;
+    result.report.fineness = fineness_;
+    result.report.target_met = m.depth_p99 <= options_.target_error && !model::has_wrong_verdicts(m);
+    result.report.parts = part_reports();
+    result.report.partition = std::move(fitted_.partition);
+    progress("measure", 1);
+    lap("measure");
+    result.report.seconds = std::move(seconds_);
+    return result;
+}
+
+void Bake::progress(const char* stage, double done) const
+{
+    if (options_.progress) options_.progress(stage, done);
+}
+
+void Bake::validate()
+{
+    check(input_, options_);
+    mesh_hash_ = mesh::content_hash(input_);
+    made_up_.assign(options_.cured.made_up.begin(), options_.cured.made_up.end());
+    band_ = options_.band;
+    const mesh::Normalization normalization = mesh::normalization_of(input_);
+    for (int k = 0; k < 3; ++k) header_.origin[k] = normalization.origin[k];
+    header_.unit = normalization.unit;
+    mesh::Mesh mesh = model_space(input_);
+    const std::vector<std::uint8_t> crossed = mesh::find_self_intersections(mesh).crossed;
+    set_mesh(std::move(mesh), crossed);
+}
+
+void Bake::parts()
+{
+    progress("decompose", 0);
+    const decompose::Partition first = first_partition(mesh_, options_);
+    lap("decompose");
+    progress("fit", 0);
+    const CanonicalMesh canonical = canonical_mesh(mesh_);
+    fitted_ = options_.partition != nullptr ? fit_partition(*solid_, canonical, first, options_)
+                                            : refine_partition(*solid_, canonical, first, options_);
+    lap("fit");
+}
+
+void Bake::maps()
+{
+    Draft draft = meet_target();
+    maps_ = std::move(draft.maps);
+    model_ = std::move(draft.model);
+    model_.cure = stored(options_.cured);
+}
+
+/// The target is met by measuring: finer cells where the first guess falls short.
+Draft Bake::meet_target()
+{
+    progress("map", 0);
+    CentralOptions central = central_options(options_.target_error, mesh::largest_vertex_distance(mesh_));
+    const double hidden = hidden_percent(fitted_.parts);
+    const bool is_hidden = header_.solid != 0 && hidden > max_hidden();
+    if (is_hidden) {
+        scale(central, fineness_ = k_hidden_coarser);
+        central.least_base = k_hidden_base;
+    }
+    const auto made = [&](const Draft* coarser) {
+        Draft out = draft(central, coarser);
+        out.model.measured.q2_share = hidden;
+        return out;
+    };
+    Draft best = made(nullptr);
+    accept();
+    progress("measure", 0);
+    if (is_hidden) return best;
+    const double max_bytes = k_max_refined * byte_budget(mesh_.triangles.size(), options_.target_error);
+    double factor = 1;
+    for (int attempt = 0; attempt < k_refinements; ++attempt) {
+        const double before = shortfall(best.model.measured);
+        if (!(before > 1) || map_bytes(best.maps) > max_bytes) break;
+        progress("refine", static_cast<double>(attempt) / k_refinements);
+        const double finer_by = std::clamp(1 / before, 0.5, 0.7);
+        scale(central, finer_by);
+        factor *= finer_by;
+        Draft finer = made(&best);
+        const double gain = shortfall(finer.model.measured) / before;
+        if (gain >= 1) break;  // keep the better model
+        best = std::move(finer);
+        accept();
+        fineness_ = factor;
+        if (gain > std::pow(finer_by, k_least_gain)) break;
+    }
+    return best;
+}
+
+std::vector<PartReport> Bake::part_reports() const
+{
+    std::vector<PartReport> reports;
+    for (std::size_t i = 0; i < fitted_.parts.size(); ++i) {
+        const auto& [part, quality] = fitted_.parts[i];
+        reports.push_back({part.fit.certificate, part.fit.volume, quality.solid_volume, quality.area, quality.q2_share,
+                           part.fit.fallback, maps_[i].base, maps_[i].map_bytes()});
+    }
+    return reports;
+}
+
+model::Measured Bake::measured(const std::function<Evaluation(const EvaluateOptions&)>& evaluate) const
 {
     EvaluateOptions options;
     options.points = 4000;
@@ -214,11 +307,11 @@ model::Measured measured(const std::function<Evaluation(const EvaluateOptions&)>
     return figures_of(evaluate(options));
 }
 
-void measure_layers(const model::ModelView& view, const mesh::Solid& solid, model::Measured& m)
+void Bake::measure_layers(const model::ModelView& view, model::Measured& m) const
 {
     EvaluateOptions options;
     options.points = m.q2_share > k_mostly_hidden ? 20000 : 4000;
-    const LayerErrors errors = layer_errors(view, solid, options);
+    const LayerErrors errors = layer_errors(view, *solid_, options);
     m.layer1_depth_p99 = errors.depth[0].p99;
     m.layer2_depth_p99 = errors.depth[1].p99;
     if (!model::has_locator(view)) return;
@@ -239,28 +332,34 @@ void check_range(const char* name, double value, double least, double max)
                              std::to_string(static_cast<long>(max)));
 }
 
-std::vector<CentralMapData> bake_central_maps(const Subject& subject, const CentralOptions& central,
-                                              std::span<const CentralMapData> coarser)
+std::vector<CentralMapData> bake_central_maps(const mesh::Solid& solid, std::span<const MapSource> sources, unsigned threads)
 {
-    const BakeOptions& options = subject.options;
-    const mesh::Mesh& mesh = subject.solid.mesh();
-    std::vector<CentralMapData> maps(subject.fitted.parts.size());
-    parallel::for_each(maps.size(), options.threads, [&](std::size_t i) {
-        const FittedPart& part = subject.fitted.parts[i].fitted;
+    std::vector<CentralMapData> maps(sources.size());
+    parallel::for_each(maps.size(), threads, [&](std::size_t i) {
+        const auto& [part, options, known] = sources[i];
         const shape::Superquadricd& sq = part.fit.superquadric;
-        CentralOptions finer = central;
-        if (!coarser.empty()) finer.least_base = coarser[i].base;
-        const ChartDomain domain = chart_domain(sq, part.centre, corners_of(mesh, part.patch));
-        maps[i] = bake_central_map(subject.solid, {sq, part.centre, domain, part.patch.triangles}, finer);
+        const ChartDomain domain =
+            known ? domain_of(known->part) : chart_domain(sq, part.centre, corners_of(solid.mesh(), part.patch));
+        maps[i] = bake_central_map(solid, {sq, part.centre, domain, part.patch.triangles}, options, known ? &*known : nullptr);
     });
     return maps;
 }
 
-model::ModelData assembled(const Subject& subject, const std::vector<CentralMapData>& maps)
+std::vector<CentralMapData> Bake::central_maps(const CentralOptions& central, std::span<const CentralMapData> coarser) const
 {
-    Assembly assembly{subject.solid, subject.fitted.partition.part_of_triangle, {}, nullptr, subject.options.exact};
-    for (std::size_t i = 0; i < maps.size(); ++i) assembly.parts.push_back({&subject.fitted.parts[i].fitted, &maps[i]});
-    return assemble(subject.header, assembly);
+    std::vector<MapSource> sources;
+    for (std::size_t i = 0; i < fitted_.parts.size(); ++i) {
+        MapSource& source = sources.emplace_back(MapSource{fitted_.parts[i].fitted, central});
+        if (!coarser.empty()) source.options.least_base = coarser[i].base;
+    }
+    return bake_central_maps(*solid_, sources, options_.threads);
+}
+
+model::ModelData Bake::assembled(const std::vector<CentralMapData>& maps) const
+{
+    Assembly assembly{*solid_, fitted_.partition.part_of_triangle, {}, nullptr, options_.exact};
+    for (std::size_t i = 0; i < maps.size(); ++i) assembly.parts.push_back({&fitted_.parts[i].fitted, &maps[i]});
+    return assemble(header_, assembly);
 }
 
 mesh::Mesh model_space(const mesh::Mesh& mesh)
@@ -268,49 +367,6 @@ mesh::Mesh model_space(const mesh::Mesh& mesh)
     mesh::Mesh out = mesh::normalized(mesh, mesh::normalization_of(mesh));
     for (Vec3d& v : out.vertices) v = cast<double>(cast<float>(v));
     return out;
-}
-
-BakeResult run_pipeline(const mesh::Mesh& input, bool solid_mesh, const BakeOptions& options, MapSteps& steps)
-{
-    check(input, options);
-    BakeResult result;
-    StageClock clock;
-    const auto lap = [&](const char* stage) { clock.lap(stage, result.report.seconds); };
-    const auto progress = [&](const char* stage, double done) {
-        if (options.progress) options.progress(stage, done);
-    };
-
-    const mesh::Mesh mesh = model_space(input);
-    const mesh::Solid solid(mesh, mesh::find_self_intersections(mesh).crossed);
-    lap("prepare");
-    progress("decompose", 0);
-    const decompose::Partition first = first_partition(mesh, options);
-    lap("decompose");
-    progress("fit", 0);
-    FittedPartition parts = fitted(solid, first, options);
-    lap("fit");
-
-    const Subject subject{solid, parts, header_of(input, solid_mesh), options};
-    Draft draft = meet_target(subject, steps, result.report.fineness);
-    lap("map");
-    steps.locate(subject, draft);
-    lap("locate");
-    mark_made_up(mesh, options.cured.made_up, draft.model);
-    // Distances are the triangles', or those of central maps.
-    if (options.exact || model::has_central_maps(draft.model.view()))
-        bake_distance(solid, {options.band, options.threads, steps.bytes_beside()}, draft.model);
-    lap("distance");
-
-    draft.model.measured = draft.measured;
-    draft.model.cure = stored(options.cured);
-    draft.model.mesh_hash = mesh::content_hash(input);
-    result.report.target_met = draft.measured.depth_p99 <= options.target_error && !model::has_wrong_verdicts(draft.measured);
-    progress("measure", 1);
-    result.report.parts = report_of(parts, draft.maps);
-    result.model = std::move(draft.model);
-    result.report.partition = std::move(parts.partition);
-    lap("measure");
-    return result;
 }
 
 }  // namespace sqmap::bake

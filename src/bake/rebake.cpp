@@ -1,22 +1,17 @@
+// Baking a model again after its mesh has moved: the pipeline's steps for the parts that the change reaches.
 #include "sqmap/bake/rebake.h"
 
 #include "assemble.h"
-#include "bake/central/central_map.h"
-#include "bake/central/central_options.h"
-#include "bake/distance/distance.h"
-#include "bake/exact/candidate_lists.h"
 #include "bake/locator/change.h"
-#include "bake/locator/locator.h"
-#include "bake/locator/made_up.h"
 #include "bake/parts/fit.h"
 #include "bake/parts/part.h"
 #include "model/flags.h"
+#include "pipeline.h"
 #include "sqmap/math/rotation.h"
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/solid.h"
 #include "sqmap/parallel/for_each.h"
-#include "stage_clock.h"
 
 #include <algorithm>
 #include <array>
@@ -129,14 +124,6 @@ bool holds(const model::Part& part, std::span<const Vec3d> points)
                 return false;
         return true;
     });
-}
-
-ChartDomain domain_of(const model::Part& part)
-{
-    ChartDomain domain{};
-    std::copy(std::begin(part.chart_lo), std::end(part.chart_lo), domain.lo);
-    std::copy(std::begin(part.chart_hi), std::end(part.chart_hi), domain.hi);
-    return domain;
 }
 
 /// Larger by as much as its part sticks out, where that is little.
@@ -282,123 +269,124 @@ std::optional<FittedPart> kept_fit(const Situation& situation, const model::Part
     return part;
 }
 
-/// A part whose map is new.
-struct RemadePart {
-    std::uint32_t number = 0;
-    FittedPart fitted;
-    bool refitted = false;
-    CentralMapData map;
+/// True where a part keeps the chart that it had.
+bool keeps_chart(const Situation& situation, const model::Part& was, const FittedPart& fitted)
+{
+    const shape::Superquadricd &sq = fitted.fit.superquadric, before = shape::cast<double>(model::superquadric_of(was));
+    return sq.a == before.a && sq.rotation == before.rotation && fitted.centre == model::vec3(was.chart_centre) &&
+           holds(was, corners_of(situation.solid.mesh(), fitted.patch));
+}
+
+/// The pipeline for a mesh that has moved: parts that the change does not reach are taken over, and so are the locator's cells
+/// and the candidate lists.
+class Rebake final : public Pipeline {
+public:
+    Rebake(const model::ModelData& before, std::span<const Vec3d> vertices, const RebakeOptions& options)
+        : Pipeline({options.target_error, options.threads}), before_(before), vertices_(vertices), options_(options)
+    {
+    }
+    [[nodiscard]] RebakeResult run()
+    {
+        RebakeResult result{run_steps(), std::move(report_)};
+        result.report.seconds = std::move(seconds_);
+        return result;
+    }
+
+private:
+    void validate() override
+    {
+        check(before_, vertices_);
+        meshes_.emplace(before_, vertices_);
+        const std::vector<std::uint8_t> moved = moved_triangles(*meshes_);
+        set_mesh(meshes_->now, crossed_triangles(before_, meshes_->now, moved));
+        mesh_hash_ = mesh::content_hash({{vertices_.begin(), vertices_.end()}, mesh_.triangles});
+        band_ = 100 * static_cast<double>(before_.distance.header.band) / before_.header.r_max;
+        for (const std::uint16_t word : before_.triangle_part) made_up_.push_back(model::is_made_up(word) ? 1 : 0);
+        situation_.emplace(Situation{before_, *meshes_, *solid_, changed_triangles(before_, *solid_, moved), {}});
+        for (const std::uint16_t p : before_.triangle_part) situation_->part_of_triangle.push_back(model::part_of(p));
+        report_.changed_triangles = situation_->changed.size();
+    }
+
+    /// Superquadrics of the parts that the change reaches.
+    void parts() override
+    {
+        reach_ = reach_of(*situation_);
+        for (std::uint32_t i = 0; i < reach_.remade.size(); ++i)
+            if (reach_.remade[i] != 0) report_.remade.push_back(i);
+        if (!report_.remade.empty()) fit_remade();
+        lap("fit");
+    }
+    void fit_remade()
+    {
+        decompose::Partition partition;
+        partition.part_count = static_cast<std::uint32_t>(reach_.remade.size());
+        partition.part_of_triangle = situation_->part_of_triangle;
+        std::vector<Patch> patches = patches_of(mesh_, partition);
+        std::vector<std::optional<FittedPart>> kept(report_.remade.size());
+        parallel::for_each(kept.size(), options_.threads, [&](std::size_t k) {
+            kept[k] = kept_fit(*situation_, before_.parts[report_.remade[k]], patches[report_.remade[k]]);
+        });
+        for (std::size_t k = 0; k < kept.size(); ++k)
+            if (!kept[k]) report_.refitted.push_back(report_.remade[k]);
+        CanonicalMesh canonical;  // only fits look at it
+        if (!report_.refitted.empty()) canonical = canonical_mesh(mesh_);
+        fitted_.resize(kept.size());
+        parallel::for_each(kept.size(), options_.threads, [&](std::size_t k) {
+            fitted_[k] = kept[k] ? std::move(*kept[k])
+                                 : fit_patch(*solid_, canonical, std::move(patches[report_.remade[k]]), options_.fit);
+        });
+    }
+
+    /// Maps of these parts; the others keep theirs.
+    void maps() override
+    {
+        CentralOptions central = central_options(options_.target_error, mesh::largest_vertex_distance(mesh_));
+        scale(central, options_.fineness);
+        std::vector<MapSource> sources;
+        for (std::size_t k = 0; k < fitted_.size(); ++k) {
+            const model::Part& was = before_.parts[report_.remade[k]];
+            central.least_base = central.max_base = was.base;
+            MapSource& source = sources.emplace_back(MapSource{fitted_[k], central});
+            if (keeps_chart(*situation_, was, fitted_[k]))
+                source.known.emplace(KnownMap{was, model::arrays_of(before_, was), meshes_->before, situation_->changed});
+        }
+        const std::vector<CentralMapData> maps = bake_central_maps(*solid_, sources, options_.threads);
+        Assembly assembly{*solid_, situation_->part_of_triangle, {}, &before_, true};
+        for (const model::Part& part : before_.parts) assembly.parts.push_back({nullptr, nullptr, &part});
+        for (std::size_t k = 0; k < maps.size(); ++k) assembly.parts[report_.remade[k]] = {&fitted_[k], &maps[k], nullptr};
+        model_ = assemble(before_.header, assembly);
+        model_.made_by = before_.made_by;
+        model_.source = before_.source;
+        model_.options = before_.options;
+        model_.cure = before_.cure;
+        for (const model::Part& p : model_.parts)
+            report_.certificates.push_back(
+                {static_cast<double>(p.largest_f), static_cast<double>(p.tolerance), p.largest_f <= 1});
+    }
+
+    void locator() override
+    {
+        static_cast<model::LocatorArrays<model::ArrayData>&>(model_) = before_;
+        model_.rises = before_.rises;
+        const Change change(std::move(reach_.both), before_.parts, std::move(reach_.remade));
+        kept_lists_ = {before_.view(), update_locator({*solid_, situation_->part_of_triangle}, locator_, change, model_)};
+    }
+
+    const model::ModelData& before_;
+    std::span<const Vec3d> vertices_;
+    const RebakeOptions& options_;
+    RebakeReport report_;
+    std::optional<Meshes> meshes_;
+    std::optional<Situation> situation_;
+    Reach reach_;
+    std::vector<FittedPart> fitted_;  ///< of report_.remade
 };
-
-/// In the domain that it had, where that still serves.
-CentralMapData remade_map(const Situation& situation, const RemadePart& part, CentralOptions central)
-{
-    const model::Part& was = situation.before.parts[part.number];
-    const FittedPart& fitted = part.fitted;
-    const shape::Superquadricd& sq = fitted.fit.superquadric;
-    const std::vector<Vec3d> corners = corners_of(situation.solid.mesh(), fitted.patch);
-    const shape::Superquadricd before = shape::cast<double>(model::superquadric_of(was));
-    const bool stays = !part.refitted && sq.a == before.a && sq.rotation == before.rotation &&
-                       fitted.centre == model::vec3(was.chart_centre) && holds(was, corners);
-    central.least_base = central.max_base = was.base;
-    const KnownMap known{situation.before, was, situation.meshes.before, situation.changed};
-    const ChartDomain domain = stays ? domain_of(was) : chart_domain(sq, fitted.centre, corners);
-    return bake_central_map(situation.solid, {sq, fitted.centre, domain, fitted.patch.triangles}, central,
-                            stays ? &known : nullptr);
-}
-
-/// Fits and maps of the parts that a change reaches.
-std::vector<RemadePart> remake(const Situation& situation, const Reach& reach, const RebakeOptions& options)
-{
-    std::vector<RemadePart> parts;
-    for (std::uint32_t i = 0; i < reach.remade.size(); ++i)
-        if (reach.remade[i] != 0) parts.emplace_back().number = i;
-    if (parts.empty()) return parts;
-    const mesh::Mesh& mesh = situation.solid.mesh();
-    decompose::Partition partition;
-    partition.part_count = static_cast<std::uint32_t>(reach.remade.size());
-    partition.part_of_triangle = situation.part_of_triangle;
-    std::vector<Patch> patches = patches_of(mesh, partition);
-    parallel::for_each(parts.size(), options.threads, [&](std::size_t k) {
-        RemadePart& part = parts[k];
-        std::optional<FittedPart> kept = kept_fit(situation, situation.before.parts[part.number], patches[part.number]);
-        part.refitted = !kept;
-        if (kept) part.fitted = std::move(*kept);
-    });
-    CanonicalMesh canonical;  // only fits look at it
-    if (std::any_of(parts.begin(), parts.end(), [](const RemadePart& part) { return part.refitted; }))
-        canonical = canonical_mesh(mesh);
-    CentralOptions central = central_options(options.target_error, mesh::largest_vertex_distance(mesh));
-    scale(central, options.fineness);
-    parallel::for_each(parts.size(), options.threads, [&](std::size_t k) {
-        RemadePart& part = parts[k];
-        if (part.refitted) part.fitted = fit_patch(situation.solid, canonical, std::move(patches[part.number]), options.fit);
-        part.map = remade_map(situation, part, central);
-    });
-    return parts;
-}
-
-/// The model but for its locator and candidate lists, which are those of before.
-model::ModelData assemble_again(const Situation& situation, const std::vector<RemadePart>& remade)
-{
-    const model::ModelData& before = situation.before;
-    Assembly assembly{situation.solid, situation.part_of_triangle, {}, &before, true};
-    for (const model::Part& part : before.parts) assembly.parts.push_back({nullptr, nullptr, &part});
-    for (const RemadePart& part : remade) assembly.parts[part.number] = {&part.fitted, &part.map, nullptr};
-    model::ModelData data = assemble(before.header, assembly);
-    static_cast<model::LocatorArrays<model::ArrayData>&>(data) = before;
-    data.rises = before.rises;
-    data.made_by = before.made_by;
-    data.source = before.source;
-    data.options = before.options;
-    data.cure = before.cure;
-    return data;
-}
 
 }  // namespace
 
 RebakeResult rebake(const model::ModelData& before, std::span<const Vec3d> vertices, const RebakeOptions& options)
 {
-    check(before, vertices);
-    RebakeResult result;
-    RebakeReport& report = result.report;
-    StageClock clock;
-    const auto lap = [&](const char* stage) { clock.lap(stage, report.seconds); };
-
-    const Meshes meshes(before, vertices);
-    const std::vector<std::uint8_t> moved = moved_triangles(meshes);
-    const mesh::Solid solid(meshes.now, crossed_triangles(before, meshes.now, moved));
-    Situation situation{before, meshes, solid, changed_triangles(before, solid, moved), {}};
-    for (const std::uint16_t p : before.triangle_part) situation.part_of_triangle.push_back(model::part_of(p));
-    report.changed_triangles = situation.changed.size();
-    lap("prepare");
-
-    Reach reach = reach_of(situation);
-    const std::vector<RemadePart> remade = remake(situation, reach, options);
-    lap("parts");
-    result.model = assemble_again(situation, remade);
-    for (const RemadePart& part : remade) {
-        report.remade.push_back(part.number);
-        if (part.refitted) report.refitted.push_back(part.number);
-    }
-    for (const model::Part& p : result.model.parts)
-        report.certificates.push_back({static_cast<double>(p.largest_f), static_cast<double>(p.tolerance), p.largest_f <= 1});
-    lap("pack");
-
-    const Change change(std::move(reach.both), before.parts, std::move(reach.remade));
-    const LocatorOptions locator{options.target_error, options.threads};
-    const LocatorUpdate update = update_locator({solid, situation.part_of_triangle}, locator, change, result.model);
-    lap("locate");
-    update_candidate_lists(solid, {before.view(), update}, locator, result.model);
-    std::vector<std::uint8_t> made_up;
-    for (const std::uint16_t word : before.triangle_part) made_up.push_back(model::is_made_up(word) ? 1 : 0);
-    mark_made_up(meshes.now, made_up, result.model);
-    lap("near");
-    const double band = 100 * static_cast<double>(before.distance.header.band) / before.header.r_max;
-    bake_distance(solid, {band, options.threads}, result.model);
-    lap("distance");
-    result.model.mesh_hash = mesh::content_hash({{vertices.begin(), vertices.end()}, meshes.now.triangles});
-    return result;
+    return Rebake(before, vertices, options).run();
 }
 
 }  // namespace sqmap::bake

@@ -1,8 +1,7 @@
 #include "sqmap/bake_mesh.h"
 
 #include "sqmap/io/replace_file.h"
-#include "sqmap/model/made_up.h"
-#include "sqmap/model/reliability.h"
+#include "sqmap/model/model.h"
 #include "sqmap/paper/model_file.h"
 
 #include <cstdio>

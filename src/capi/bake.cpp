@@ -158,25 +158,21 @@ using capi::needed;
 
 sqmap_code sqmap_bake(const sqmap_mesh* mesh, const sqmap_bake_options* options, sqmap_model* model)
 {
-    return guarded([&] {
-        sqmap_model& out = needed(model, "model");
-        out = {};
+    return capi::opened(model, "model", capi::models(), [&] {
         const sqmap_mesh in = capi::taken(&needed(mesh, "mesh"), "mesh");
         const sqmap_points points{sizeof(sqmap_points), in.vertices, in.vertex_count, nullptr};
         if (in.triangle_count > 0xffffffffu / 3)
             throw capi::Failure{SQMAP_E_ARGUMENT, "mesh.triangle_count", "is too large", "give the number of triangles"};
         if (in.triangle_count > 0) (void)needed(in.triangles, "mesh.triangles");
         const mesh::PolygonView arrays{capi::rows(points, "mesh.vertices"), {}, std::span(in.triangles, 3 * in.triangle_count)};
-        out.id = capi::models().open(capi::baked(arrays, capi::taken(options, "options")));
+        return capi::baked(arrays, capi::taken(options, "options"));
     });
 }
 
 sqmap_code sqmap_bake_file(const char* path, const sqmap_bake_options* options, sqmap_model* model)
 {
-    return guarded([&] {
-        sqmap_model& out = needed(model, "model");
-        out = {};
+    return capi::opened(model, "model", capi::models(), [&] {
         const std::filesystem::path file = &needed(path, "path");
-        out.id = capi::models().open(capi::baked(file, capi::taken(options, "options")));
+        return capi::baked(file, capi::taken(options, "options"));
     });
 }

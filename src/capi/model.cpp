@@ -1,9 +1,9 @@
 // Models behind the C interface: opening, saving, facts.
+#include "sqmap/model/model.h"
 #include "objects.h"
 #include "sqmap/bake/rebake.h"
 #include "sqmap/io/model_archive.h"
 #include "sqmap/io/replace_file.h"
-#include "sqmap/model/reliability.h"
 #include "structs.h"
 
 #include <algorithm>
@@ -39,11 +39,9 @@ io::MappedBytes mapped(const char* path, std::string_view key)
     std::optional<io::ModelArchive> archive;
     try {
         archive.emplace(path);
-        const auto found = archive->find(key);
-        if (!found) throw Failure{SQMAP_E_ARGUMENT, "key", "the archive holds no such model", "take one of 'sqmap batch list'"};
-        (void)archive->bytes(found->offset, found->size);
-        if (found->size == 0) throw io::ModelFileError(std::string(path) + ": holds no model of key " + std::string(key));
-        return io::MappedBytes(path, found->offset, found->size);
+        if (!archive->find(key))
+            throw Failure{SQMAP_E_ARGUMENT, "key", "the archive holds no such model", "take one of 'sqmap batch list'"};
+        return archive->map(key);
     } catch (const io::ModelArchiveError& e) {
         throw Failure{archive ? SQMAP_E_MODEL : SQMAP_E_FILE, path, e.why(), e.cure()};
     } catch (const io::ModelFileError& e) {
@@ -102,31 +100,23 @@ uint32_t sqmap_format_version(void) { return model::k_format_version; }
 
 sqmap_code sqmap_open(const char* path, sqmap_model* model)
 {
-    return guarded([&] {
-        sqmap_model& out = needed(model, "model");
-        out = {};
-        out.id = capi::models().open(std::make_shared<capi::Model>(&needed(path, "path")));
-    });
+    return capi::opened(model, "model", capi::models(), [&] { return std::make_shared<capi::Model>(&needed(path, "path")); });
 }
 
 sqmap_code sqmap_open_archived(const char* archive, const char* key, sqmap_model* model)
 {
-    return guarded([&] {
-        sqmap_model& out = needed(model, "model");
-        out = {};
+    return capi::opened(model, "model", capi::models(), [&] {
         const char* const path = &needed(archive, "archive");
-        out.id = capi::models().open(std::make_shared<capi::Model>(capi::mapped(path, &needed(key, "key")), path));
+        return std::make_shared<capi::Model>(capi::mapped(path, &needed(key, "key")), path);
     });
 }
 
 sqmap_code sqmap_open_bytes(const void* bytes, size_t size, sqmap_model* model)
 {
-    return guarded([&] {
-        sqmap_model& out = needed(model, "model");
-        out = {};
+    return capi::opened(model, "model", capi::models(), [&] {
         const auto* first = static_cast<const std::byte*>(bytes);
         if (size > 0) (void)needed(first, "bytes");
-        out.id = capi::models().open(std::make_shared<capi::Model>(std::vector<std::byte>(first, first + size), std::string()));
+        return std::make_shared<capi::Model>(std::vector<std::byte>(first, first + size), std::string());
     });
 }
 

@@ -83,8 +83,7 @@ struct Surface {
     mesh::Bvh bvh;
 };
 
-/// A model over bytes that stay where they are. Each library says which kinds it opens: libsqmap in opened.cpp,
-/// libsqmap_query in opened_central.cpp.
+/// A model over bytes that stay where they are. opened.cpp says which kinds of models each library opens.
 struct Opened {
     model::ModelView view;
     bool is_paper = false;
@@ -133,6 +132,17 @@ Handles<T, Kind>& table()
 inline Handles<Model, 1>& models() { return table<Model, 1>(); }
 inline Handles<query::Probe, 2>& probes() { return table<query::Probe, 2>(); }
 inline Handles<query::PairWorkspace, 3>& workspaces() { return table<query::PairWorkspace, 3>(); }
+
+/// Opens what make() returns, so that the caller's handle stands for it; the handle is zero after an error.
+template <class Handle, class T, std::uint8_t Kind, class Make>
+sqmap_code opened(Handle* handle, const char* name, Handles<T, Kind>& table, Make&& make)
+{
+    return guarded([&] {
+        Handle& out = needed(handle, name);
+        out = {};
+        out.id = table.open(make());
+    });
+}
 
 /// The open model. @throw Failure
 inline const std::shared_ptr<Model>& model_of(sqmap_model handle, const char* element = "model")

@@ -1,8 +1,13 @@
-// Models that libsqmap opens: central ones and paper models.
+// The kinds of models that a library opens. The kernels of paper models would be a third of libsqmap_query, so it refuses those.
 #include "objects.h"
+#include "sqmap/io/model_file.h"
+#ifdef SQMAP_OPENS_PAPER
 #include "sqmap/paper/model_file.h"
+#endif
 
 namespace sqmap::capi {
+
+#ifdef SQMAP_OPENS_PAPER
 
 Opened open_model(std::span<const std::byte> bytes, const std::string& element)
 {
@@ -12,5 +17,22 @@ Opened open_model(std::span<const std::byte> bytes, const std::string& element)
 }
 
 std::string json_of(const model::ModelView& view, std::size_t bytes) { return paper::model_json(view, bytes); }
+
+#else
+
+Opened open_model(std::span<const std::byte> bytes, const std::string& element)
+{
+    Opened opened;
+    const model::ParseStatus status = model::parse(bytes, opened.view);
+    if (status == model::ParseStatus::PaperModel)
+        throw Failure{SQMAP_E_MISSING, "model", "is of the normal projection, which libsqmap_query leaves out",
+                      "link libsqmap, or bake it with the central projection"};
+    if (status != model::ParseStatus::Ok) refuse_bytes(status, element);
+    return opened;
+}
+
+std::string json_of(const model::ModelView& view, std::size_t bytes) { return io::model_json(view, bytes); }
+
+#endif
 
 }  // namespace sqmap::capi

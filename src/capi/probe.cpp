@@ -67,13 +67,11 @@ using capi::needed;
 
 sqmap_code sqmap_make_probe(const sqmap_points* points, sqmap_probe* probe)
 {
-    return guarded([&] {
-        sqmap_probe& out = needed(probe, "probe");
-        out = {};
+    return capi::opened(probe, "probe", capi::probes(), [&] {
         const std::span<const Vec3d> rows = capi::rows(capi::taken(&needed(points, "points"), "points"), "points.xyz");
         if (rows.empty()) throw capi::Failure{SQMAP_E_ARGUMENT, "points.count", "is 0", "give at least one point"};
         capi::check_finite(rows, "points.xyz");
-        out.id = capi::probes().open(std::make_shared<query::Probe>(rows));
+        return std::make_shared<query::Probe>(rows);
     });
 }
 
@@ -103,13 +101,11 @@ sqmap_code sqmap_query_probe(const sqmap_bodies* bodies, const sqmap_query_optio
 
 sqmap_code sqmap_make_workspace(size_t contacts, sqmap_workspace* workspace)
 {
-    return guarded([&] {
-        sqmap_workspace& out = needed(workspace, "workspace");
-        out = {};
+    return capi::opened(workspace, "workspace", capi::workspaces(), [&] {
         if (contacts < 1 || contacts > 100'000'000)
             throw capi::Failure{SQMAP_E_ARGUMENT, "contacts", "is " + std::to_string(contacts),
                                 "give a number from 1 to 100,000,000"};
-        out.id = capi::workspaces().open(std::make_shared<query::PairWorkspace>(contacts));
+        return std::make_shared<query::PairWorkspace>(contacts);
     });
 }
 

@@ -70,7 +70,7 @@ std::size_t answer(const query::Body& body, const Batch& batch, const sqmap_quer
             fill(out.contact, few, [&](std::size_t i) { return at(i).contact; });
             fill(out.depth, few, [&](std::size_t i) { return (at(i).status & query::k_not_finite) != 0 ? k_nan : at(i).depth; });
             fill_rows(out.normal, few, [&](std::size_t i) { return at(i).normal; });
-            fill_rows(out.closest, few, [&](std::size_t i) { return at(i).point; });
+            fill_rows(out.closest, few, [&](std::size_t i) { return at(i).witness; });
             fill(out.part, few, [&](std::size_t i) { return at(i).part; });
             fill(out.certain, few, [&](std::size_t i) { return at(i).certain; });
             fill(out.status, few, [&](std::size_t i) { return at(i).status; });
@@ -91,7 +91,7 @@ void answer(const query::Body& body, const Batch& batch, const sqmap_query_optio
         fill(out.distance, slice,
              [&](std::size_t i) { return (at(i).status & query::k_not_finite) != 0 ? k_nan : at(i).distance; });
         fill_rows(out.gradient, slice, [&](std::size_t i) { return at(i).gradient; });
-        fill_rows(out.closest, slice, [&](std::size_t i) { return at(i).point; });
+        fill_rows(out.closest, slice, [&](std::size_t i) { return at(i).witness; });
         fill(out.part, slice, [&](std::size_t i) { return at(i).part; });
         fill(out.known, slice, [&](std::size_t i) { return static_cast<std::uint8_t>(at(i).known); });
         fill(out.status, slice, [&](std::size_t i) { return at(i).status; });

@@ -194,11 +194,9 @@ using capi::needed;
 
 sqmap_code sqmap_make_session(sqmap_model model, const sqmap_session_options* options, sqmap_session* session)
 {
-    return guarded([&] {
-        sqmap_session& out = needed(session, "session");
-        out = {};
+    return capi::opened(session, "session", capi::sessions(), [&] {
         const auto& touched = capi::model_of(model);
-        out.id = capi::sessions().open(std::make_shared<capi::Session>(touched, capi::taken(options, "options")));
+        return std::make_shared<capi::Session>(touched, capi::taken(options, "options"));
     });
 }
 

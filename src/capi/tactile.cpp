@@ -69,9 +69,7 @@ using capi::needed;
 
 sqmap_code sqmap_make_pad(const sqmap_points* points, const double* normals, const sqmap_pad_options* options, sqmap_pad* pad)
 {
-    return guarded([&] {
-        sqmap_pad& out = needed(pad, "pad");
-        out = {};
+    return capi::opened(pad, "pad", capi::pads(), [&] {
         const sqmap_points given = capi::taken(&needed(points, "points"), "points");
         sqmap_points outward = given;
         outward.xyz = &needed(normals, "normals");
@@ -80,7 +78,7 @@ sqmap_code sqmap_make_pad(const sqmap_points* points, const double* normals, con
         constexpr const char* k_cure = "give finite numbers, or leave the taxel out";
         capi::check_finite(at, "points.xyz", k_cure);
         capi::check_finite(along, "normals", k_cure);
-        out.id = capi::pads().open(std::make_shared<capi::Pad>(at, along, capi::taken(options, "options")));
+        return std::make_shared<capi::Pad>(at, along, capi::taken(options, "options"));
     });
 }
 

@@ -149,7 +149,7 @@ public:
     {
         const query::PointResult c = query::query_point(model_, at, {.layer = query::Layer::Exact});
         if (!c.contact || norm(c.normal) == 0) return false;
-        point = c.point;
+        point = c.witness;
         normal = normalized(c.normal);
         return true;
     }

@@ -1,5 +1,7 @@
 #include "scaled_part.h"
 
+#include "sqmap/math/box.h"
+
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
@@ -146,15 +148,9 @@ void gather(const mesh::Mesh& mesh, std::span<const std::uint32_t> triangles, st
 
 OrientedBox box_of(const Mat3d& frame, std::span<const Vec3d> points)
 {
-    Vec3d low{INFINITY, INFINITY, INFINITY}, high = -low;
-    for (const Vec3d& p : points) {
-        const Vec3d q = frame * p;
-        for (int k = 0; k < 3; ++k) {
-            low[k] = std::min(low[k], q[k]);
-            high[k] = std::max(high[k], q[k]);
-        }
-    }
-    return {transpose_mul(frame, 0.5 * (low + high)), 0.5 * (high - low)};
+    Box box;
+    for (const Vec3d& p : points) extend(box, frame * p);
+    return {transpose_mul(frame, centre(box)), 0.5 * size(box)};
 }
 
 ScaledPart scaled_part(const mesh::Mesh& mesh, std::span<const std::uint32_t> triangles, std::span<const Corners> caps,

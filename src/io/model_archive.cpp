@@ -127,12 +127,12 @@ std::optional<ArchivedModel> ModelArchive::find(std::string_view key) const
     return std::nullopt;
 }
 
-MappedModel ModelArchive::open(std::string_view key) const
+MappedBytes ModelArchive::map(std::string_view key) const
 {
     const std::optional<ArchivedModel> found = find(key);
     if (!found || found->size == 0) throw ModelFileError(path_.string() + ": holds no model of key " + std::string(key));
     (void)bytes(found->offset, found->size);
-    return MappedModel(path_, found->offset, found->size);
+    return MappedBytes(path_, found->offset, found->size);
 }
 
 }  // namespace sqmap::io

@@ -132,9 +132,6 @@ void check(model::ParseStatus status, const std::filesystem::path& path)
                          (status == model::ParseStatus::NotAModel ? ": bake a mesh with 'sqmap bake MESH -o MODEL'" : ""));
 }
 
-MappedModel::MappedModel(const std::filesystem::path& path, std::uint64_t offset, std::uint64_t size) : file_(path, offset, size)
-{
-    check(model::parse(bytes(), view_), path);
-}
+MappedModel::MappedModel(const std::filesystem::path& path) : file_(path) { check(model::parse(bytes(), view_), path); }
 
 }  // namespace sqmap::io

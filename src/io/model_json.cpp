@@ -1,4 +1,3 @@
-#include "sqmap/io/model_json.h"
 
 #include "sqmap/io/model_file.h"
 #include "sqmap/model/parse.h"
@@ -56,7 +55,7 @@ ordered_json part_json(const model::Part& p, std::size_t index, const model::Hea
     out["triangles"] = p.triangle_count;
     out["vertices"] = p.vertex_count;
     out["area"] = p.area;
-    out["base_cells"] = p.cell_count;
+    out["base_cells"] = p.cells.count;
     return out;
 }
 

@@ -185,7 +185,7 @@ constexpr std::uint16_t border_line_word(std::uint32_t from, std::uint32_t to)
 /// A split cell's record: of three by three samples the five that are not the cell's own corners, row by row, and the four cells
 /// between them.
 inline constexpr std::uint32_t k_split_cells = 5;
-inline constexpr std::uint32_t k_split_size = k_split_cells + 4;
+static_assert(k_split_size == k_split_cells + 4);
 inline constexpr std::array<int, k_split_cells> k_split_samples{1, 3, 4, 5, 7};
 
 /// Certified deviation of a bilinear surface, in w. Codes grow with it, by an eighth of an octave or less.

@@ -119,14 +119,7 @@ class CentralMap {
 public:
     CentralMap(const ModelView& view, const Part& part)
         : part_(part),
-          samples_(view.samples.data() + part.first_sample),
-          offsets_(view.offsets.data() + part.first_sample),
-          smoothing_(view.smoothing.data() + part.first_sample),
-          cells_(view.cells.data() + part.first_cell),
-          blocks_(view.blocks.data() + part.first_block),
-          splits_(view.splits.data() + k_split_size * static_cast<std::size_t>(part.first_split)),
-          specials_(view.specials.data() + part.first_special),
-          pool_(view.pool.data() + part.first_pool),
+          own_(arrays_of(view, part)),
           base_(static_cast<int>(part.base)),
           cell_size_(2.f / static_cast<float>(part.base))
     {
@@ -171,11 +164,11 @@ public:
     {
         return std::clamp(static_cast<int>((s + 1.f) * 0.5f * static_cast<float>(base_)), 0, base_ - 1);
     }
-    CentralCell base_cell(int face, int column, int row) const { return {cells_[(face * base_ + row) * base_ + column]}; }
+    CentralCell base_cell(int face, int column, int row) const { return {own_.cells[index_of(face, base_, column, row)]}; }
     Block block(int face, int column, int row) const
     {
         const int n = base_ / k_block;
-        return blocks_[(face * n + row) * n + column];
+        return own_.blocks[index_of(face, n, column, row)];
     }
     float decode(std::uint16_t v) const { return part_.w_min + part_.w_step * static_cast<float>(v); }
 
@@ -190,7 +183,7 @@ public:
         std::uint16_t corner[4];
         base_samples(face, column, row, corner);
         while (cell.kind() == CellKind::Split) {
-            const std::uint16_t* split = splits_ + k_split_size * cell.payload();
+            const std::uint16_t* split = own_.splits.data() + k_split_size * cell.payload();
             size *= 0.5f;
             const int right = s >= s0 + size ? 1 : 0, up = t >= t0 + size ? 1 : 0;
             s0 += size * static_cast<float>(right);
@@ -230,11 +223,11 @@ public:
     }
 
     /// Offset of eq. 12 at (s, t), model units, outwards.
-    float offset_at(int face, float s, float t) const { return beside(offsets_, face, s, t).w * part_.offset_step; }
+    float offset_at(int face, float s, float t) const { return beside(own_.offsets.data(), face, s, t).w * part_.offset_step; }
     /// The change of w and its slopes by smoothing, at (s, t).
     SheetValue smoothing_at(int face, float s, float t) const
     {
-        const SheetValue v = beside(smoothing_, face, s, t);
+        const SheetValue v = beside(own_.smoothing.data(), face, s, t);
         return {v.w * part_.smoothing_step, v.ws * part_.smoothing_step, v.wt * part_.smoothing_step};
     }
 
@@ -251,7 +244,7 @@ public:
     };
     NearestSheet nearest_sheet(std::uint16_t word, float s0, float t0, float size, float s, float t, float expected) const
     {
-        const std::uint16_t* record = pool_ + specials_[CentralCell{word}.payload()];
+        const std::uint16_t* record = own_.pool.data() + own_.specials[CentralCell{word}.payload()];
         const float u = (s - s0) / size, v = (t - t0) / size;
         const LayeredHead head{record[0]};
         int sheets = head.sheets();
@@ -296,6 +289,11 @@ public:
     }
 
 private:
+    static std::size_t index_of(int face, int side, int column, int row)
+    {
+        return static_cast<std::size_t>((face * side + row) * side + column);
+    }
+
     static Leaf side_at(const Leaf& leaf, float s, float t)
     {
         return leaf.divided && side_of_line(leaf, s, t) < 0.f ? other_side(leaf) : leaf;
@@ -334,7 +332,7 @@ private:
             leaf.deviation = deviation_of_code(cell.deviation_code(), part_.w_step);
             leaf.foreign = cell.foreign();
         } else if (leaf.kind == CellKind::Layered) {
-            const std::uint16_t* record = pool_ + specials_[cell.payload()];
+            const std::uint16_t* record = own_.pool.data() + own_.specials[cell.payload()];
             const LayeredHead head{record[0]};
             leaf.sheets = head.sheets();
             leaf.bilinear = head.bilinear();
@@ -363,7 +361,7 @@ private:
 
     void base_samples(int face, int column, int row, std::uint16_t v[4]) const
     {
-        const std::uint16_t* p = samples_ + (face * (base_ + 1) + row) * (base_ + 1) + column;
+        const std::uint16_t* p = own_.samples.data() + (face * (base_ + 1) + row) * (base_ + 1) + column;
         v[0] = p[0];
         v[1] = p[1];
         v[2] = p[base_ + 1];
@@ -393,7 +391,7 @@ private:
     template <class Visit>
     void each_child(CentralCell cell, const std::uint16_t corner[4], float s0, float t0, float size, Visit&& visit) const
     {
-        const std::uint16_t* split = splits_ + k_split_size * cell.payload();
+        const std::uint16_t* split = own_.splits.data() + k_split_size * cell.payload();
         size *= 0.5f;
         for (int q = 0; q < 4; ++q) {
             const CentralCell child{split[k_split_cells + static_cast<std::uint32_t>(q)]};
@@ -408,14 +406,7 @@ private:
     }
 
     const Part& part_;
-    const std::uint16_t* samples_;
-    const std::uint8_t* offsets_;
-    const std::int8_t* smoothing_;
-    const std::uint16_t* cells_;
-    const Block* blocks_;
-    const std::uint16_t* splits_;
-    const std::uint32_t* specials_;
-    const std::uint16_t* pool_;
+    CentralArrays<ArrayView> own_;
     int base_;
     float cell_size_;
 };

@@ -1,4 +1,4 @@
-#include "model/check_distance.h"
+#include "model/parse_steps.h"
 
 #include "model/bound_tree.h"
 #include "model/hierarchy.h"

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sqmap/math/assert.h"
+#include "sqmap/math/box.h"
 #include "sqmap/math/vec.h"
 #include "sqmap/model/distance.h"
 
@@ -44,30 +45,21 @@ constexpr HierarchyLevels hierarchy_levels(std::uint32_t entries)
     return levels;
 }
 
-struct HierarchyBox {
-    float lo[3], hi[3];
-};
-
 /// The boxes of up to 16 children as stored: none is smaller than it was.
-inline HierarchyNode encode_node(const HierarchyBox* boxes, std::uint32_t count)
+inline HierarchyNode encode_node(const Boxf* boxes, std::uint32_t count)
 {
     constexpr float k_max = 255;
     HierarchyNode node{};
-    float extent = 0;
-    for (int k = 0; k < 3; ++k) {
-        float lo = boxes[0].lo[k], hi = boxes[0].hi[k];
-        for (std::uint32_t i = 1; i < count; ++i) {
-            lo = std::min(lo, boxes[i].lo[k]);
-            hi = std::max(hi, boxes[i].hi[k]);
-        }
-        node.origin[k] = lo;
-        extent = std::max(extent, hi - lo);
-    }
+    Boxf all;
+    for (std::uint32_t i = 0; i < count; ++i) extend(all, boxes[i]);
+    for (int k = 0; k < 3; ++k) node.origin[k] = all.lo[k];
+    const Vec3f sides = size(all);
+    const float extent = std::max({sides.x, sides.y, sides.z, 0.f});
     // Room for what rounding takes.
     node.step = std::max(extent * 1.0001f / k_max, 1e-30f);
     for (std::uint32_t i = 0; i < k_hierarchy_width; ++i)
         for (int k = 0; k < 3; ++k) {
-            const HierarchyBox& box = boxes[std::min(i, count - 1)];
+            const Boxf& box = boxes[std::min(i, count - 1)];
             const auto steps = [&](float v) {
                 return (static_cast<double>(v) - static_cast<double>(node.origin[k])) / static_cast<double>(node.step);
             };

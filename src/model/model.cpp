@@ -1,5 +1,4 @@
 #include "sqmap/model/model.h"
-#include "sqmap/model/made_up.h"
 
 #include "model/central_cells.h"
 #include "model/flags.h"
@@ -50,8 +49,8 @@ bool is_made_up(const ModelView& view, std::size_t triangle) noexcept
 
 std::optional<Vec3f> sample_point(const ModelView& view, const Part& part, std::uint32_t i) noexcept
 {
-    SQMAP_ASSERT(i < part.sample_count);
-    const std::uint16_t stored = view.samples[part.first_sample + i];
+    SQMAP_ASSERT(i < part.samples.count);
+    const std::uint16_t stored = view.samples[part.samples.first + i];
     const float w = SampleRange{part.w_min, part.w_step}.decode(stored);
     if (stored == k_no_surface || !(w > 0)) return std::nullopt;
     const std::uint32_t side = part.base + 1, face = i / (side * side), row = i / side % side, column = i % side;

@@ -2,7 +2,6 @@
 
 #include "model/candidate_lists.h"
 #include "model/central_cells.h"
-#include "model/check_distance.h"
 #include "model/flags.h"
 #include "model/locator_cells.h"
 #include "model/parse_steps.h"
@@ -37,22 +36,20 @@ bool finite(std::span<const float> values)
 }
 
 /// Checks one cell and all that hangs on it.
-bool valid_cell(const Part& part, const ModelView& view, CentralCell cell, int depth)
+bool valid_cell(const CentralArrays<ArrayView>& own, CentralCell cell, int depth)
 {
     const CellKind kind = cell.kind();
     if (kind == CellKind::Uniform || kind == CellKind::Single) return cell.has_valid_bits();
     if (kind == CellKind::Split) {
-        if (depth >= k_max_split_depth || cell.payload() >= part.split_count) return false;
-        const std::uint16_t* split = view.splits.data() + k_split_size * (part.first_split + std::size_t(cell.payload()));
+        if (depth >= k_max_split_depth || k_split_size * std::size_t{cell.payload()} >= own.splits.size()) return false;
+        const std::uint16_t* split = own.splits.data() + k_split_size * std::size_t{cell.payload()};
         for (int i = 0; i < 4; ++i)
-            if (!valid_cell(part, view, {split[k_split_cells + i]}, depth + 1)) return false;
+            if (!valid_cell(own, {split[k_split_cells + i]}, depth + 1)) return false;
         return true;
     }
-    if (cell.payload() >= part.special_count) return false;
-    const std::uint32_t offset = view.specials[part.first_special + cell.payload()];
-    const std::uint16_t* pool = view.pool.data() + part.first_pool;
-    if (!within(offset, 1, part.pool_count)) return false;
-    return within(offset, LayeredHead{pool[offset]}.record_size(), part.pool_count);
+    if (cell.payload() >= own.specials.size()) return false;
+    const std::uint32_t offset = own.specials[cell.payload()];
+    return within(offset, 1, own.pool.size()) && within(offset, LayeredHead{own.pool[offset]}.record_size(), own.pool.size());
 }
 
 /// Checks a part's superquadric and its bounds.
@@ -91,18 +88,19 @@ ParseStatus check_chart(const Part& part, const ModelView& view)
         }
     }
     if (n < k_block || n > k_max_base || n % k_block != 0) return ParseStatus::BadStructure;
-    if (part.sample_count != k_faces * (n + 1) * (n + 1) || part.cell_count != k_faces * n * n ||
-        part.block_count != k_faces * (n / k_block) * (n / k_block))
+    if (part.samples.count != k_faces * (n + 1) * (n + 1) || part.cells.count != k_faces * n * n ||
+        part.blocks.count != k_faces * (n / k_block) * (n / k_block))
         return ParseStatus::BadStructure;
-    if (!within(part.first_sample, part.sample_count, view.samples.size()) ||
-        !within(part.first_cell, part.cell_count, view.cells.size()) ||
-        !within(part.first_block, part.block_count, view.blocks.size()) || view.splits.size() % k_split_size != 0 ||
-        !within(part.first_split, part.split_count, view.splits.size() / k_split_size) ||
-        !within(part.first_special, part.special_count, view.specials.size()) ||
-        !within(part.first_pool, part.pool_count, view.pool.size()))
-        return ParseStatus::BadStructure;
-    for (std::uint32_t i = 0; i < part.cell_count; ++i)
-        if (!valid_cell(part, view, {view.cells[part.first_cell + i]}, 0)) return ParseStatus::BadStructure;
+    bool inside = view.splits.size() % k_split_size == 0;
+    CentralArrays<ArrayView>::each_slice(
+        [&](const Slice& slice, std::size_t values, const auto& array) {
+            inside = inside && within(slice.first, slice.count, array.size() / values);
+        },
+        part, view);
+    if (!inside) return ParseStatus::BadStructure;
+    const CentralArrays<ArrayView> own = arrays_of(view, part);
+    for (const std::uint16_t word : own.cells)
+        if (!valid_cell(own, {word}, 0)) return ParseStatus::BadStructure;
     return ParseStatus::Ok;
 }
 

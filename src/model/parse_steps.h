@@ -65,4 +65,7 @@ void hash_bytes(std::uint64_t& hash, std::span<const T> values)
 /// Checks the lists of the exact layer: all or none. rises: how many there are to be. @pre check_cells
 [[nodiscard]] ParseStatus check_candidates(const ModelView& v, std::size_t rises) noexcept;
 
+/// Checks the arrays of distances of a view whose triangles and pieces are already checked. Cost: linear in the arrays.
+[[nodiscard]] ParseStatus check_distance(const ModelView& view) noexcept;
+
 }  // namespace sqmap::model

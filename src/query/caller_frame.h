@@ -26,7 +26,7 @@ struct CallerFrame {
         const auto dotted = [r](Vec3f v, int row) { return r[row] * v.x + (r[row + 1] * v.y + r[row + 2] * v.z); };
         const auto turned = [&](Vec3f v) { return is_turned ? Vec3f{dotted(v, 0), dotted(v, 3), dotted(v, 6)} : v; };
         Contact out = c;
-        out.point = turned(unit * c.point) + Vec3f{translation[0], translation[1], translation[2]};
+        out.witness = turned(unit * c.witness) + Vec3f{translation[0], translation[1], translation[2]};
         out.normal = turned(c.normal);
         out.depth = unit * c.depth;
         return out;

@@ -1,6 +1,6 @@
 #include "layer.h"
 
-#include "sqmap/model/reliability.h"
+#include "sqmap/model/model.h"
 
 namespace sqmap::query {
 

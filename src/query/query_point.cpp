@@ -23,23 +23,23 @@ PointResult in_caller_frame(const CallerFrame& frame, Vec3d point, const ModelCo
     if (!answer.contact) return result;
     const Contact contact = frame.convert(contact_of(answer, 0));
     result.depth = static_cast<double>(contact.depth);
-    result.point = frame.anchor + cast<double>(contact.point);
+    result.witness = frame.anchor + cast<double>(contact.witness);
     result.normal = cast<double>(contact.normal);
     return result;
 }
 
 /// The answer without a model, and for points that are not finite.
-PointResult free_at(Vec3d point)
+PointResult free_result(Vec3d point)
 {
     PointResult result;
-    result.point = point;
+    result.witness = point;
     if (!is_finite(point)) result.status = k_not_finite;
     return result;
 }
 
 PointResult answer(const Body& touched, const CallerFrame& frame, Vec3d point, const QueryOptions& options)
 {
-    if (!is_finite(point)) return free_at(point);
+    if (!is_finite(point)) return free_result(point);
     const Vec3f at = model::to_model_space(touched.model->header, in_mesh(touched, point));
     return in_caller_frame(frame, point, query_in_model(*touched.model, at, options));
 }
@@ -48,7 +48,7 @@ PointResult answer(const Body& touched, const CallerFrame& frame, Vec3d point, c
 
 PointResult query_point(const Body& touched, Vec3d point, const QueryOptions& options) noexcept
 {
-    if (touched.model == nullptr) return free_at(point);
+    if (touched.model == nullptr) return free_result(point);
     return answer(touched, {touched.model->header, touched.pose}, point, options);
 }
 
@@ -63,7 +63,7 @@ std::size_t query_points(const Body& touched, std::span<const Vec3d> points, con
     std::size_t count = 0;
     const CallerFrame frame = touched.model == nullptr ? CallerFrame{} : CallerFrame{touched.model->header, touched.pose};
     for (std::size_t i = 0; i < std::min(points.size(), results.size()); ++i) {
-        results[i] = touched.model == nullptr ? free_at(points[i]) : answer(touched, frame, points[i], options);
+        results[i] = touched.model == nullptr ? free_result(points[i]) : answer(touched, frame, points[i], options);
         count += results[i].contact ? 1u : 0u;
     }
     return count;
@@ -75,12 +75,12 @@ std::optional<SurfacePoint> nearest_surface(const Body& touched, Vec3d point, co
     const model::Header& header = touched.model->header;
     const auto in_model = [&](Vec3d p) { return model::to_model_space(header, in_mesh(touched, p)); };
     ModelContact start;
-    start.point = in_model(from.point);
+    start.witness = in_model(from.point);
     start.normal = cast<float>(transpose_mul(touched.pose.rotation, from.normal));
     const ModelContact nearest = nearest_in_model(*touched.model, in_model(point), start);
     if (!nearest.contact) return std::nullopt;
     const PointResult found = in_caller_frame({header, touched.pose}, point, nearest);
-    return SurfacePoint{found.point, found.normal, found.depth, found.part};
+    return SurfacePoint{found.witness, found.normal, found.depth, found.part};
 }
 
 std::optional<double> distance_along_projection(const ModelView& model, std::uint32_t part, Vec3d point, Layer layer) noexcept

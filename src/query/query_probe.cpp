@@ -1,6 +1,5 @@
 #include "sqmap/query/probe.h"
 
-#include "query/dispatch/probe_kernels.h"
 #include "query/dispatch/run_probe.h"
 #include "query/layer.h"
 #include "query/probe/probe_job.h"

@@ -334,10 +334,10 @@ std::uint32_t Contacts::query_skinned(std::uint32_t number, const Search& search
     for (const query::SkinContact& c : std::span(skin_found_).first(std::min(result.probe.contacts, skin_found_.size()))) {
         if ((c.status & query::k_no_surface) != 0) continue;
         Affine was, is;
-        if (!collider.skin->from().carry_forward(c.bound_point, was) || !collider.skin->to().carry_forward(c.bound_point, is))
+        if (!collider.skin->from().carry_forward(c.bound_witness, was) || !collider.skin->to().carry_forward(c.bound_witness, is))
             continue;
-        if (!add({c.index, number, c.point, c.normal, sqmap::apply(is, c.bound_point) - sqmap::apply(was, c.bound_point), c.depth,
-                  c.bound_point, c.bound_normal},
+        if (!add({c.index, number, c.witness, c.normal, sqmap::apply(is, c.bound_witness) - sqmap::apply(was, c.bound_witness),
+                  c.depth, c.bound_witness, c.bound_normal},
                  search.nodes))
             status |= k_cloth_full;
     }

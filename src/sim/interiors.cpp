@@ -70,7 +70,7 @@ bool Interiors::hold(InteriorSpace& space, const TouchingNodes& nodes, std::span
         const bool pierced = dot(c.normal, out) < k_along;
         const Vec3d direction = pierced ? out : c.normal;
         const double off = k_off * thickness_;
-        const double rise = pierced ? c.depth + off : dot(direction, c.point - p) + off;
+        const double rise = pierced ? c.depth + off : dot(direction, c.witness - p) + off;
         const double max_rise = (nodes.rests ? k_raise_resting : k_raise) * thickness_;
         const Vec3d at = p + std::min(rise, max_rise) * direction;
         const Vec3d local = apply(to, at);

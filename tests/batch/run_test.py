@@ -357,6 +357,13 @@ class Shards(BatchTest):
         gaps = run("batch", "meshes", "-o", "out", env={**os.environ, **slurm, "SLURM_ARRAY_TASK_MAX": "9"})
         self.assertEqual(gaps.returncode, 64)
 
+    def test_an_archive_of_paper_models_is_verified_and_extracted(self):
+        ellipsoids("meshes", 1)
+        self.bake("meshes", "-o", "out", "--projection", "normal")
+        self.assert_whole("out")
+        self.bake("extract", "out", "0000.off", "-o", "one.sqmap")
+        self.assertEqual(json.loads(run("info", "one.sqmap", "--json").stdout)["projection"], "normal")
+
     def test_an_archive_is_a_plain_tar_file(self):
         ellipsoids("meshes", 2)
         self.bake("meshes", "-o", "out")

@@ -90,7 +90,7 @@ TEST_F(Capi, PointsHaveTheBitsOfTheLibrary)
                 else
                     ASSERT_EQ(depth[i], r.depth);
                 ASSERT_EQ(std::memcmp(&normal[3 * i], &r.normal, sizeof r.normal), 0);
-                ASSERT_EQ(std::memcmp(&closest[3 * i], &r.point, sizeof r.point), 0);
+                ASSERT_EQ(std::memcmp(&closest[3 * i], &r.witness, sizeof r.witness), 0);
             }
             EXPECT_EQ(out.contacts, contacts);
         }

@@ -43,10 +43,10 @@ std::uint16_t cell_of(model::CellKind kind, std::uint32_t payload) { return mode
 std::uint16_t& split_child(ModelData& m, std::size_t child)
 {
     for (const model::Part& p : m.parts)
-        for (std::uint32_t i = 0; i < p.cell_count; ++i) {
-            const model::CentralCell cell{m.cells[p.first_cell + i]};
+        for (std::uint32_t i = 0; i < p.cells.count; ++i) {
+            const model::CentralCell cell{m.cells[p.cells.first + i]};
             if (cell.kind() == model::CellKind::Split)
-                return m.splits[model::k_split_size * (p.first_split + cell.payload()) + model::k_split_cells + child];
+                return m.splits[model::k_split_size * (p.splits.first + cell.payload()) + model::k_split_cells + child];
         }
     throw std::logic_error("the model has no split cell");
 }
@@ -181,37 +181,37 @@ const Lie k_lies[] = {
     {"base_not_of_blocks", [](ModelData& m) { m.parts[0].base += 1; }},
     {"base_doubled", [](ModelData& m) { m.parts[0].base *= 2; }},
     {"base_huge", [](ModelData& m) { m.parts[0].base = 0xfffffffcu; }},
-    {"sample_count_short", [](ModelData& m) { --m.parts[0].sample_count; }},
-    {"samples_beyond_end", [](ModelData& m) { m.parts.back().first_sample += 1; }},
-    {"samples_wrap_around", [](ModelData& m) { m.parts[0].first_sample = 0xffffffffu; }},
+    {"sample_count_short", [](ModelData& m) { --m.parts[0].samples.count; }},
+    {"samples_beyond_end", [](ModelData& m) { m.parts.back().samples.first += 1; }},
+    {"samples_wrap_around", [](ModelData& m) { m.parts[0].samples.first = 0xffffffffu; }},
     {"samples_missing", [](ModelData& m) { m.samples.pop_back(); }},
-    {"cell_count_long", [](ModelData& m) { ++m.parts[0].cell_count; }},
-    {"cells_beyond_end", [](ModelData& m) { m.parts.back().first_cell += 1; }},
+    {"cell_count_long", [](ModelData& m) { ++m.parts[0].cells.count; }},
+    {"cells_beyond_end", [](ModelData& m) { m.parts.back().cells.first += 1; }},
     {"cells_missing", [](ModelData& m) { m.cells.clear(); }},
-    {"block_count_short", [](ModelData& m) { --m.parts[0].block_count; }},
-    {"blocks_beyond_end", [](ModelData& m) { m.parts.back().first_block += 1; }},
-    {"splits_beyond_end", [](ModelData& m) { m.parts.back().first_split += 1; }},
+    {"block_count_short", [](ModelData& m) { --m.parts[0].blocks.count; }},
+    {"blocks_beyond_end", [](ModelData& m) { m.parts.back().blocks.first += 1; }},
+    {"splits_beyond_end", [](ModelData& m) { m.parts.back().splits.first += 1; }},
     {"splits_missing", [](ModelData& m) { m.splits.clear(); }},
     {"splits_cut", [](ModelData& m) { m.splits.pop_back(); }},
-    {"specials_beyond_end", [](ModelData& m) { m.parts.back().first_special += 1; }},
-    {"specials_wrap_around", [](ModelData& m) { m.parts[0].first_special = 0xfffffff0u; }},
+    {"specials_beyond_end", [](ModelData& m) { m.parts.back().specials.first += 1; }},
+    {"specials_wrap_around", [](ModelData& m) { m.parts[0].specials.first = 0xfffffff0u; }},
     {"specials_missing", [](ModelData& m) { m.specials.clear(); }},
-    {"pool_beyond_end", [](ModelData& m) { m.parts.back().first_pool += 1; }},
+    {"pool_beyond_end", [](ModelData& m) { m.parts.back().pool.first += 1; }},
     {"pool_missing", [](ModelData& m) { m.pool.clear(); }},
-    {"special_points_behind_pool", [](ModelData& m) { m.specials[0] = m.parts[0].pool_count; }},
+    {"special_points_behind_pool", [](ModelData& m) { m.specials[0] = m.parts[0].pool.count; }},
     {"special_points_far_away", [](ModelData& m) { m.specials[0] = 0xffffffffu; }},
     {"uniform_payload", [](ModelData& m) { m.cells[0] = cell_of(model::CellKind::Uniform, 2); }},
     {"single_payload", [](ModelData& m) { m.cells[0] = cell_of(model::CellKind::Single, 2 * model::CentralCell::k_foreign); }},
-    {"split_payload", [](ModelData& m) { m.cells[0] = cell_of(model::CellKind::Split, m.parts[0].split_count); }},
+    {"split_payload", [](ModelData& m) { m.cells[0] = cell_of(model::CellKind::Split, m.parts[0].splits.count); }},
     {"layered_payload", [](ModelData& m) { m.cells[0] = cell_of(model::CellKind::Layered, 0x3fff); }},
     {"split_child_payload", [](ModelData& m) { split_child(m, 3) = cell_of(model::CellKind::Layered, 0x3fff); }},
     {"split_of_itself",
      [](ModelData& m) {
          // Every cell of the part is this one split, and so are its children: endless if nobody counted.
          model::Part& p = m.parts[0];
-         for (std::uint32_t i = 0; i < p.cell_count; ++i)
-             if (const model::CentralCell cell{m.cells[p.first_cell + i]}; cell.kind() == model::CellKind::Split) {
-                 const std::size_t record = model::k_split_size * (p.first_split + std::size_t(cell.payload()));
+         for (std::uint32_t i = 0; i < p.cells.count; ++i)
+             if (const model::CentralCell cell{m.cells[p.cells.first + i]}; cell.kind() == model::CellKind::Split) {
+                 const std::size_t record = model::k_split_size * (p.splits.first + std::size_t(cell.payload()));
                  for (std::uint32_t k = 0; k < 4; ++k) m.splits[record + model::k_split_cells + k] = cell.word;
                  return;
              }
@@ -220,10 +220,10 @@ const Lie k_lies[] = {
     {"layered_record_behind_pool",
      [](ModelData& m) {
          model::Part& p = m.parts[0];
-         const std::uint32_t last = p.pool_count - 1;
-         m.specials[p.first_special] = last;
-         m.pool[p.first_pool + last] = 15;
-         m.cells[p.first_cell] = cell_of(model::CellKind::Layered, 0);
+         const std::uint32_t last = p.pool.count - 1;
+         m.specials[p.specials.first] = last;
+         m.pool[p.pool.first + last] = 15;
+         m.cells[p.cells.first] = cell_of(model::CellKind::Layered, 0);
      }},
     {"vertex_nan", [](ModelData& m) { m.vertices[7] = k_nan; }},
     {"vertex_inf", [](ModelData& m) { m.vertices.back() = k_inf; }},

@@ -68,7 +68,7 @@ TEST(ModelFile, EveryArrayIsAFieldOfTheSchemaOfTheSameSize)
     model::each_cell_array(expect_field, v);
     table = paper::fb::MapsTypeTable();
     const paper::ModelView paper;
-    paper::MapArrays<model::ArrayView>::each(expect_field, paper.maps);
+    paper::ModelMaps<model::ArrayView>::each(expect_field, paper.maps);
     table = model::fb::DistanceTypeTable();
     model::DistanceArrays<model::ArrayView>::each(expect_field, v.distance);
 }
@@ -94,7 +94,7 @@ TEST(ModelFile, ASerializedModelAnswersAsTheOneInMemory)
                                      b = query::query_point(direct, p, {.layer = layer});
             ASSERT_EQ(a.contact, b.contact);
             ASSERT_EQ(a.depth, b.depth);
-            ASSERT_EQ(a.point, b.point);
+            ASSERT_EQ(a.witness, b.witness);
             ASSERT_EQ(a.normal, b.normal);
         }
     }

@@ -49,7 +49,7 @@ ToolScene ClothTool::scene(std::span<const sim::Collider> solids, const sim::Clo
     scene.on_skin =
         query::query_skin({solids[skin_].model, &solids[skin_].skin->to(), {&device, 1}, {}}, {}, *workspace_, {&c, 1}).contacts >
         0;
-    scene.skin_point = c.point;
+    scene.skin_point = c.witness;
     scene.skin_normal = c.normal;
     return scene;
 }

@@ -2,7 +2,7 @@
 #include "common/hash_text.h"
 #include "common/program_words.h"
 #include "sqmap/mesh/shapes.h"
-#include "sqmap/model/reliability.h"
+#include "sqmap/model/model.h"
 #include "sqmap/paper/force.h"
 #include "sqmap/paper/model.h"
 #include "touch/hand_file.h"

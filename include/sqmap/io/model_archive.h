@@ -60,8 +60,9 @@ public:
     /// Binary search. @throw ModelArchiveError for a line that is damaged
     [[nodiscard]] std::optional<ArchivedModel> find(std::string_view key) const;
 
-    /// Maps the model of that key and verifies it. @throw ModelFileError if there is none, or it is damaged
-    [[nodiscard]] MappedModel open(std::string_view key) const;
+    /// Maps the model of that key, of either kind: paper::MappedModel verifies it. @throw ModelFileError if there is none,
+    /// ModelArchiveError where the file is shorter
+    [[nodiscard]] MappedBytes map(std::string_view key) const;
 
     /// The lines about items, JSON, as they stand in the file.
     [[nodiscard]] std::string_view rows() const { return rows_; }

@@ -1,4 +1,4 @@
-// The .sqmap file: writing a baked model, mapping it back.
+// The .sqmap file: writing a baked model, mapping it back, reporting its content.
 #pragma once
 
 #include "sqmap/model/model_data.h"
@@ -10,6 +10,7 @@
 #include <memory>
 #include <span>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 namespace sqmap::io {
@@ -33,6 +34,14 @@ struct SectionBytes {
 };
 /// Sections of a parsed model whose file has `total` bytes.
 [[nodiscard]] SectionBytes section_bytes(const model::ModelView& view, std::size_t total);
+
+/// Format, hashes, parts with superquadric and certificate, bytes by section, cure, measured error, as JSON text; two spaces a
+/// level. As `sqmap info --json` prints it. total: bytes of the model's file. @throw std::bad_alloc
+[[nodiscard]] std::string model_json(const model::ModelView& view, std::size_t total);
+/// The figures that bake measured, one object. @throw std::bad_alloc
+[[nodiscard]] std::string measured_json(const model::Measured& measured);
+/// How the mesh was made a solid, one object; "null" if it was taken unchanged. @throw std::bad_alloc
+[[nodiscard]] std::string cure_json(const model::Cure& cure);
 
 /// Writes through a temporary file beside path and a rename: path is never partly written.
 /// @throw ModelFileError where the folder cannot be written or the disk is full.
@@ -64,9 +73,8 @@ void check(model::ParseStatus status, const std::filesystem::path& path);
 /// Thread safety: any number of threads may read it; moving and destroying it by its owner alone.
 class MappedModel {
 public:
-    /// offset and size: see MappedBytes.
     /// @throw ModelFileError where the file cannot be opened or does not verify; for a paper model, which sqmap::paper opens
-    explicit MappedModel(const std::filesystem::path& path, std::uint64_t offset = 0, std::uint64_t size = 0);
+    explicit MappedModel(const std::filesystem::path& path);
 
     [[nodiscard]] const model::ModelView& view() const { return view_; }     ///< valid as long as this
     [[nodiscard]] std::size_t size() const { return file_.bytes().size(); }  ///< of the model, bytes

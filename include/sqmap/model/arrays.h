@@ -17,6 +17,11 @@ namespace sqmap::model {
 template <class T>
 using ArrayView = std::span<const T>;
 
+/// A part's records in an array that holds those of all parts.
+struct Slice {
+    std::uint32_t first, count;
+};
+
 /// Least and greatest stored w of a part's own surface over two by two base cells; lo > hi: none.
 struct Block {
     std::uint16_t lo, hi;
@@ -36,6 +41,9 @@ struct Seed {
     std::uint32_t direction;  ///< part and outward normal
     std::uint32_t extent;     ///< distance and reach
 };
+
+/// Values of a split cell's record.
+inline constexpr std::uint32_t k_split_size = 9;
 
 // Each group's each(visit, of...) calls visit(name, array of every of...) for its arrays, in the file's order.
 
@@ -62,6 +70,19 @@ struct CentralArrays {
         visit("splits", of.splits...);
         visit("specials", of.specials...);
         visit("pool", of.pool...);
+    }
+    /// Calls visit(a part's slice, values a record, array of every of...) in the same order. part: has the slices of Part.
+    template <class Visit, class Part, class... Of>
+    static constexpr void each_slice(Visit&& visit, Part& part, Of&... of)
+    {
+        visit(part.samples, 1u, of.samples...);
+        visit(part.samples, 1u, of.offsets...);
+        visit(part.samples, 1u, of.smoothing...);
+        visit(part.cells, 1u, of.cells...);
+        visit(part.blocks, 1u, of.blocks...);
+        visit(part.splits, k_split_size, of.splits...);
+        visit(part.specials, 1u, of.specials...);
+        visit(part.pool, 1u, of.pool...);
     }
 };
 

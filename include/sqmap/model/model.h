@@ -43,15 +43,9 @@ struct Part {
     std::uint32_t base;                 ///< cells along a face's side, even; 0: a part of a model without central maps
     std::uint32_t flags;                ///< see centre_inside and is_fallback
     std::int32_t centre_winding;        ///< winding number of the mesh about the chart's centre
-    std::uint32_t triangle_count, vertex_count;  ///< of the surface that belongs to the part
-    float area;                                  ///< of that surface
-    // First entries in the model's arrays, and how many.
-    std::uint32_t first_sample, sample_count;
-    std::uint32_t first_cell, cell_count;
-    std::uint32_t first_block, block_count;
-    std::uint32_t first_split, split_count;  ///< in records
-    std::uint32_t first_special, special_count;
-    std::uint32_t first_pool, pool_count;
+    std::uint32_t triangle_count, vertex_count;            ///< of the surface that belongs to the part
+    float area;                                            ///< of that surface
+    Slice samples, cells, blocks, splits, specials, pool;  ///< of the model's arrays; offsets and smoothing lie beside samples
 };
 
 /// Facts of the whole model. Layout equals the FlatBuffers struct Header.
@@ -78,6 +72,14 @@ struct Measured {
     double q2_share = 0;                                ///< percent of the surface that its part's projection does not see first
     double layer1_depth_p99 = 0, layer2_depth_p99 = 0;  ///< as depth_p99, of those layers; 0: not measured
 };
+
+/// Bake found points farther than 0.5 % of R_max from the surface on the wrong side of it.
+[[nodiscard]] constexpr bool has_wrong_verdicts(const Measured& m) { return m.missed + m.false_contacts > 0; }
+
+/// Largest 99th percentile of the depth error with which layer 3 gives verdicts, percent of R_max.
+inline constexpr double k_max_depth_p99 = 0.5;
+/// Layers below the exact one are for pictures, not for verdicts: Layer::Auto and the page take the exact layer.
+[[nodiscard]] constexpr bool is_doubtful(const Measured& m) { return has_wrong_verdicts(m) || m.depth_p99 > k_max_depth_p99; }
 
 /// How a mesh was made a solid before it was baked.
 enum class Rung : std::uint32_t {
@@ -127,16 +129,30 @@ struct ModelView : CentralArrays<ArrayView>, MeshArrays<ArrayView>, LocatorArray
 }
 /// Three values of a struct above.
 [[nodiscard]] constexpr Vec3f vec3(const float* v) { return {v[0], v[1], v[2]}; }
+/// The part's own central map, as views of a model's arrays. @pre they hold the part's slices, as parse checks
+template <template <class> class Array>
+[[nodiscard]] constexpr CentralArrays<ArrayView> arrays_of(const CentralArrays<Array>& all, const Part& part)
+{
+    CentralArrays<ArrayView> own;
+    const auto cut = [](const Slice& slice, std::size_t values, auto& span, const auto& array) {
+        span = std::span(array).subspan(values * slice.first, values * slice.count);
+    };
+    CentralArrays<ArrayView>::each_slice(cut, part, own, all);
+    return own;
+}
 /// The part's superquadric, model space.
 [[nodiscard]] shape::Superquadricf superquadric_of(const Part& part) noexcept;
 /// True where the chart's centre lies in the solid.
 [[nodiscard]] bool centre_inside(const Part& part) noexcept;
 /// True where a closed-form ellipsoid bounds the part: no superquadric was found that does.
 [[nodiscard]] bool is_fallback(const Part& part) noexcept;
+/// True of a triangle where nothing of the input stood: a cure filled a hole or a gap. @pre has_exact(view) and the triangle
+/// exists
+[[nodiscard]] bool is_made_up(const ModelView& view, std::size_t triangle) noexcept;
 /// Part that a triangle's surface belongs to. @pre has_exact(view) and the triangle exists
 [[nodiscard]] std::uint32_t part_of_triangle(const ModelView& view, std::size_t triangle) noexcept;
 /// Surface point, model space, of the i-th sample of a part's central map; nothing where its ray meets no surface.
-/// @pre i < part.sample_count
+/// @pre i < part.samples.count
 [[nodiscard]] std::optional<Vec3f> sample_point(const ModelView& view, const Part& part, std::uint32_t i) noexcept;
 
 /// The same model with model space for its mesh frame: origin zero, unit one. Shares the model's bytes.

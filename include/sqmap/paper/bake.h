@@ -119,18 +119,8 @@ struct MapReport {
 };
 
 /// A baked map that owns its arrays; see MapView for what they hold.
-struct Map {
+struct Map : MapGrid, MapArrays<model::ArrayData> {
     shape::Superquadricf superquadric;
-    std::uint32_t eta_count = 0, omega_count = 0, subdivisions = 0, seed_count = 0, vertex_count = 0;
-    bool seeds_mirrored = false;
-    float distance_scale = 0, offset_scale = 0, quantization_error = 0;
-    std::vector<std::uint16_t> distance, normal;
-    std::vector<std::uint8_t> cuts, offset;
-    std::vector<std::uint32_t> correction_rows, gap_rows;
-    std::vector<MapGap> gaps;
-    std::vector<VertexCorrection> corrections;
-    std::vector<FootSeed> seeds, surface_seeds;
-    std::vector<SmoothedSample> smoothed;
     MapReport report;
 
     /// Valid while this lives and does not change.
@@ -146,7 +136,7 @@ struct Map {
                            const shape::Superquadricd& superquadric, const MapOptions& options = {});
 
 /// Puts a map behind those of a model's parts so far: it is that of the part of that number. Linear.
-void append_map(const Map& map, MapArrays<model::ArrayData>& maps);
+void append_map(const Map& map, ModelMaps<model::ArrayData>& maps);
 
 /// A model of either kind, and how it was made.
 struct BakeResult {

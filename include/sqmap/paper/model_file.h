@@ -42,9 +42,10 @@ private:
 /// A model file of either kind, mapped and verified. Movable. Thread safety: as io::MappedModel.
 class MappedModel : public AnyModel {
 public:
-    /// offset and size: see io::MappedBytes.
     /// @throw io::ModelFileError where the file cannot be opened or does not verify
-    explicit MappedModel(const std::filesystem::path& path, std::uint64_t offset = 0, std::uint64_t size = 0);
+    explicit MappedModel(const std::filesystem::path& path) : MappedModel(io::MappedBytes(path), path) {}
+    /// As io::ModelArchive::map maps a model of an archive. path: names the file in errors.
+    MappedModel(io::MappedBytes file, const std::filesystem::path& path);
 
     /// The file's bytes. Valid as long as this.
     [[nodiscard]] std::span<const std::byte> bytes() const { return file_.bytes(); }

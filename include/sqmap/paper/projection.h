@@ -16,7 +16,7 @@ struct ProjectionOptions {
     /// Two reads the nearest base sample; Three the finest level and the vertices of step 3. Gate is the gate of section
     /// 4.2 step 4; Exact has no data here and is answered by Three.
     query::Layer layer = query::Layer::Three;
-    std::uint32_t gate = query::k_layer3_gate;  ///< k_L of the gate
+    std::uint32_t gate = query::k_gate;  ///< k_L of the gate
     Projector projector = Projector::Newton;
     bool offset = false;      ///< subtract delta of eq. 12: for probes made of triangles, not for points
     bool corrections = true;  ///< step 3 data in layer 3

@@ -25,7 +25,7 @@ enum Status : std::uint8_t {
 
 /// A point of a probe inside a body. Frame and units are those in which the query's poses were given.
 struct Contact {
-    Vec3f point{};            ///< witness point: the nearest surface point, from the result's anchor (ProbeResult::position)
+    Vec3f witness{};          ///< the nearest surface point, from the result's anchor (ProbeResult::position)
     Vec3f normal{};           ///< unit, outward
     float depth = 0;          ///< penetration depth, >= 0
     std::uint32_t index = 0;  ///< of the probe's point

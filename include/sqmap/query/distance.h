@@ -24,7 +24,7 @@ inline constexpr double k_baked_band = -1;
 struct [[nodiscard]] SignedDistance {
     double distance = 0;     ///< to the nearest surface, negative inside; of a surface that bounds no solid never negative
     Vec3d gradient{};        ///< of the distance, unit: away from the surface outside, towards it inside; zero of a bound
-    Vec3d point{};           ///< the nearest surface point; the queried point itself of a bound
+    Vec3d witness{};         ///< the nearest surface point; the queried point itself of a bound
     std::int32_t part = -1;  ///< that owns the surface there; -1 of a bound, or where it is not known
     DistanceKind known = DistanceKind::LowerBound;
     std::uint8_t status = k_ok;  ///< bits of Status

@@ -20,15 +20,15 @@ enum class Layer : std::uint8_t {
 
 /// k_L of section 4.2, its default: Layer 3 is worth its time while a part has fewer base samples than k_L times its
 /// vertices.
-inline constexpr std::uint32_t k_layer3_gate = 10;
+inline constexpr std::uint32_t k_gate = 10;
 
 /// Options of every query: points, probes, pairs, scenes, skins, swept motion. offset and margin are for probes made of
 /// triangles, smoothing is for force. What only paper models answer is in paper::QueryOptions.
 struct QueryOptions {
     Layer layer = Layer::Three;
-    double tolerance = 0;                ///< of Layer::Auto: a depth error, the mesh's units; 0: always Exact
-    std::uint32_t gate = k_layer3_gate;  ///< k_L of Layer::Gate; 0: never Layer 3
-    bool first_only = false;             ///< stop at the first contact, a yes or no; points ignore it
+    double tolerance = 0;         ///< of Layer::Auto: a depth error, the mesh's units; 0: always Exact
+    std::uint32_t gate = k_gate;  ///< k_L of Layer::Gate; 0: never Layer 3
+    bool first_only = false;      ///< stop at the first contact, a yes or no; points ignore it
     /// Move the surface out by the stored offset (eq. 12), so that faces do not tunnel (not layer One). Central models then
     /// answer a probe point by point, ten times slower; paper models keep their speed.
     bool offset = false;

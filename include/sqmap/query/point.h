@@ -18,7 +18,7 @@ struct PointResult {
     std::uint8_t status = k_ok;
     std::int32_t part = -1;  ///< that owns the witness point; -1 where free
     double depth = 0;        ///< penetration depth, >= 0; zero where free
-    Vec3d point{};           ///< witness point: the nearest surface point; the queried point where free
+    Vec3d witness{};         ///< the nearest surface point; the queried point where free
     Vec3d normal{};          ///< unit, outward, at the witness point; zero where free
 };
 

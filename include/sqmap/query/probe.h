@@ -80,7 +80,7 @@ struct ProbeResult {
         return queried_with.first(std::min(contacts, queried_with.size()));
     }
     /// Witness point of a contact of this result.
-    [[nodiscard]] Vec3d position(const Contact& contact) const noexcept { return anchor + cast<double>(contact.point); }
+    [[nodiscard]] Vec3d position(const Contact& contact) const noexcept { return anchor + cast<double>(contact.witness); }
 };
 
 /// The points of the collider's probe that are inside the touched body's model, in an order that depends on nothing else; in

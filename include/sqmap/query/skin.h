@@ -139,9 +139,9 @@ private:
 
 /// One contact of a skinned shape, the posed frame and its units.
 struct SkinContact {
-    Vec3d point{};            ///< on the tangent plane of the nearest surface: the queried point + depth normal
+    Vec3d witness{};          ///< on the tangent plane of the nearest surface: the queried point + depth normal
     Vec3d normal{};           ///< unit, outward
-    Vec3d bound_point{};      ///< the nearest surface point in the bound mesh's frame: rides the skin
+    Vec3d bound_witness{};    ///< the nearest surface point in the bound mesh's frame: rides the skin
     Vec3d bound_normal{};     ///< and its unit normal there
     double depth = 0;         ///< >= 0
     std::uint32_t index = 0;  ///< of the queried point

@@ -37,10 +37,10 @@ struct CentralMapData : model::CentralArrays<model::ArrayData> {
 
 /// A part's map before some of the mesh moved, in the same chart and domain.
 struct KnownMap {
-    const model::ModelData& model;
     const model::Part& part;
-    const mesh::Mesh& mesh;                  ///< as it was
-    std::span<const std::uint32_t> changed;  ///< triangles that are elsewhere now
+    model::CentralArrays<model::ArrayView> own;  ///< the part's arrays
+    const mesh::Mesh& mesh;                      ///< as it was
+    std::span<const std::uint32_t> changed;      ///< triangles that are elsewhere now
 };
 
 /// solid: of the mesh in model space. known: cells that no changed triangle reaches are taken from there, where its range of

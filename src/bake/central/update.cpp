@@ -56,12 +56,10 @@ ReachedCells KnownCells::reached(int face) const
 
 std::optional<CentralCell> KnownCells::keep(CentralCell was, CentralMapData& map) const
 {
-    const model::ModelData& m = known_.model;
     if (was.kind() == CellKind::Split) {
         const std::size_t record = map.splits.size();
         if (record / model::k_split_size >= model::k_max_payload) return std::nullopt;
-        const std::uint16_t* from =
-            m.splits.data() + model::k_split_size * (known_.part.first_split + std::size_t{was.payload()});
+        const std::uint16_t* from = known_.own.splits.data() + model::k_split_size * std::size_t{was.payload()};
         map.splits.insert(map.splits.end(), from, from + model::k_split_size);
         for (std::size_t i = model::k_split_cells; i < model::k_split_size; ++i) {
             const std::optional<CentralCell> child = keep({from[i]}, map);
@@ -71,8 +69,7 @@ std::optional<CentralCell> KnownCells::keep(CentralCell was, CentralMapData& map
         return CentralCell::of(CellKind::Split, record / model::k_split_size);
     }
     if (was.kind() == CellKind::Layered) {
-        const std::uint16_t* from =
-            m.pool.data() + known_.part.first_pool + m.specials[known_.part.first_special + was.payload()];
+        const std::uint16_t* from = known_.own.pool.data() + known_.own.specials[was.payload()];
         if (map.specials.size() >= model::k_max_payload) return std::nullopt;
         const CentralCell cell = CentralCell::of(CellKind::Layered, map.specials.size());
         map.specials.push_back(static_cast<std::uint32_t>(map.pool.size()));

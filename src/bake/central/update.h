@@ -37,12 +37,12 @@ public:
     [[nodiscard]] ReachedCells reached(int face) const;
 
     /// The sample, cell or block of that number.
-    [[nodiscard]] std::uint16_t sample(std::size_t i) const { return known_.model.samples[known_.part.first_sample + i]; }
-    [[nodiscard]] model::Block block(std::size_t i) const { return known_.model.blocks[known_.part.first_block + i]; }
+    [[nodiscard]] std::uint16_t sample(std::size_t i) const { return known_.own.samples[i]; }
+    [[nodiscard]] model::Block block(std::size_t i) const { return known_.own.blocks[i]; }
     /// The cell's records are appended to map. Returns nothing where map has no space for them.
     [[nodiscard]] std::optional<model::CentralCell> cell(std::size_t i, CentralMapData& map) const
     {
-        return keep({known_.model.cells[known_.part.first_cell + i]}, map);
+        return keep({known_.own.cells[i]}, map);
     }
 
 private:

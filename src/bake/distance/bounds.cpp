@@ -1,6 +1,6 @@
 // Distance changes no faster than position: a cell that is small beside its distance from the surface is bounded by the distance
 // of its centre.
-#include "bake/distance/bounds.h"
+#include "bake/distance/distance.h"
 
 #include "model/bound_tree.h"
 #include "model/hierarchy.h"

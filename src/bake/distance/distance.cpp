@@ -1,9 +1,5 @@
 #include "bake/distance/distance.h"
 
-#include "bake/distance/bounds.h"
-#include "bake/distance/hierarchy.h"
-#include "bake/distance/samples.h"
-
 namespace sqmap::bake {
 
 namespace {

@@ -1,9 +1,10 @@
 // Groups of near triangles by the surface area heuristic: J. Goldsmith, J. Salmon, "Automatic creation of object hierarchies for
 // ray tracing", IEEE CG&A 7(5), 1987. Only cuts that leave full groups on one side are tried, so that no index has to be stored.
-#include "bake/distance/hierarchy.h"
+#include "bake/distance/distance.h"
 
 #include "model/flags.h"
 #include "model/hierarchy.h"
+#include "sqmap/math/box.h"
 
 #include <algorithm>
 #include <numeric>
@@ -12,30 +13,18 @@ namespace sqmap::bake {
 
 namespace {
 
-using model::HierarchyBox;
 using model::k_hierarchy_leaf;
 using model::k_hierarchy_width;
 
-void add(HierarchyBox& box, const HierarchyBox& other)
+double area(const Boxf& box)
 {
-    for (int k = 0; k < 3; ++k) {
-        box.lo[k] = std::min(box.lo[k], other.lo[k]);
-        box.hi[k] = std::max(box.hi[k], other.hi[k]);
-    }
-}
-
-constexpr HierarchyBox k_empty{{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
-
-double area(const HierarchyBox& box)
-{
-    double d[3];
-    for (int k = 0; k < 3; ++k) d[k] = static_cast<double>(box.hi[k]) - static_cast<double>(box.lo[k]);
-    return d[0] * d[1] + d[1] * d[2] + d[2] * d[0];
+    const Vec3d d = cast<double>(box.hi) - cast<double>(box.lo);
+    return d.x * d.y + d.y * d.z + d.z * d.x;
 }
 
 class Grouping {
 public:
-    explicit Grouping(std::span<const HierarchyBox> boxes) : boxes_(boxes), order_(boxes.size()), area_after_(boxes.size())
+    explicit Grouping(std::span<const Boxf> boxes) : boxes_(boxes), order_(boxes.size()), area_after_(boxes.size())
     {
         std::iota(order_.begin(), order_.end(), 0u);
         std::size_t unit = k_hierarchy_leaf;
@@ -57,12 +46,12 @@ private:
         int axis = 0;
         for (int k = 0; k < 3; ++k) {
             sort(first, last, k);
-            HierarchyBox box = k_empty;
+            Boxf box;
             for (std::size_t i = last; i-- > first;) {
-                add(box, boxes_[order_[i]]);
+                extend(box, boxes_[order_[i]]);
                 area_after_[i] = area(box);
             }
-            box = k_empty;
+            box = {};
             for (std::size_t i = first; i < last; ++i) {
                 if (i > first && (i - first) % unit == 0) {
                     const double cost =
@@ -73,7 +62,7 @@ private:
                         axis = k;
                     }
                 }
-                add(box, boxes_[order_[i]]);
+                extend(box, boxes_[order_[i]]);
             }
         }
         sort(first, last, axis);
@@ -88,18 +77,10 @@ private:
                   [&](std::uint32_t a, std::uint32_t b) { return key(a) != key(b) ? key(a) < key(b) : a < b; });
     }
 
-    std::span<const HierarchyBox> boxes_;
+    std::span<const Boxf> boxes_;
     std::vector<std::uint32_t> order_;
     std::vector<double> area_after_;
 };
-
-void grow(HierarchyBox& box, const float* corner)
-{
-    for (int k = 0; k < 3; ++k) {
-        box.lo[k] = std::min(box.lo[k], corner[k]);
-        box.hi[k] = std::max(box.hi[k], corner[k]);
-    }
-}
 
 /// A leaf's triangles, three corners each.
 using Corners = std::vector<Vec3d>;
@@ -238,18 +219,18 @@ void bake_hierarchy(model::ModelData& data)
         for (std::uint32_t k = 0; k < 3; ++k) corners.push_back(view.pieces.data() + 9 * std::size_t{i} + 3 * k);
     }
     if (primitives.empty() || primitives.size() > model::k_max_hierarchy_entries) return;
-    std::vector<HierarchyBox> boxes(primitives.size(), k_empty);
-    for (std::size_t i = 0; i < corners.size(); ++i) grow(boxes[i / 3], corners[i]);
+    std::vector<Boxf> boxes(primitives.size());
+    for (std::size_t i = 0; i < corners.size(); ++i) extend(boxes[i / 3], model::vec3(corners[i]));
     const Grouping grouping(boxes);
     const std::vector<std::uint32_t>& order = grouping.order();
     for (const std::uint32_t i : order) entries.push_back(primitives[i]);
     const auto count = static_cast<std::uint32_t>(entries.size());
     std::vector<Corners> leaves(model::leaf_count(count));
-    std::vector<HierarchyBox> below(model::group_count(count), k_empty);
+    std::vector<Boxf> below(model::group_count(count));
     for (std::uint32_t i = 0; i < count; ++i) {
         for (std::size_t k = 0; k < 3; ++k)
             leaves[i / k_hierarchy_leaf].push_back(cast<double>(model::vec3(corners[3 * std::size_t{order[i]} + k])));
-        add(below[i / k_hierarchy_leaf / k_hierarchy_width], boxes[order[i]]);
+        extend(below[i / k_hierarchy_leaf / k_hierarchy_width], boxes[order[i]]);
     }
     for (std::size_t first = 0; first < leaves.size(); first += k_hierarchy_width)
         groups.push_back(
@@ -258,8 +239,8 @@ void bake_hierarchy(model::ModelData& data)
     const model::HierarchyLevels levels = model::hierarchy_levels(count);
     nodes.resize(levels.first[levels.count]);
     for (std::uint32_t level = levels.count; level-- > 0;) {
-        std::vector<HierarchyBox> here(levels.first[level + 1] - levels.first[level], k_empty);
-        for (std::uint32_t i = 0; i < below.size(); ++i) add(here[i / k_hierarchy_width], below[i]);
+        std::vector<Boxf> here(levels.first[level + 1] - levels.first[level]);
+        for (std::uint32_t i = 0; i < below.size(); ++i) extend(here[i / k_hierarchy_width], below[i]);
         for (std::uint32_t n = 0; n < here.size(); ++n) {
             const std::uint32_t first = n * k_hierarchy_width,
                                 end =

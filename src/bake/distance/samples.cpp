@@ -1,6 +1,6 @@
 // Farthest-point sampling: each sample is the candidate that is farthest from those before it (T. Gonzalez, "Clustering to
 // minimize the maximum intercluster distance", Theoretical Computer Science 38, 1985).
-#include "bake/distance/samples.h"
+#include "bake/distance/distance.h"
 
 #include "model/bound_tree.h"
 #include "sqmap/math/random.h"

@@ -150,8 +150,10 @@ BrickRecord bake_record(const mesh::Solid& solid, const ListsBefore* before, std
     return record;
 }
 
-/// before: null, or what was there, of which cells that are not reached keep their lists.
-void bake_lists(const mesh::Solid& solid, const ListsBefore* before, const LocatorOptions& options, model::ModelData& data)
+}  // namespace
+
+void bake_candidate_lists(const mesh::Solid& solid, const ListsBefore* before, const LocatorOptions& options,
+                          model::ModelData& data)
 {
     data.near_bricks.clear();
     data.near.clear();
@@ -169,19 +171,6 @@ void bake_lists(const mesh::Solid& solid, const ListsBefore* before, const Locat
         data.near_bricks.push_back(free ? model::k_no_candidates : static_cast<std::uint32_t>(data.near.size()));
         if (!free) records[b].pack(data.near);
     }
-}
-
-}  // namespace
-
-void bake_candidate_lists(const mesh::Solid& solid, const LocatorOptions& options, model::ModelData& data)
-{
-    bake_lists(solid, nullptr, options, data);
-}
-
-void update_candidate_lists(const mesh::Solid& solid, const ListsBefore& before, const LocatorOptions& options,
-                            model::ModelData& data)
-{
-    bake_lists(solid, &before, options, data);
 }
 
 }  // namespace sqmap::bake

@@ -7,18 +7,16 @@
 
 namespace sqmap::bake {
 
-/// Fills data's candidate lists and rises from its locator and triangles; leaves them empty where it has not both. solid: of the
-/// mesh that the locator was baked from. Cost: some hundred closest points of triangles for each cell that is not free.
-void bake_candidate_lists(const mesh::Solid& solid, const LocatorOptions& options, model::ModelData& data);
-
 /// A model before its locator was updated, and what that update reached.
 struct ListsBefore {
     model::ModelView model;
-    const LocatorUpdate& update;
+    LocatorUpdate update;
 };
 
-/// The same for a locator that was updated: cells that the change does not reach keep their lists.
-void update_candidate_lists(const mesh::Solid& solid, const ListsBefore& before, const LocatorOptions& options,
-                            model::ModelData& data);
+/// Fills data's candidate lists and rises from its locator and triangles; leaves them empty where it has not both. solid: of the
+/// mesh that the locator was baked from. before: null, or what was there before the locator was updated: cells that the change
+/// does not reach keep their lists. Cost: some hundred closest points of triangles for each cell that is not free.
+void bake_candidate_lists(const mesh::Solid& solid, const ListsBefore* before, const LocatorOptions& options,
+                          model::ModelData& data);
 
 }  // namespace sqmap::bake

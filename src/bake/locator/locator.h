@@ -24,6 +24,14 @@ struct LocatorOptions {
     double more = 1;            ///< times the bytes that it may take
 };
 
+/// By how much a cell's planes may miss the surface at its worst sample, model units; at most points it is a tenth.
+/// target_error: percent of r_max.
+[[nodiscard]] inline double flat_tolerance(double target_error, double r_max)
+{
+    constexpr double k_flat_share = 0.4;  // of the target error
+    return 0.01 * k_flat_share * target_error * r_max;
+}
+
 /// Fills data's locator from its finished parts and central maps; leaves it empty where some part has no central map or there are
 /// 255 parts or more. Cost: a closest-point query per cell near the solid.
 void bake_locator(const PartedSolid& surface, const LocatorOptions& options, model::ModelData& data);

@@ -4,7 +4,6 @@
 #include "bake/locator/domains.h"
 #include "bake/locator/draft.h"
 #include "bake/locator/locator.h"
-#include "bake/locator/tolerance.h"
 #include "sqmap/parallel/for_each.h"
 
 #include <algorithm>

@@ -3,7 +3,6 @@
 #include "sqmap/paper/bake.h"
 
 #include "bake/evaluate/along_projection.h"
-#include "bake/exact/candidate_lists.h"
 #include "bake/pipeline.h"
 #include "paper/bake/cells.h"
 #include "sqmap/mesh/error.h"
@@ -69,75 +68,76 @@ bake::AlongProjection compare_along_normal(const MapView& map, const mesh::Solid
     return result;
 }
 
-/// A map of each part. target_error: of linear interpolation within one sheet, 99th percentile, model units.
-MapArrays<model::ArrayData> maps_of(const bake::Subject& subject, double target_error, const MapOptions& options)
-{
-    const std::vector<bake::MeasuredPart>& parts = subject.fitted.parts;
-    const MapRays rays(subject.solid.mesh());
-    std::vector<Map> maps(parts.size());
-    parallel::for_each(parts.size(), subject.options.threads, [&](std::size_t i) {
-        const shape::Superquadricd& sq = parts[i].fitted.fit.superquadric;
-        MapOptions own = options;
-        own.target_error = target_error / std::max({sq.a.x, sq.a.y, sq.a.z});
-        maps[i] = bake_map(rays, parts[i].fitted.patch.triangles, sq, own);
-    });
-    MapArrays<model::ArrayData> all;
-    for (const Map& map : maps) append_map(map, all);
-    return all;
-}
-
-class PaperSteps final : public bake::MapSteps {
+class PaperBake final : public bake::Bake {
 public:
-    explicit PaperSteps(const MapOptions& options) : options_(options) {}
+    PaperBake(const mesh::Mesh& input, bool is_solid, const bake::BakeOptions& options, const MapOptions& maps)
+        : Bake(input, is_solid, options), map_options_(maps)
+    {
+    }
+    ModelMaps<model::ArrayData> take_maps() { return std::move(accepted_); }
 
-    bake::Draft draft(const bake::Subject& subject, const bake::CentralOptions& central, const bake::Draft*) override
+private:
+    bake::Draft draft(const bake::CentralOptions& central, const bake::Draft*) override
     {
         bake::Draft out;
-        out.maps.resize(subject.fitted.parts.size());
-        out.model = bake::assembled(subject, out.maps);
+        out.maps.resize(fitted_.parts.size());
+        out.model = assembled(out.maps);
         out.model.header.projection = 1;
-        latest_ = maps_of(subject, 2.5 * central.tolerance * out.model.header.r_max, options_);
+        latest_ = paper_maps(2.5 * central.tolerance * out.model.header.r_max);
         const Reading reading(view_of(out.model, latest_));
-        out.measured = bake::measured(
-            [&](const bake::EvaluateOptions& options) { return paper::evaluate(reading.view(), subject.solid, options); },
-            [&](const model::Measured& m) { return shortfall(m, subject.options); });
+        out.model.measured =
+            measured([&](const bake::EvaluateOptions& options) { return paper::evaluate(reading.view(), *solid_, options); });
         return out;
+    }
+    /// A map of each part. target_error: of linear interpolation within one sheet, 99th percentile, model units.
+    ModelMaps<model::ArrayData> paper_maps(double target_error) const
+    {
+        const MapRays rays(mesh_);
+        std::vector<Map> maps(fitted_.parts.size());
+        parallel::for_each(maps.size(), options_.threads, [&](std::size_t i) {
+            const bake::FittedPart& part = fitted_.parts[i].fitted;
+            const shape::Superquadricd& sq = part.fit.superquadric;
+            MapOptions own = map_options_;
+            own.target_error = target_error / std::max({sq.a.x, sq.a.y, sq.a.z});
+            maps[i] = bake_map(rays, part.patch.triangles, sq, own);
+        });
+        ModelMaps<model::ArrayData> all;
+        for (const Map& map : maps) append_map(map, all);
+        return all;
     }
     void accept() override { accepted_ = std::move(latest_); }
     /// A surface that a first hit hides, no resolution shows.
-    double shortfall(const model::Measured& m, const bake::BakeOptions& options) const override
-    {
-        return m.depth_p99 / options.target_error;
-    }
+    double shortfall(const model::Measured& m) const override { return m.depth_p99 / options_.target_error; }
     double max_hidden() const override { return std::numeric_limits<double>::infinity(); }
-    void locate(const bake::Subject& subject, bake::Draft& draft) override
+
+    void locator() override {}  // only the exact layer has cells
+    /// Charts lead to the cells and are dropped, planes and seeds with them.
+    void exact() override
     {
-        if (subject.options.exact && subject.header.solid != 0) {
-            // Charts lead to the cells and are dropped, planes and seeds with them.
-            const double r_max = mesh::largest_vertex_distance(subject.solid.mesh());
-            model::ModelData led = bake::assembled(
-                subject, bake::bake_central_maps(subject, bake::central_options(subject.options.target_error, r_max), {}));
-            bake::bake_locator(subject.surface(), subject.locator(), led);
-            bake::bake_candidate_lists(subject.solid, subject.locator(), led);
-            take_cells(led, draft.model);
-        }
-        const Reading reading(view_of(draft.model, accepted_));
-        bake::measure_layers(reading.view(), subject.solid, draft.measured);
+        if (!options_.exact || header_.solid == 0) return;
+        model::ModelData led =
+            assembled(central_maps(bake::central_options(options_.target_error, mesh::largest_vertex_distance(mesh_)), {}));
+        bake::bake_locator(surface(), locator_, led);
+        bake::bake_candidate_lists(*solid_, nullptr, locator_, led);
+        take_cells(led, model_);
+    }
+    void measure() override
+    {
+        const Reading reading(view_of(model_, accepted_));
+        measure_layers(reading.view(), model_.measured);
     }
     std::size_t bytes_beside() const override { return model::bytes_of(accepted_); }
-    MapArrays<model::ArrayData> take_maps() { return std::move(accepted_); }
 
-private:
-    static ModelView view_of(const model::ModelData& common, const MapArrays<model::ArrayData>& maps)
+    static ModelView view_of(const model::ModelData& common, const ModelMaps<model::ArrayData>& maps)
     {
         ModelView view{common.view(), {}};
         const auto look = [](const char*, auto& span, const auto& array) { span = array; };
-        MapArrays<model::ArrayView>::each(look, view.maps, maps);
+        ModelMaps<model::ArrayView>::each(look, view.maps, maps);
         return view;
     }
 
-    const MapOptions& options_;
-    MapArrays<model::ArrayData> latest_, accepted_;
+    const MapOptions& map_options_;
+    ModelMaps<model::ArrayData> latest_, accepted_;
 };
 
 }  // namespace
@@ -149,9 +149,9 @@ BakeResult bake(const mesh::Mesh& mesh, bool solid, const bake::BakeOptions& opt
         return {{std::move(central.model), {}}, std::move(central.report)};
     }
     check(*maps);
-    PaperSteps steps(*maps);
-    bake::BakeResult baked = bake::run_pipeline(mesh, solid, options, steps);
-    return {{std::move(baked.model), steps.take_maps()}, std::move(baked.report)};
+    PaperBake bake(mesh, solid, options, *maps);
+    bake::BakeResult baked = bake.run();
+    return {{std::move(baked.model), bake.take_maps()}, std::move(baked.report)};
 }
 
 bake::Evaluation evaluate(const model::ModelView& model, const mesh::Solid& solid, const bake::EvaluateOptions& options)

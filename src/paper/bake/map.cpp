@@ -3,8 +3,6 @@
 
 #include "model/octahedral.h"
 #include "paper/bake/grid.h"
-#include "paper/bake/offset.h"
-#include "paper/bake/smoothing.h"
 #include "paper/model/codes.h"
 
 #include "sqmap/math/trigonometry.h"
@@ -333,10 +331,10 @@ void make_seeds(const Superquadricd& sq, Map& map)
     std::vector<Vec3d> points;
     for (int i = 0; i < grid.rows; ++i)
         for (int j = 0; j < grid.columns; ++j) points.push_back(shape::surface_point(local, grid.angles(i, j)).point);
-    map.seeds_mirrored = !sq.is_deformed();
-    map.seed_count = map.seeds_mirrored ? 8 : 12;
+    map.seeds_mirrored = sq.is_deformed() ? 0 : 1;
+    map.seed_count = map.seeds_mirrored != 0 ? 8 : 12;
     const int n = static_cast<int>(map.seed_count);
-    const auto middle = [&](int i) { return map.seeds_mirrored ? (i + 0.5) / n : 2 * (i + 0.5) / n - 1; };
+    const auto middle = [&](int i) { return map.seeds_mirrored != 0 ? (i + 0.5) / n : 2 * (i + 0.5) / n - 1; };
     for (int x = 0; x < n; ++x)
         for (int y = 0; y < n; ++y)
             for (int z = 0; z < n; ++z) {

@@ -1,4 +1,4 @@
-#include "offset.h"
+#include "paper/bake/grid.h"
 
 #include <cmath>
 #include <utility>

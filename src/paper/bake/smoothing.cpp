@@ -1,4 +1,4 @@
-#include "smoothing.h"
+#include "paper/bake/grid.h"
 
 #include "model/octahedral.h"
 #include "paper/model/codes.h"

@@ -2,11 +2,12 @@
 
 #include "io/model_table.h"
 #include "paper_generated.h"
-#include "sqmap/io/model_json.h"
+#include "sqmap/io/model_file.h"
 
 #include <nlohmann/json.hpp>
 
 #include <cstdio>
+#include <utility>
 
 namespace sqmap::paper {
 
@@ -16,7 +17,7 @@ std::vector<std::byte> serialize(const ModelData& data)
     flatbuffers::FlatBufferBuilder builder(1 << 20);
     const auto common = io::write_table(builder, data.common);
     io::TableWriter writer(builder, *fb::MapsTypeTable());
-    MapArrays<model::ArrayData>::each(writer, data.maps);
+    ModelMaps<model::ArrayData>::each(writer, data.maps);
     fb::MapsBuilder maps(builder);
     writer.add_fields([](flatbuffers::voffset_t) {});
     const auto finished = maps.Finish();
@@ -67,7 +68,7 @@ void AnyModel::set_options(const QueryOptions& options)
     if (reading_) reading_->set_options(options);
 }
 
-MappedModel::MappedModel(const std::filesystem::path& path, std::uint64_t offset, std::uint64_t size) : file_(path, offset, size)
+MappedModel::MappedModel(io::MappedBytes file, const std::filesystem::path& path) : file_(std::move(file))
 {
     io::check(parse(bytes()), path);
 }

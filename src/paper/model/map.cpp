@@ -78,33 +78,14 @@ bool is_consistent(const MapView& map) noexcept
 MapView map_of(const ModelView& view, std::size_t part) noexcept
 {
     SQMAP_ASSERT(part < view.maps.records.size());
-    const MapRecord& p = view.maps.records[part];
-    const MapArrays<model::ArrayView>& a = view.maps;
-    const std::size_t samples = static_cast<std::size_t>(p.eta_count) * p.omega_count;
+    const MapRecord& record = view.maps.records[part];
     MapView map;
+    static_cast<MapGrid&>(map) = record.grid;
     map.superquadric = model::superquadric_of(view.common.parts[part]);
-    map.eta_count = p.eta_count;
-    map.omega_count = p.omega_count;
-    map.subdivisions = p.subdivisions;
-    map.vertex_count = p.vertex_count;
-    map.distance_scale = p.distance_scale;
-    map.offset_scale = p.offset_scale;
-    map.quantization_error = p.quantization_error;
-    map.distance = a.distance.subspan(p.first_sample, samples);
-    map.normal = a.normal.subspan(p.first_base, p.base_count);
-    map.cuts = a.cuts.subspan(p.first_cut, p.cut_count);
-    map.correction_rows = a.correction_rows.subspan(p.first_correction_row, p.correction_row_count);
-    map.corrections = a.corrections.subspan(p.first_correction, p.correction_count);
-    map.gap_rows = a.gap_rows.subspan(p.first_gap_row, p.gap_row_count);
-    map.gaps = a.gaps.subspan(p.first_gap, p.gap_count);
-    map.offset = a.offset.subspan(p.first_offset, offset_bytes(p.base_count));
-    if (!a.smoothed.empty()) map.smoothed = a.smoothed.subspan(p.first_base, p.base_count);
-    map.seed_count = p.seeds_along;
-    map.seeds_mirrored = p.seeds_mirrored != 0;
-    const std::size_t along = std::min<std::uint32_t>(p.seeds_along, 256), starts = along * along * along;
-    const std::span<const FootSeed> seeds = a.seeds.subspan(p.first_seed, p.seed_count);
-    map.seeds = seeds.first(std::min(starts, seeds.size()));
-    map.surface_seeds = seeds.subspan(map.seeds.size());
+    const auto cut = [](const char*, const model::Slice& slice, auto& span, const auto& array) {
+        span = array.subspan(slice.first, slice.count);
+    };
+    MapArrays<model::ArrayView>::each(cut, record.slices, map, view.maps);
     return map;
 }
 

@@ -23,18 +23,11 @@ static_assert(sizeof(SmoothedSample) == sizeof(fb::SmoothedSample) && alignof(Sm
 /// Checks that a part's map lies within the arrays, and then what it says.
 ParseStatus check_map(const ModelView& view, std::size_t index)
 {
-    const MapRecord& p = view.maps.records[index];
-    const MapArrays<model::ArrayView>& a = view.maps;
-    const std::uint64_t samples = std::uint64_t(p.eta_count) * p.omega_count;
-    const bool inside = p.eta_count < 0x10000 && p.omega_count < 0x10000 && within(p.first_sample, samples, a.distance.size()) &&
-                        within(p.first_base, p.base_count, a.normal.size()) && within(p.first_cut, p.cut_count, a.cuts.size()) &&
-                        within(p.first_correction_row, p.correction_row_count, a.correction_rows.size()) &&
-                        within(p.first_correction, p.correction_count, a.corrections.size()) &&
-                        within(p.first_gap_row, p.gap_row_count, a.gap_rows.size()) &&
-                        within(p.first_gap, p.gap_count, a.gaps.size()) &&
-                        within(p.first_offset, offset_bytes(p.base_count), a.offset.size()) &&
-                        (a.smoothed.empty() || within(p.first_base, p.base_count, a.smoothed.size())) &&
-                        within(p.first_seed, p.seed_count, a.seeds.size());
+    bool inside = true;
+    const auto check = [&](const char*, const model::Slice& slice, const auto& array) {
+        inside = inside && within(slice.first, slice.count, array.size());
+    };
+    MapArrays<model::ArrayView>::each(check, view.maps.records[index].slices, view.maps);
     if (!inside) return ParseStatus::BadStructure;
     return is_consistent(map_of(view, index)) ? ParseStatus::Ok : ParseStatus::BadValue;
 }
@@ -63,7 +56,7 @@ bool has_no_charts(const model::ModelView& v)
 std::uint64_t content_hash(const ModelView& view) noexcept
 {
     std::uint64_t hash = model::content_hash(view.common);
-    MapArrays<model::ArrayView>::each([&](const char*, const auto& array) { model::hash_bytes(hash, array); }, view.maps);
+    ModelMaps<model::ArrayView>::each([&](const char*, const auto& array) { model::hash_bytes(hash, array); }, view.maps);
     return hash;
 }
 
@@ -85,7 +78,7 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
     ModelView v;
     ParseStatus status = model::read_model(*model->common(), bytes.data() + bytes.size(), v.common);
     if (status != ParseStatus::Ok) return status;
-    MapArrays<model::ArrayView>::each(model::TableReader(model->maps(), *fb::MapsTypeTable()), v.maps);
+    ModelMaps<model::ArrayView>::each(model::TableReader(model->maps(), *fb::MapsTypeTable()), v.maps);
     if (content_hash(v) != model->content_hash()) return ParseStatus::BadHash;
     if (v.common.header.projection != 1 || !has_no_charts(v.common) || v.maps.records.size() != v.common.parts.size())
         return ParseStatus::BadStructure;

@@ -7,7 +7,7 @@
 #endif
 
 #include "query/superquadric/surface-inl.h"
-#include "sqmap/paper/map.h"
+#include "sqmap/paper/model.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sqmap::paper::HWY_NAMESPACE {

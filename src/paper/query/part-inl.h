@@ -239,7 +239,7 @@ private:
     {
         FootLanes own = foot_at(sq_, point.own);
         const FootLanes seed =
-            foot_at(sq_, table_start(point.unit, {view_.seeds.data(), view_.seed_count, view_.seeds_mirrored}));
+            foot_at(sq_, table_start(point.unit, {view_.seeds.data(), view_.seed_count, view_.seeds_mirrored != 0}));
         const V3 to_own = minus(own.at.point, point.q), to_seed = minus(seed.at.point, point.q);
         const M nearer = hn::Lt(dot(to_seed, to_seed), dot(to_own, to_own));
         return {blend(nearer, seed.position, own.position),

@@ -157,7 +157,7 @@ private:
         if ((state & PointStates::k_surface) != 0) {
             c.depth = std::max(states_.depth[s], 0.f);
             c.normal = {states_.normal_x[s], states_.normal_y[s], states_.normal_z[s]};
-            c.point = p + c.depth * c.normal;
+            c.witness = p + c.depth * c.normal;
             c.status = k_ok;
         }
         contacts_.write(c);

@@ -42,15 +42,10 @@ ModelContact query_maps(const model::ModelView& model, Vec3f point, const query:
     query::PointBatch batch({&point, 1});
     std::array<Contact, 1> found;
     const ProbeJob job(model, batch, options, found);
-    ModelContact contact;
-    contact.point = point;
-    if (run_one_lane({job, options}).contacts == 0) {
-        // The superquadrics cover the solid, so a point that no part holds is proven free.
-        contact.certain = batch.reached[0] == 0;
-        return contact;
-    }
+    // The superquadrics cover the solid, so a point that no part holds is proven free.
+    if (run_one_lane({job, options}).contacts == 0) return query::free_at(point, batch.reached[0] == 0);
     const Contact& c = found[0];
-    return {c.point, c.normal, c.depth, c.part, true, false, c.status};
+    return {c.witness, c.normal, c.depth, c.part, true, false, c.status};
 }
 
 /// No surface that options move reaches the point.
@@ -74,8 +69,7 @@ ModelContact answer_point(const model::ModelView& model, Vec3f point, const quer
     if (chosen.layer == Layer::Exact) {
         contact = query::query_triangles(model, point, chosen);
     } else if (query::is_far_off(model, point) || is_beyond(model, point, chosen)) {
-        contact.point = point;
-        contact.certain = true;
+        contact = query::free_at(point);
     } else {
         contact = query_maps(model, point, chosen);
         if (contact.contact && chosen.layer != Layer::One && !model.made_up_cells.empty() && model::is_made_up_at(model, point))
@@ -112,7 +106,7 @@ float reach_of(const model::ModelView& model, const query::QueryOptions& options
     float reach = query::margin_in_model(model, options);
     if (!options.offset) return reach;
     for (const MapRecord& map : Reading::of(model).model().maps.records)
-        reach = std::max(reach, static_cast<float>(k_largest_offset) * map.offset_scale);
+        reach = std::max(reach, static_cast<float>(k_largest_offset) * map.grid.offset_scale);
     return reach;
 }
 

@@ -190,9 +190,7 @@ ModelContact query_central(const ModelView& model, Vec3f point, Layer layer, std
     SQMAP_ASSERT(is_finite(point) && model::has_central_maps(model));
     const PointVerdict verdict = verdict_by_charts(model, point, layer, gate);
     const std::int32_t answering = verdict.part;
-    ModelContact contact;
-    contact.point = point;
-    contact.certain = verdict.certain;
+    ModelContact contact = free_at(point, verdict.certain);
     if (!verdict.inside) return contact;
 
     Nearest best;
@@ -206,9 +204,9 @@ ModelContact query_central(const ModelView& model, Vec3f point, Layer layer, std
     contact.contact = true;
     contact.part = best.part >= 0 ? best.part : answering;
     contact.depth = best.part >= 0 ? std::sqrt(best.distance_sq) : 0.f;
-    contact.point = best.part >= 0 ? best.point : point;
+    contact.witness = best.part >= 0 ? best.point : point;
     // Away from the surface the way out is the way to the nearest point; on it, the surface's own normal.
-    contact.normal = contact.depth > 1e-4f * model.header.sphere[3] ? normalized(contact.point - point) : best.normal;
+    contact.normal = contact.depth > 1e-4f * model.header.sphere[3] ? normalized(contact.witness - point) : best.normal;
     return contact;
 }
 
@@ -220,7 +218,7 @@ void apply_offset(const ModelView& model, Vec3f point, Layer layer, const Offset
         for (const Part& part : model.parts) reach = std::max(reach, 255.f * part.offset_step);
     Nearest best;
     if (contact.contact) {
-        best = {contact.depth * contact.depth, contact.point, contact.normal, contact.part};
+        best = {contact.depth * contact.depth, contact.witness, contact.normal, contact.part};
     } else {
         best.distance_sq = reach * reach;
         for (std::size_t i = 0; i < model.parts.size(); ++i) {
@@ -239,7 +237,7 @@ void apply_offset(const ModelView& model, Vec3f point, Layer layer, const Offset
     contact.depth = offset - outside;
     contact.normal = best.normal;
     contact.part = best.part;
-    contact.point = best.point + offset * best.normal;
+    contact.witness = best.point + offset * best.normal;
 }
 
 void apply_smoothing(const ModelView& model, Vec3f point, ModelContact& contact) noexcept
@@ -248,7 +246,7 @@ void apply_smoothing(const ModelView& model, Vec3f point, ModelContact& contact)
     const Part& part = model.parts[static_cast<std::size_t>(contact.part)];
     const CentralMap map(model, part);
     const Vec3f x = map.to_chart_frame(point);
-    const ChartPoint q = to_chart(map.to_chart_frame(contact.point));
+    const ChartPoint q = to_chart(map.to_chart_frame(contact.witness));
     const Leaf leaf = map.leaf_at(q.face, q.s, q.t);
     if (leaf.sheets != 1) return;  // between silhouettes there is no one surface to smooth
     const SheetValue value = sheet_value(leaf, 0, q.s, q.t), change = map.smoothing_at(q.face, q.s, q.t);
@@ -258,7 +256,7 @@ void apply_smoothing(const ModelView& model, Vec3f point, ModelContact& contact)
     if (!(length_sq > 0.f)) return;
     contact.depth = std::max((1.f - dot(n, x)) / std::sqrt(length_sq), 0.f);
     contact.normal = normalized(map.direction_from_chart_frame(n));
-    contact.point = point + contact.depth * contact.normal;
+    contact.witness = point + contact.depth * contact.normal;
 }
 
 bool distance_along_central(const ModelView& model, std::uint32_t part_index, Vec3f point, Layer layer, float& distance) noexcept

@@ -10,7 +10,7 @@ namespace sqmap::query {
 /// Layers Two, Three and Gate for a finite point, by an exhaustive search; gate: k_L of Gate. @pre the model's parts have central
 /// maps.
 [[nodiscard]] ModelContact query_central(const model::ModelView& model, Vec3f point, Layer layer,
-                                         std::uint32_t gate = k_layer3_gate) noexcept;
+                                         std::uint32_t gate = k_gate) noexcept;
 
 /// How far a surface is moved out.
 struct Offset {

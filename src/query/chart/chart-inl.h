@@ -84,9 +84,9 @@ class ChartLanes {
 public:
     ChartLanes(const ModelView& view, const Part& part)
         : part_(part),
-          samples_(view.samples.data() + part.first_sample),
-          cells_(view.cells.data() + part.first_cell),
-          splits_(view.splits.data() + model::k_split_size * static_cast<std::size_t>(part.first_split)),
+          samples_(view.samples.data() + part.samples.first),
+          cells_(view.cells.data() + part.cells.first),
+          splits_(view.splits.data() + model::k_split_size * static_cast<std::size_t>(part.splits.first)),
           base_(static_cast<std::int32_t>(part.base))
     {
     }

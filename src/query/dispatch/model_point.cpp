@@ -5,9 +5,8 @@
 #include "sqmap/math/assert.h"
 
 #include "query/chart/central_query.h"
-#include "query/dispatch/probe_kernels.h"
+#include "query/dispatch/run_probe.h"
 #include "query/exact/exact_layer.h"
-#include "query/exact/probe_exact.h"
 #include "query/layer.h"
 #include "query/probe/probe_job.h"
 #include "query/superquadric/layer_one.h"
@@ -22,14 +21,6 @@ namespace {
 
 using model::ModelView;
 
-ModelContact free_at(Vec3f point, bool certain)
-{
-    ModelContact contact;
-    contact.point = point;
-    contact.certain = certain;
-    return contact;
-}
-
 /// By the kernels of probe queries. options.layer: chosen. @pre is_located, and the points are finite and not far off
 void query_located(const ModelView& model, std::span<const Vec3f> points, const QueryOptions& options,
                    std::span<ModelContact> contacts)
@@ -42,7 +33,7 @@ void query_located(const ModelView& model, std::span<const Vec3f> points, const 
         for (std::size_t i = 0; i < batch.count; ++i)
             contacts[first + i] = free_at(points[first + i], job.layer == Layer::Exact || batch.reached[i] == 0);
         for (const Contact& c : std::span(found).first(count))
-            contacts[first + c.index] = {c.point, c.normal, c.depth, c.part, true, c.certain, c.status};
+            contacts[first + c.index] = {c.witness, c.normal, c.depth, c.part, true, c.certain, c.status};
     }
 }
 
@@ -54,7 +45,7 @@ ModelContact query_unlocated(const ModelView& model, Vec3f point, const QueryOpt
     // A moved surface reaches past the object's sphere; the offset is at most 2 % of R_max.
     const float margin = margin_in_model(model, options);
     const float radius = model.header.sphere[3] * (options.offset ? 1.1f : 1.f) + margin;
-    if (norm_sq(offset) > radius * radius) return free_at(point, true);
+    if (norm_sq(offset) > radius * radius) return free_at(point);
     if (options.layer == Layer::Exact) return query_exact(model, point);
     return query_central(model, point, options.layer, options.gate);
 }
@@ -68,7 +59,7 @@ ModelContact answer(const ModelView& model, Vec3f point, QueryOptions options)
     }
     const bool no_exact = lacks_exact(model, options);
     options.layer = chosen_layer(model, options);
-    ModelContact contact = free_at(point, true);
+    ModelContact contact = free_at(point);
     const bool far_off = is_far_off(model, point), located = options.layer != Layer::One && model::has_locator(model);
     if (!far_off && located)
         query_located(model, {&point, 1}, options, {&contact, 1});
@@ -96,7 +87,7 @@ bool is_far_off(const ModelView& model, Vec3f point) noexcept
 ModelContact query_triangles(const ModelView& model, Vec3f point, const QueryOptions& options) noexcept
 {
     SQMAP_ASSERT(model::has_exact(model) && is_finite(point));
-    ModelContact contact = free_at(point, true);
+    ModelContact contact = free_at(point);
     if (is_far_off(model, point)) return contact;
     if (!model::has_locator(model)) return query_unlocated(model, point, options);
     query_located(model, {&point, 1}, options, {&contact, 1});

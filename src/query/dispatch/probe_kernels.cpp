@@ -1,6 +1,6 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, section 4.2, for many points at once. Compiled
 // for each instruction set by Highway (J. Wassenberg et al.); no fused multiply-add, so that all give the same bits.
-#include "probe_kernels.h"
+#include "query/dispatch/run_probe.h"
 
 #include "query/layer.h"
 

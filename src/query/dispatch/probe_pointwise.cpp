@@ -1,8 +1,8 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, sections 4.1 (eq. 12) and 4.2.
-#include "run_probe.h"
+#include "query/dispatch/run_probe.h"
 
 #include "model_point.h"
-#include "query/exact/probe_exact.h"
+#include "query/exact/exact_layer.h"
 #include "query/layer.h"
 
 #include <algorithm>

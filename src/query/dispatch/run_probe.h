@@ -1,4 +1,4 @@
-// A frame asked one point at a time: what the kernel does not do.
+// The ways in which a probe job is run: by the kernel, and one point at a time where the kernel has no answer.
 #pragma once
 
 #include "query/probe/probe_job.h"
@@ -16,5 +16,8 @@ ProbeResult run_probe_pointwise(const ProbeJob& job, const QueryOptions& options
 [[nodiscard]] bool goes_by_points(const ProbeJob& job, const QueryOptions& options) noexcept;
 /// Layer Exact, by superquadrics and triangles alone.
 [[nodiscard]] ProbeResult run_triangles(const ProbeJob& job, const QueryOptions& options) noexcept;
+
+/// By the kernel with the widest vectors that the machine has.
+ProbeResult run_probe(const ProbeJob& job) noexcept;
 
 }  // namespace sqmap::query

@@ -103,10 +103,10 @@ public:
     void add(Vec3d point, std::size_t index)
     {
         SignedDistance& answer = answers_[index];
-        answer.point = point;
+        answer.witness = point;
         if (!is_finite(point) || !finite_) {
             answer = {};
-            answer.point = point;
+            answer.witness = point;
             answer.status = k_not_finite;
             return;
         }
@@ -122,13 +122,13 @@ public:
         search();
     }
 
-    /// A point outside the root, answer.point: whether the hierarchy is searched for it all the same, as the band is so wide. Its
-    /// outermost leaves still bound from below.
+    /// A point outside the root, answer.witness: whether the hierarchy is searched for it all the same, as the band is so wide.
+    /// Its outermost leaves still bound from below.
     bool is_sought(Vec3d in_mesh, SignedDistance& answer) const
     {
-        const Vec3d point = answer.point;
+        const Vec3d point = answer.witness;
         answer = {};
-        answer.point = point;
+        answer.witness = point;
         answer.distance = away_from_sphere(model_, in_mesh);
         if (model_.answers != nullptr && !has_tree_) answer.status = model_.answers->no_distance;
         return has_tree_ && model::has_exact(model_) && answer.distance <= static_cast<double>(within_) * model_.header.unit;
@@ -175,7 +175,7 @@ private:
         return sides == k_seen_inside || query_exact(model_, p).contact;
     }
 
-    /// answer.point is the queried point.
+    /// answer.witness is the queried point.
     void finish_bound(const NearestSurface& found, SignedDistance& answer) const
     {
         const auto away = static_cast<double>(found.distance) * model_.header.unit;
@@ -190,7 +190,7 @@ private:
     {
         const bool inside = is_inside(p, found.sides);
         const double sign = inside ? -1 : 1, unit = model_.header.unit;
-        const Vec3d point = answer.point;
+        const Vec3d point = answer.witness;
         if (found.entry < 0) {
             answer = {0, {}, point, -1, DistanceKind::LowerBound, k_no_exact};
             return;
@@ -201,7 +201,7 @@ private:
         // On the surface, its own normal.
         const bool touching = !(found.distance > 1e-5f * model_.header.sphere[3]);
         answer.gradient = touching ? pose_.rotation * normal_of(triangle) : -sign * normalized(offset);
-        answer.point = point + unit * offset;
+        answer.witness = point + unit * offset;
         answer.part = static_cast<std::int32_t>(model_.triangle_part[triangle] & model::k_part_mask);
         answer.known = DistanceKind::Exact;
         answer.status = k_ok;
@@ -228,14 +228,14 @@ private:
     void finish_approximate(Vec3f p, SignedDistance& answer) const
     {
         const double unit = model_.header.unit;
-        const Vec3d point = answer.point;
+        const Vec3d point = answer.witness;
         const ModelContact contact = model_.header.solid != 0 ? query_in_model(model_, p, {}) : ModelContact{};
         answer = {0, {}, point, -1, DistanceKind::Approximate, k_no_exact};
         if (contact.contact) {
             if ((contact.status & k_no_surface) != 0) return;
             answer = {-static_cast<double>(contact.depth) * unit,
                       in_frame(contact.normal),
-                      position_in_frame(contact.point),
+                      position_in_frame(contact.witness),
                       contact.part,
                       DistanceKind::Approximate,
                       k_no_exact};
@@ -288,7 +288,7 @@ private:
         nearest = away;
         answer.distance = static_cast<double>(away) * model_.header.unit;
         answer.gradient = in_frame(surface.direction);
-        answer.point = position_in_frame(surface.point);
+        answer.witness = position_in_frame(surface.point);
         answer.part = surface.part;
         return true;
     }
@@ -300,12 +300,12 @@ private:
         Vec3f last = start;
         for (int round = 0; round < k_rounds; ++round) {
             const ModelContact c = query_in_model(model_, start, {});
-            const Vec3f to_point = p - c.point;
+            const Vec3f to_point = p - c.witness;
             const float away = norm(to_point);
             const Vec3f direction = away > 1e-4f * model_.header.sphere[3] ? (1 / away) * to_point : c.normal;
             const bool is_known = c.contact && (c.status & k_no_surface) == 0;
             // The first leads on though it is no nearer than the sample.
-            if (is_known && (offer(p, {c.point, direction, c.part}, nearest, answer) || round == 0)) {
+            if (is_known && (offer(p, {c.witness, direction, c.part}, nearest, answer) || round == 0)) {
                 last = start;
                 // Along the tangent plane to the foot of p, and below it.
                 start = p - dot(to_point, c.normal) * c.normal - below() * c.normal;
@@ -339,7 +339,7 @@ SignedDistance of_nothing(Vec3d point)
 {
     SignedDistance answer;
     answer.distance = std::numeric_limits<double>::max();
-    answer.point = point;
+    answer.witness = point;
     return answer;
 }
 

@@ -11,6 +11,7 @@
 #include "query/distance/bounds-inl.h"
 #include "query/distance/packet-inl.h"
 #include "sqmap/math/assert.h"
+#include "sqmap/math/box.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {
@@ -22,14 +23,8 @@ bool are_dense(const ModelView& model, std::span<const Vec3f> points)
     constexpr std::size_t k_few = 8;
     constexpr float k_leaves_a_point = 5;
     if (points.size() <= k_few) return false;
-    Vec3f lo = points.front(), hi = lo;
-    for (const Vec3f& p : points)
-        for (int k = 0; k < 3; ++k) {
-            lo[k] = std::min(lo[k], p[k]);
-            hi[k] = std::max(hi[k], p[k]);
-        }
     // The number of the object's leaves near the points, as though the surface were spread evenly over the object's sphere.
-    const Vec3f extent = hi - lo;
+    const Vec3f extent = size(box_of(points));
     const float share = std::max({extent.x, extent.y, extent.z}) / (2 * model.header.sphere[3]);
     const auto leaves = static_cast<float>(model::leaf_count(model.distance.header.entries));
     return k_leaves_a_point * static_cast<float>(points.size()) >= leaves * std::min(share * share, 1.f);

@@ -171,18 +171,10 @@ ModelContact contact_at(const ModelView& model, Vec3f point, const NearestPiece&
     contact.part = static_cast<std::int32_t>(model::part_of(model.triangle_part[nearest.triangle]));
     if (model::is_made_up(model.triangle_part[nearest.triangle])) contact.status |= k_made_up;
     contact.depth = static_cast<float>(std::sqrt(nearest.distance_sq));
-    contact.point = cast<float>(nearest.point);
+    contact.witness = cast<float>(nearest.point);
     // Away from the surface the way out is the way to the nearest point; on it, the surface's own normal.
     const Vec3d direction = contact.depth > 1e-4f * model.header.sphere[3] ? nearest.point - cast<double>(point) : nearest.across;
     contact.normal = cast<float>(normalized(direction));
-    return contact;
-}
-
-ModelContact free_at(Vec3f point)
-{
-    ModelContact contact;
-    contact.point = point;
-    contact.certain = true;
     return contact;
 }
 
@@ -225,13 +217,13 @@ ModelContact nearest_in_model(const ModelView& model, Vec3f point, const ModelCo
 {
     SQMAP_ASSERT(model::has_exact(model));
     const auto finite = [](Vec3f p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); };
-    if (!finite(point) || !finite(from.point) || !finite(from.normal)) return {};
+    if (!finite(point) || !finite(from.witness) || !finite(from.normal)) return {};
     constexpr int k_rounds = 6;
     // The list of a surface point's cell holds its triangle, so that each round ends no farther away than the one before.
     const float hair = 1e-5f * model.header.sphere[3];  // below the surface: a cell that touches it from outside lists nothing
     const Vec3d p = cast<double>(point);
     NearestPiece best;
-    Vec3f at = from.point - hair * from.normal;
+    Vec3f at = from.witness - hair * from.normal;
     for (int round = 0; round < k_rounds; ++round) {
         Candidates candidates{model, {}};
         if (model::has_locator(model)) {

@@ -1,7 +1,8 @@
-// The exact layer: the mesh's own triangles, for one point.
+// The exact layer: the mesh's own triangles, for one point and for a probe.
 #pragma once
 
 #include "query/model_contact.h"
+#include "query/probe/probe_job.h"
 #include "sqmap/model/model.h"
 
 namespace sqmap::query {
@@ -16,5 +17,9 @@ namespace sqmap::query {
 
 /// As nearest_surface, model space. @pre model::has_exact(model)
 [[nodiscard]] ModelContact nearest_in_model(const model::ModelView& model, Vec3f point, const ModelContact& from) noexcept;
+
+/// The probe query by the mesh's own triangles, one entry for every instruction set. @pre the model has a locator and the exact
+/// layer
+ProbeResult run_probe_exact(const ProbeJob& job) noexcept;
 
 }  // namespace sqmap::query

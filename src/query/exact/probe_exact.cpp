@@ -1,7 +1,6 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, section 4.2, beyond its layers: the mesh's own
 // triangles, for many points at once. A cell of the locator lists every triangle that can be nearest to a point of it, so the
 // nearest of its list is the nearest of all, and the side of it is the verdict.
-#include "probe_exact.h"
 
 #include "exact_layer.h"
 #include "model/candidate_lists.h"

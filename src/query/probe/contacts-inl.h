@@ -24,7 +24,7 @@ using namespace sqmap::HWY_NAMESPACE;
 
 /// A contact for each lane, model space.
 struct ContactLanes {
-    V3 point, normal;
+    V3 witness, normal;
     F depth;
     I index, part;
     M certain;
@@ -60,7 +60,7 @@ public:
                       offsetof(Contact, index) == 28 && offsetof(Contact, part) == 32 && offsetof(Contact, certain) == 34 &&
                       k_ok == 0);
         const auto packed = [&](F v) { return compress(v, which); };
-        const V3 point = in_caller_frame(contacts.point), normal = turned(contacts.normal);
+        const V3 point = in_caller_frame(contacts.witness), normal = turned(contacts.normal);
         const F depth = hn::Mul(set(caller_.unit), contacts.depth);
         I ninth = hn::Or(contacts.part, hn::IfThenElseZero(hn::RebindMask(di, contacts.certain), set_int(1 << 16)));
         if (cured_ != nullptr) ninth = hn::Or(ninth, made_up(contacts));
@@ -89,9 +89,9 @@ private:
         HWY_ALIGN float x[k_lanes], y[k_lanes], z[k_lanes];
         HWY_ALIGN std::int32_t status[k_lanes];
         const auto below = [&](F point, F normal) { return hn::Sub(point, hn::Mul(contacts.depth, normal)); };
-        hn::Store(below(contacts.point.x, contacts.normal.x), df, x);
-        hn::Store(below(contacts.point.y, contacts.normal.y), df, y);
-        hn::Store(below(contacts.point.z, contacts.normal.z), df, z);
+        hn::Store(below(contacts.witness.x, contacts.normal.x), df, x);
+        hn::Store(below(contacts.witness.y, contacts.normal.y), df, y);
+        hn::Store(below(contacts.witness.z, contacts.normal.z), df, z);
         for (std::size_t i = 0; i < k_lanes; ++i)
             status[i] =
                 model::is_made_up_at(*cured_, {x[i], y[i], z[i]}) ? static_cast<std::int32_t>(std::uint32_t{k_made_up} << 24) : 0;
@@ -114,7 +114,7 @@ private:
 
     Contact marked(Contact contact) const
     {
-        if (cured_ != nullptr && model::is_made_up_at(*cured_, contact.point - contact.depth * contact.normal))
+        if (cured_ != nullptr && model::is_made_up_at(*cured_, contact.witness - contact.depth * contact.normal))
             contact.status |= k_made_up;
         return contact;
     }

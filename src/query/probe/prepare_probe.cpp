@@ -1,4 +1,5 @@
 // Constructors of probes, which allocate: they run outside the frame.
+#include "sqmap/math/box.h"
 #include "sqmap/query/probe.h"
 
 #include <algorithm>
@@ -12,14 +13,9 @@ namespace {
 void order_by_halves(std::span<std::uint32_t> order, std::span<const Vec3d> points)
 {
     if (order.size() <= Probe::k_cluster) return;
-    Vec3d lo = points[order.front()], hi = lo;
-    for (const std::uint32_t i : order)
-        for (int k = 0; k < 3; ++k) {
-            lo[k] = std::min(lo[k], points[i][k]);
-            hi[k] = std::max(hi[k], points[i][k]);
-        }
-    const Vec3d side = hi - lo;
-    const int axis = side.x >= side.y && side.x >= side.z ? 0 : (side.y >= side.z ? 1 : 2);
+    Box box;
+    for (const std::uint32_t i : order) extend(box, points[i]);
+    const int axis = longest_axis(box);
     const std::size_t clusters = (order.size() + Probe::k_cluster - 1) / Probe::k_cluster;
     const std::size_t half = clusters / 2 * Probe::k_cluster;
     std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(half), order.end(),
@@ -35,13 +31,7 @@ void order_by_halves(std::span<std::uint32_t> order, std::span<const Vec3d> poin
 Probe::Probe(std::span<const Vec3d> points) : size_(points.size())
 {
     if (points.empty()) return;
-    Vec3d lo = points.front(), hi = lo;
-    for (const Vec3d& p : points)
-        for (int k = 0; k < 3; ++k) {
-            lo[k] = std::min(lo[k], p[k]);
-            hi[k] = std::max(hi[k], p[k]);
-        }
-    origin_ = 0.5 * (lo + hi);
+    origin_ = centre(box_of(points));
     std::vector<std::uint32_t> order(size_);
     std::iota(order.begin(), order.end(), 0u);
     order_by_halves(order, points);

@@ -1,5 +1,6 @@
 #include "sqmap/query/probe.h"
 
+#include "math/small_sphere.h"
 #include "refit.h"
 #include "sqmap/math/assert.h"
 
@@ -10,36 +11,13 @@ namespace sqmap::query {
 
 namespace {
 
-/// A sphere that holds the points: about the box's centre, moved towards what sticks out (Ritter 1990).
+/// A sphere that holds the points.
 template <class At>
 void fit_sphere(std::size_t count, At&& at, float sphere[4])
 {
-    Vec3f lo = at(0), hi = lo;
-    for (std::size_t i = 1; i < count; ++i)
-        for (int k = 0; k < 3; ++k) {
-            lo[k] = std::min(lo[k], at(i)[k]);
-            hi[k] = std::max(hi[k], at(i)[k]);
-        }
-    Vec3f centre = 0.5f * (lo + hi);
-    float best = INFINITY;
-    Vec3f c = centre;
-    float pull = 0.3f;
-    for (int step = 0; step < 12; ++step, pull *= 0.8f) {
-        float radius_sq = 0.f;
-        Vec3f farthest = c;
-        for (std::size_t i = 0; i < count; ++i)
-            if (const float d = norm_sq(at(i) - c); d > radius_sq) {
-                radius_sq = d;
-                farthest = at(i);
-            }
-        if (radius_sq < best) {
-            best = radius_sq;
-            centre = c;
-        }
-        c += pull * (farthest - c);
-    }
-    for (int k = 0; k < 3; ++k) sphere[k] = centre[k];
-    sphere[3] = std::sqrt(best) * 1.00001f;
+    const Sphere3<float> small = small_sphere<float>(count, at, {.steps = 12, .pull = 0.3f, .shrink = 0.8f});
+    for (int k = 0; k < 3; ++k) sphere[k] = small.centre[k];
+    sphere[3] = small.radius * 1.00001f;
 }
 
 float least(float a, float b) { return a < b ? a : b; }

@@ -345,11 +345,11 @@ struct SkinQuery {
         if (!skin.carry_forward(surface, there)) there = skin.local_at(at);
         const Vec3d point = points[c.index];
         SkinContact contact;
-        contact.bound_point = surface;
+        contact.bound_witness = surface;
         contact.bound_normal = cast<double>(c.normal);
         contact.normal = carried_normal(there, contact.bound_normal);
         contact.depth = std::max(0.0, dot(apply(there, surface) - point, contact.normal));
-        contact.point = point + contact.depth * contact.normal;
+        contact.witness = point + contact.depth * contact.normal;
         contact.index = c.index;
         contact.part = c.part;
         contact.status = c.status;

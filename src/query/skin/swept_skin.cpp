@@ -76,9 +76,9 @@ struct SkinSweep {
     void take(SkinContact c, std::size_t& count, SweptResult& result) const noexcept
     {
         Affine first, last;
-        if (!skin.from_.carry_forward(c.bound_point, first) || !skin.to_.carry_forward(c.bound_point, last)) return;
-        const Vec3d surface = apply(last, c.bound_point), normal = carried_normal(last, c.bound_normal);
-        const Vec3d start = previous[c.index] - apply(first, c.bound_point), end = now[c.index] - surface;
+        if (!skin.from_.carry_forward(c.bound_witness, first) || !skin.to_.carry_forward(c.bound_witness, last)) return;
+        const Vec3d surface = apply(last, c.bound_witness), normal = carried_normal(last, c.bound_normal);
+        const Vec3d start = previous[c.index] - apply(first, c.bound_witness), end = now[c.index] - surface;
         if (!(dot(normalized(start - end), normal) > k_head_on)) return;
         const double behind = -dot(end, normal);
         if (!(behind > 0)) return;
@@ -86,7 +86,7 @@ struct SkinSweep {
         if (own != k_no_contact && dot(contacts[own].normal, normal) > 0) return;
         c.normal = normal;
         c.depth = behind;
-        c.point = now[c.index] + behind * normal;
+        c.witness = now[c.index] + behind * normal;
         workspace.fast_[c.index] = 2;  // the first crossing counts
         keep_crossing(c, own, contacts, count, result);
     }

@@ -18,11 +18,9 @@ ModelContact query_layer_one(const model::ModelView& model, Vec3f point) noexcep
     PointsOfLayerOne points(model);
     points.add({set(point.x), set(point.y), set(point.z)}, hn::Zero(di), hn::Not(none()));
     points.answer(false);
-    ModelContact contact;
-    contact.point = point;
-    contact.certain = true;
+    ModelContact contact = free_at(point);
     points.each_contact([&](const ContactLanes& c, M) {
-        contact = {{hn::GetLane(c.point.x), hn::GetLane(c.point.y), hn::GetLane(c.point.z)},
+        contact = {{hn::GetLane(c.witness.x), hn::GetLane(c.witness.y), hn::GetLane(c.witness.z)},
                    {hn::GetLane(c.normal.x), hn::GetLane(c.normal.y), hn::GetLane(c.normal.z)},
                    hn::GetLane(c.depth),
                    hn::GetLane(c.part),

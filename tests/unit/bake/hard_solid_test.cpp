@@ -4,7 +4,7 @@
 #include "sqmap/io/model_file.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/solid.h"
-#include "sqmap/model/reliability.h"
+#include "sqmap/model/model.h"
 #include "support/baked_shapes.h"
 #include "support/hard_shapes.h"
 

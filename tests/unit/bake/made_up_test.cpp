@@ -75,7 +75,7 @@ TEST(MadeUp, MarksContactsOfTheExactLayerByTheirTriangle)
         const query::PointResult result = query::query_point(baked().view, p, {.layer = query::Layer::Exact});
         if (!result.contact) continue;
         const mesh::ClosestPoint nearest = bvh.closest_point(p);
-        if (norm(nearest.point - result.point) > 1e-5) continue;  // as near elsewhere
+        if (norm(nearest.point - result.witness) > 1e-5) continue;  // as near elsewhere
         const bool says = (result.status & query::k_made_up) != 0, is = baked().gate.made_up[nearest.triangle] != 0;
         // Along the filling's rim triangles of both kinds are nearest.
         if (says != is) {

@@ -205,26 +205,15 @@ TEST(Rebake, EveryPartInTurnAndBackAgain)
     EXPECT_TRUE(same(back.model.vertices, hand.baked.model.vertices));
 }
 
-template <class T>
-bool same_slice(const std::vector<T>& a, std::size_t at_a, const std::vector<T>& b, std::size_t at_b, std::size_t count)
-{
-    return std::memcmp(a.data() + at_a, b.data() + at_b, count * sizeof(T)) == 0;
-}
-
 bool same_map(const model::ModelData& x, const model::Part& a, const model::ModelData& y, const model::Part& b)
 {
-    if (a.cell_count != b.cell_count || a.split_count != b.split_count || a.special_count != b.special_count ||
-        a.pool_count != b.pool_count)
-        return false;
-    return same_slice(x.samples, a.first_sample, y.samples, b.first_sample, a.sample_count) &&
-           same_slice(x.offsets, a.first_sample, y.offsets, b.first_sample, a.sample_count) &&
-           same_slice(x.smoothing, a.first_sample, y.smoothing, b.first_sample, a.sample_count) &&
-           same_slice(x.cells, a.first_cell, y.cells, b.first_cell, a.cell_count) &&
-           same_slice(x.blocks, a.first_block, y.blocks, b.first_block, a.block_count) &&
-           same_slice(x.splits, a.first_split * std::size_t{model::k_split_size}, y.splits,
-                      b.first_split * std::size_t{model::k_split_size}, a.split_count * std::size_t{model::k_split_size}) &&
-           same_slice(x.specials, a.first_special, y.specials, b.first_special, a.special_count) &&
-           same_slice(x.pool, a.first_pool, y.pool, b.first_pool, a.pool_count);
+    bool same_bytes = true;
+    const auto compare = [&](const char*, const auto& of_a, const auto& of_b) {
+        same_bytes = same_bytes && of_a.size() == of_b.size() && std::memcmp(of_a.data(), of_b.data(), of_a.size_bytes()) == 0;
+    };
+    const auto arrays_a = model::arrays_of(x, a), arrays_b = model::arrays_of(y, b);
+    model::CentralArrays<model::ArrayView>::each(compare, arrays_a, arrays_b);
+    return same_bytes;
 }
 
 TEST(Rebake, MapsOfNeighboursAreAgainAsBakedWhenAllIsBack)

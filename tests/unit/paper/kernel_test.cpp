@@ -87,7 +87,7 @@ TEST(PaperKernel, AnswersAsOneLaneDoesOnEveryInstructionSet)
                     ASSERT_EQ(many.contacts, one.contacts);
                     for (std::size_t i = 0; i < one.contacts; ++i) {
                         const Contact &a = reference[i], &b = contacts[i];
-                        ASSERT_EQ(a.point, b.point) << i;
+                        ASSERT_EQ(a.witness, b.witness) << i;
                         ASSERT_EQ(a.normal, b.normal);
                         ASSERT_EQ(a.depth, b.depth);
                         ASSERT_EQ(a.index, b.index);

@@ -204,9 +204,9 @@ TEST(PaperRooms, SubdivisionsSetHowMuchFinerLayerThreeIs)
     for (const int levels : {0, 2}) {
         const test::PaperModel b(test::small_torus(), {.exact = false}, {.subdivisions = levels});
         for (const MapRecord& map : b.data().maps.records) {
-            EXPECT_EQ(map.subdivisions, static_cast<std::uint32_t>(levels));
+            EXPECT_EQ(map.grid.subdivisions, static_cast<std::uint32_t>(levels));
             // One offset for each base sample of layer 2.
-            EXPECT_EQ(map.base_count, (((map.eta_count - 1) >> levels) + 1) * (map.omega_count >> levels));
+            EXPECT_EQ(map.slices.normal.count, (((map.grid.eta_count - 1) >> levels) + 1) * (map.grid.omega_count >> levels));
         }
     }
     for (const int levels : {6, -1})
@@ -252,7 +252,7 @@ TEST(PaperFile, SerializingParsesToTheSameArrays)
             ASSERT_EQ(read.size(), written.size()) << name;
             EXPECT_TRUE(read.empty() || std::memcmp(read.data(), written.data(), read.size_bytes()) == 0) << name;
         };
-        MapArrays<model::ArrayView>::each(expect_same, v.maps, m->data().maps);
+        ModelMaps<model::ArrayView>::each(expect_same, v.maps, m->data().maps);
         model::each_surface_array(expect_same, v.common, m->data().common);
         model::each_cell_array(expect_same, v.common, m->data().common);
     }
@@ -267,8 +267,8 @@ TEST(PaperFile, DamageIsRefused)
         return parse(serialize(data), v) != model::ParseStatus::Ok;
     };
     EXPECT_FALSE(refused([](ModelData&) {}));
-    EXPECT_TRUE(refused([](ModelData& d) { d.maps.records[0].first_sample = 1u << 30; }));
-    EXPECT_TRUE(refused([](ModelData& d) { d.maps.records[0].distance_scale = -1; }));
+    EXPECT_TRUE(refused([](ModelData& d) { d.maps.records[0].slices.distance.first = 1u << 30; }));
+    EXPECT_TRUE(refused([](ModelData& d) { d.maps.records[0].grid.distance_scale = -1; }));
     EXPECT_TRUE(refused([](ModelData& d) { d.maps.records.pop_back(); }));
     EXPECT_TRUE(refused([](ModelData& d) { d.maps.seeds.pop_back(); }));
     EXPECT_TRUE(refused([](ModelData& d) { d.common.header.projection = 0; }));

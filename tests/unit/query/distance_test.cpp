@@ -109,9 +109,9 @@ TEST_P(DistanceOf, IsExactWithinTheBandOnBothSides)
         if (std::abs(truth) < 1e-5 * b.r_max) continue;
         ASSERT_EQ(a.distance < 0, truth < 0) << truth;
         EXPECT_NEAR(norm(a.gradient), 1, 1e-6);
-        EXPECT_NEAR(norm(points[i] - a.point), std::abs(truth), 2e-5 * b.r_max);
+        EXPECT_NEAR(norm(points[i] - a.witness), std::abs(truth), 2e-5 * b.r_max);
         if (std::abs(truth) > 1e-3 * b.r_max) {
-            EXPECT_GT(dot(a.gradient, points[i] - a.point) * (truth < 0 ? -1 : 1), 0.999 * std::abs(truth));
+            EXPECT_GT(dot(a.gradient, points[i] - a.witness) * (truth < 0 ? -1 : 1), 0.999 * std::abs(truth));
         }
         ASSERT_GE(a.part, 0);
         ASSERT_LT(static_cast<std::size_t>(a.part), b.view.parts.size());
@@ -159,7 +159,7 @@ void expect_same(const SignedDistance& a, const SignedDistance& b)
     ASSERT_EQ(a.status, b.status);
     ASSERT_EQ(a.distance, b.distance);
     ASSERT_EQ(a.part, b.part);
-    ASSERT_EQ(norm(a.point - b.point), 0);
+    ASSERT_EQ(norm(a.witness - b.witness), 0);
     ASSERT_EQ(norm(a.gradient - b.gradient), 0);
 }
 
@@ -244,7 +244,7 @@ TEST_P(DistanceOf, AnswersInTheFrameOfThePoses)
         expect_posed(own[i], probed[i]);
         if (HasFatalFailure()) return;
         if (posed[i].known == DistanceKind::Exact && std::abs(posed[i].distance) > 1e-3 * b.r_max) {
-            ASSERT_NEAR(norm(posed[i].point + posed[i].distance * posed[i].gradient - world[i]), 0, 1e-5 * b.r_max);
+            ASSERT_NEAR(norm(posed[i].witness + posed[i].distance * posed[i].gradient - world[i]), 0, 1e-5 * b.r_max);
         }
     }
     EXPECT_EQ(is_nearer(body, {nullptr, &probe, compose(pose, relative)}, 0.01 * b.r_max),
@@ -320,7 +320,7 @@ TEST(Distance, IsExactFarFromTheObjectWhereAsked)
         const SignedDistance far = distance(parsed.view(), {0, 0, z}, 1000);
         EXPECT_EQ(far.known, DistanceKind::Exact) << z;
         EXPECT_NEAR(far.distance, truth, slack) << z;
-        EXPECT_NEAR(norm(far.point - Vec3d{0, 0, z}), truth, slack) << z;
+        EXPECT_NEAR(norm(far.witness - Vec3d{0, 0, z}), truth, slack) << z;
         const Body touched{.model = &parsed.view()}, collider{.probe = &point, .pose = {{}, {0, 0, z}}};
         EXPECT_FALSE(is_nearer(touched, collider, truth - slack)) << z;
         EXPECT_TRUE(is_nearer(touched, collider, truth + slack)) << z;

@@ -64,16 +64,16 @@ void expect_alike(const Body& touched, const std::vector<Vec3d>& points, const s
                                           << points[i].y << ' ' << points[i].z;
             };
             ASSERT_EQ(c.contact, p != nullptr) << where();
-            ASSERT_TRUE(same_bits(c.point, batch[i].point) && same_bits(c.normal, batch[i].normal) &&
+            ASSERT_TRUE(same_bits(c.witness, batch[i].witness) && same_bits(c.normal, batch[i].normal) &&
                         same_bits(c.depth, batch[i].depth) && c.part == batch[i].part && c.certain == batch[i].certain &&
                         c.status == batch[i].status && c.contact == batch[i].contact)
                 << where();
             if (p == nullptr) {
-                ASSERT_EQ(c.point, points[i]) << where();
+                ASSERT_EQ(c.witness, points[i]) << where();
                 ASSERT_EQ(c.part, -1) << where();
                 continue;
             }
-            ASSERT_TRUE(same_bits(c.point, found.position(*p)) && same_bits(c.normal, cast<double>(p->normal)) &&
+            ASSERT_TRUE(same_bits(c.witness, found.position(*p)) && same_bits(c.normal, cast<double>(p->normal)) &&
                         same_bits(c.depth, static_cast<double>(p->depth)))
                 << where();
             ASSERT_EQ(c.part, p->part) << where();

@@ -63,9 +63,9 @@ Answer answer_of(const test::Parsed& m, const Probe& probe, const Pose& pose, co
 
 bool same_bits(const Contact& a, const Contact& b)
 {
-    return std::memcmp(&a.point, &b.point, sizeof a.point) == 0 && std::memcmp(&a.normal, &b.normal, sizeof a.normal) == 0 &&
-           std::memcmp(&a.depth, &b.depth, sizeof a.depth) == 0 && a.index == b.index && a.part == b.part &&
-           a.certain == b.certain && a.status == b.status;
+    return std::memcmp(&a.witness, &b.witness, sizeof a.witness) == 0 &&
+           std::memcmp(&a.normal, &b.normal, sizeof a.normal) == 0 && std::memcmp(&a.depth, &b.depth, sizeof a.depth) == 0 &&
+           a.index == b.index && a.part == b.part && a.certain == b.certain && a.status == b.status;
 }
 
 void expect_same(const Answer& a, const Answer& b, const std::string& what)
@@ -175,7 +175,7 @@ void check_against_oracle(Layer layer, const Limits& limits)
                 ASSERT_NEAR(norm(c->normal), 1.f, 1e-3f);
                 ASSERT_GE(c->part, 0);
                 ASSERT_LT(static_cast<std::size_t>(c->part), m.view().parts.size());
-                EXPECT_NEAR(norm(cast<double>(c->point) - p), c->depth, 1e-4 * r_max);
+                EXPECT_NEAR(norm(cast<double>(c->witness) - p), c->depth, 1e-4 * r_max);
                 if (nearest.distance > 0.01 * r_max)
                     tilts.push_back(dot(cast<double>(c->normal), nearest.point - p) / nearest.distance);
             }

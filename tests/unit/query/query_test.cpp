@@ -82,13 +82,13 @@ TEST(Query, LayersKeepTheirPromisesOnEveryShape)
                 ASSERT_GE(c.part, 0);
                 ASSERT_LT(static_cast<std::size_t>(c.part), view.parts.size());
                 EXPECT_NEAR(norm(c.normal), 1, 1e-4) << where();
-                EXPECT_NEAR(norm(c.point - p), c.depth, 1e-5 * r_max) << where();
+                EXPECT_NEAR(norm(c.witness - p), c.depth, 1e-5 * r_max) << where();
             }
             if (inside) {
                 depth_error.push_back(std::abs(exact.depth - distance) / r_max);
-                EXPECT_LT(solid.bvh().closest_point(exact.point).distance, 1e-5 * r_max) << where();
+                EXPECT_LT(solid.bvh().closest_point(exact.witness).distance, 1e-5 * r_max) << where();
                 if (distance > 1e-3 * r_max) {
-                    EXPECT_GT(dot(exact.normal, normalized(exact.point - p)), 0.99) << where();
+                    EXPECT_GT(dot(exact.normal, normalized(exact.witness - p)), 0.99) << where();
                 }
             }
         }
@@ -115,7 +115,7 @@ TEST(Query, PointsThatAreNotFiniteOrFarAreFree)
             const PointResult c = query_point(b.view(), p, {.layer = layer});
             EXPECT_FALSE(c.contact);
             EXPECT_TRUE(c.certain);
-            EXPECT_EQ(c.point, p);
+            EXPECT_EQ(c.witness, p);
         }
     }
 }
@@ -147,7 +147,7 @@ TEST(Query, ABatchAnswersAsItsPointsDo)
             const PointResult c = query_point(touched, points[i], {.layer = layer});
             ASSERT_EQ(c.contact, contacts[i].contact);
             ASSERT_EQ(c.depth, contacts[i].depth);
-            ASSERT_EQ(c.point, contacts[i].point);
+            ASSERT_EQ(c.witness, contacts[i].witness);
             ASSERT_EQ(c.certain, contacts[i].certain);
             expected += c.contact ? 1u : 0u;
         }
@@ -266,7 +266,7 @@ TEST(Query, UnitsAndPlaceOfTheMeshDoNotMatter)
             ASSERT_EQ(c.contact, solid.inside(p)) << position.scale;
             if (c.contact) {
                 EXPECT_NEAR(c.depth, nearest.distance, 2e-5 * r_max) << position.scale;
-                EXPECT_NEAR(norm(c.point - p), c.depth, 1e-5 * r_max) << position.scale;
+                EXPECT_NEAR(norm(c.witness - p), c.depth, 1e-5 * r_max) << position.scale;
             }
         }
     }

@@ -187,7 +187,7 @@ TEST(Skin, BonesThatMoveAlikeMoveTheModel)
     for (std::size_t i = 0; i < rigid.size(); ++i) {
         EXPECT_EQ(rigid[i].index, answer.contacts[i].index);
         EXPECT_NEAR(rigid[i].depth, answer.contacts[i].depth, 1e-5);
-        const Vec3d point = points[rigid[i].index], one = r.position(rigid[i]), other = answer.contacts[i].point;
+        const Vec3d point = points[rigid[i].index], one = r.position(rigid[i]), other = answer.contacts[i].witness;
         if (norm(one - other) > 1e-5) {
             // Two places of the surface are equally near within rounding: each answer is at one of them.
             ++ties;
@@ -215,7 +215,7 @@ TEST(Skin, DepthAndNormalFollowTheBend)
         const mesh::ClosestPoint closest = truth.closest_boundary(points[c.index]);
         depth.push_back(std::abs(c.depth - closest.distance) / finger.r_max);
         if (closest.distance > 1e-3 * finger.r_max) normal.push_back(dot(normalized(closest.point - points[c.index]), c.normal));
-        EXPECT_NEAR(norm(c.point - points[c.index] - c.depth * c.normal), 0, 1e-12);
+        EXPECT_NEAR(norm(c.witness - points[c.index] - c.depth * c.normal), 0, 1e-12);
     }
     std::sort(depth.begin(), depth.end());
     std::sort(normal.begin(), normal.end());
@@ -304,7 +304,7 @@ TEST(SweptSkin, PointsThatJumpThroughItAreCaughtOnTheSideTheyCameFrom)
         // The plane at the ellipsoid's surface, straight above where the point came in or near it.
         EXPECT_GT(c.depth, 0.45);
         EXPECT_LT(c.depth, 0.45 + 0.2 + 0.02);
-        EXPECT_LT(norm(c.point - below[c.index] - c.depth * c.normal), 1e-12);
+        EXPECT_LT(norm(c.witness - below[c.index] - c.depth * c.normal), 1e-12);
     }
 }
 

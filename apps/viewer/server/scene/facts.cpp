@@ -2,7 +2,6 @@
 
 #include "common/hash_text.h"
 #include "sqmap/io/model_file.h"
-#include "sqmap/io/model_json.h"
 #include "viewer/server/scene/edits.h"
 #include "viewer/server/scene/page_words.h"
 

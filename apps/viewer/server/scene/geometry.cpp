@@ -68,7 +68,7 @@ std::string sample_bytes(const Object& object)
             continue;
         }
         const model::Part& part = object.view.parts[index];
-        for (std::uint32_t i = 0; i < part.sample_count; ++i) add(model::sample_point(object.view, part, i));
+        for (std::uint32_t i = 0; i < part.samples.count; ++i) add(model::sample_point(object.view, part, i));
     }
     out.count(points.size());
     for (const Vec3f& p : points) out.point(p);

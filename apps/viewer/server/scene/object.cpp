@@ -2,7 +2,7 @@
 
 #include "sqmap/haptic/step.h"
 #include "sqmap/math/box.h"
-#include "sqmap/model/made_up.h"
+#include "sqmap/model/model.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 #include "viewer/server/touch/forces.h"
 
 #include "sqmap/mesh/shapes.h"
-#include "sqmap/model/reliability.h"
+#include "sqmap/model/model.h"
 #include "sqmap/paper/force.h"
 #include "sqmap/paper/model.h"
 #include "viewer/server/touch/tool.h"
