@@ -1,6 +1,7 @@
 """The look of all charts and drawings that scripts make with Matplotlib. An opaque pale ground keeps them readable on light and
 dark pages; text stays text, and the same numbers give the same bytes."""
 import pathlib
+import re
 
 import matplotlib
 
@@ -55,8 +56,15 @@ def save(path, figure):
             legend = axes.legend(loc="upper center", bbox_to_anchor=(0.5, 0), bbox_transform=below, ncols=2)
             for mark in legend.get_lines():  # also of the small and pale
                 mark.set(alpha=1, markersize=max(5, mark.get_markersize()))
-    figure.savefig(path, metadata={"Date": None})
+    figure.savefig(path, metadata={"Creator": None, "Date": None, "Format": None, "Type": None})
     pyplot.close(figure)
-    # Matplotlib ends lines of an SVG with blanks, which git does not like.
     path = pathlib.Path(path)
-    path.write_text("\n".join(line.rstrip() for line in path.read_text(encoding="utf-8").split("\n")), encoding="utf-8")
+    path.write_text(compact(path.read_text(encoding="utf-8")), encoding="utf-8")
+
+
+def compact(svg):
+    """Paths on one line each, in hundredths of a point: Matplotlib gives a line to each corner, in millionths."""
+    def shorter(path):
+        return re.sub(r"\d+\.\d{3,}", lambda number: f"{float(number[0]):.2f}", " ".join(path[0].split()))
+
+    return re.sub(r'(?<= d=)"[^"]*"', shorter, "\n".join(line.rstrip() for line in svg.split("\n")))
