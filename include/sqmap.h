@@ -170,7 +170,7 @@ SQMAP_API sqmap_code sqmap_close_model(sqmap_model model);
 // ---------------------------------------------------------------------------------------------------- points
 
 /// x in the caller's frame = rotation x + translation. The rotation has to be proper: rows that are off unit and square by 1e-6
-/// to 1e-4 are made orthonormal, better ones keep their bits, worse ones are refused, and so is what is not finite.
+/// to 1e-4 are made orthonormal, better ones keep their bits; worse ones, and numbers that are not finite, are refused.
 typedef struct sqmap_pose {
     double rotation[9];
     double translation[3];

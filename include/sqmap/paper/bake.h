@@ -65,7 +65,7 @@ public:
     MapRays(MapRays&&) noexcept;
     MapRays& operator=(MapRays&&) noexcept;
 
-    /// A place where a ray meets the mesh.
+    /// A point where a ray meets the mesh.
     struct Hit {
         double distance = 0;
         std::uint32_t triangle = 0;

@@ -115,7 +115,7 @@ struct MapArrays {
 template <class>
 using SliceOf = model::Slice;
 
-/// The place of one part's map in the arrays of all. Layout equals the FlatBuffers struct MapRecord.
+/// The slices that one part's map has of the arrays of all maps. Layout equals the FlatBuffers struct MapRecord.
 struct MapRecord {
     MapGrid grid;
     MapArrays<SliceOf> slices;
@@ -204,8 +204,8 @@ struct QueryOptions {
     bool pruning = true;  ///< a part that proves a point free outweighs those that claim it (section 2); false: any claim counts
 };
 
-/// A paper model as points, probes, pairs, scenes, skins, the haptic tick and the rest of sqmap query it: its view() stands
-/// wherever a model::ModelView does, and whatever is asked of that is answered from the paper's maps. Answers of points are
+/// A paper model as points, probes, pairs, scenes, skins, the haptic tick and the rest of sqmap query it: its view()
+/// is a model::ModelView, and each query of that view reads the paper's maps. Answers of points are
 /// certain only where no superquadric holds them, or on layer Exact. Status bits: query::Status and k_not_given. Total, noexcept,
 /// no allocation. Any number of threads may query one; options() are changed between queries.
 class Reading : query::Answers {

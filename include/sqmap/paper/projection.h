@@ -106,7 +106,7 @@ struct GridFoot {
 /// it is the paper's. p in the model frame, inside the superquadric.
 [[nodiscard]] GridFoot pyramid_search(const MapView& map, Vec3f p, const PyramidOptions& options = {}) noexcept;
 
-/// A map's content at one place. The bake measures itself with the same samples.
+/// A map's content at one pair of angles. The bake measures itself with the same samples.
 struct MapSample {
     float distance = 0;  ///< infinity for a miss, 0 for a cap
     Vec3f normal;        ///< unit, outward, model frame; zero for caps and misses

@@ -38,11 +38,10 @@ struct ClothOptions {
 /// Bits of StepReport::status.
 enum ClothStatus : std::uint32_t {
     k_cloth_ok = 0,
-    k_cloth_not_finite = 1,  ///< a node was NaN or infinite: the cloth was put back to the step before, at rest
-    k_cloth_slowed = 2,      ///< a node was faster than max_speed
-    k_cloth_full = 4,        ///< more contacts than there is space for: a coarser cloth, or fewer colliders at one place
-    k_cloth_coarse_sweep =
-        8,  ///< a node moved so far that contacts with thin parts may be missed: shorten the step or raise sweep_step
+    k_cloth_not_finite = 1,    ///< a node was NaN or infinite: the cloth was put back to the step before, at rest
+    k_cloth_slowed = 2,        ///< a node was faster than max_speed
+    k_cloth_full = 4,          ///< more contacts than the cloth keeps, four a node on average: the rest does not count
+    k_cloth_coarse_sweep = 8,  ///< a node moved so far that contacts with thin parts may be missed: shorten the time step
     k_cloth_bad_step =
         16,  ///< dt or a pose was not finite or not positive, or a collider had a skin without expect(): nothing was done
     k_cloth_crowded = 32,  ///< more surfaces of a skinned collider at one node than a query examines
