@@ -112,6 +112,7 @@ struct MapArrays {
     }
 };
 
+/// The array type of `MapArrays` that gives each array's slice in place of its elements.
 template <class>
 using SliceOf = model::Slice;
 
