@@ -45,8 +45,8 @@ struct Position {
     bool boundary = false;  ///< of the skinned solid: not buried in it
 };
 
-/// Of each position, how far from the surface the farthest wrong verdict is that is reached along its normal, outward or inward,
-/// without a right one before it; mesh units.
+/// For each position the distance from the surface of the farthest wrong verdict along its normal, outward or inward, that no
+/// right verdict precedes; mesh units.
 std::vector<double> errors_of(const std::vector<Position>& positions, const mesh::Solid& truth, double r_max,
                               const Verdicts& verdicts)
 {

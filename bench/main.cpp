@@ -33,13 +33,13 @@ struct FramesOptions {
 
 const std::map<std::string, std::int64_t> k_instructions{{"sse4", HWY_SSE4}, {"avx2", HWY_AVX2}, {"avx512", HWY_AVX3}};
 
-/// Of sqmap's kernels no wider set than that; empty: as the machine has them. Returns what they run on.
+/// Lets sqmap's kernels use no wider set than name; an empty name leaves the machine's choice. Returns the set they run on.
 std::string limit_instructions(const std::string& name)
 {
     // Wider ones have the lower bits.
     if (!name.empty()) hwy::DisableTargets(k_instructions.at(name) - 1);
     std::int64_t left = hwy::SupportedTargets();
-    // Of x86's sets there are kernels for these alone.
+    // The kernels exist for these sets of x86 alone.
     const std::int64_t compiled = HWY_SSE4 | HWY_AVX2 | HWY_AVX3;
     if ((left & compiled) != 0) left &= compiled;
     return hwy::TargetName(left & -left);

@@ -65,7 +65,7 @@ std::string json_text(std::span<const Record> records, const RunFacts& facts)
     ordered_json out = ordered_json::array();
     for (const Record& r : records) {
         const auto judged = [&](double Accuracy::*value) {
-            // Of no vertex at all there is no share either.
+            // A record without vertices has no share either.
             return r.accuracy && std::isfinite((*r.accuracy).*value) ? ordered_json((*r.accuracy).*value) : ordered_json();
         };
         char hash[17];

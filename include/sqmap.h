@@ -50,13 +50,13 @@ typedef enum sqmap_code {
 typedef struct sqmap_error {
     size_t size;
     int32_t code;         ///< sqmap_code
-    const char* name;     ///< the code as text: "E_ARGUMENT"; of a mesh the gate's own: "E_OPEN"
+    const char* name;     ///< the code as text: "E_ARGUMENT"; of a refused mesh: "E_OPEN"
     const char* element;  ///< where: "options.band", "mesh.triangles[11]", a file's name; in a mesh file "face 12", from 1
     const char* message;  ///< what was found
     const char* cure;     ///< what helps
 } sqmap_error;
 
-/// Of this thread's last call that failed; valid until its next one. Never null.
+/// The error of this thread's last call that failed; valid until the next one that fails. Never null.
 SQMAP_API const sqmap_error* sqmap_last_error(void);
 /// "0.2.0". Any thread.
 SQMAP_API const char* sqmap_version(void);

@@ -23,7 +23,7 @@ export interface QueryOptions {
   smooth?: boolean;     // depth and normal of the smoothed map
   pose?: Pose;
 }
-/** Of n points. */
+/** The answers for n points. */
 export interface Contacts {
   contact: Uint8Array;    // n; 1: inside
   depth: Float64Array;    // n; 0 where free, NaN of a point that is not finite
@@ -40,7 +40,7 @@ export interface DistanceOptions {
   band?: number;  // exact within it, on either side; default Infinity, 0 as baked, which is quickest
   pose?: Pose;
 }
-/** Of n points. */
+/** The answers for n points. */
 export interface Distances {
   distance: Float64Array;  // n; negative inside; NaN of a point that is not finite
   gradient: Float64Array;  // 3 n; unit, away from the solid
@@ -49,7 +49,7 @@ export interface Distances {
   known: Uint8Array;       // n; 0 exact, 1 approximate, 2 a bound: no farther than the truth, at least half of it
   status: Uint8Array;      // n
 }
-/** Of n points; nearest points of the triangles in double precision. */
+/** The answers for n points; nearest points of the triangles in double precision. */
 export interface ClosestPoints {
   closest: Float64Array;   // 3 n
   distance: Float64Array;  // n; never negative
@@ -125,7 +125,7 @@ export class Model {
   close(): void;
 }
 
-/** What is touched, with what, and what the device holds. Metres, newtons, seconds. */
+/** The touched model, the tool, and the limits of the device. Metres, newtons, seconds. */
 export interface SessionOptions {
   metresPerUnit?: number;  // of the model's mesh; default 1
   pose?: Pose;             // of the model in the world, its translation in metres
@@ -142,7 +142,7 @@ export interface SessionOptions {
   mode?: "direct" | "proxy" | "coupled";
   sidePath?: number;       // m, of the proxy; above 0 it stays on its side of thin parts; default 0
 }
-/** What a tick gives: N, N m, m; world axes. */
+/** The results of one tick: N, N m, m; world axes. */
 export interface Force {
   force: number[];      // for the device: finite, within the limits, zero when anything is wrong
   torque: number[];     // about the tool
@@ -153,7 +153,7 @@ export interface Force {
   status: number; acted: number; faults: number;  // bits of haptic::StepStatus, SafetyStep and SafetyFault
   isEngaged: boolean;   // all that is commanded is sent, within limits
 }
-/** Of a tick: the reading, and what the user has done. */
+/** The input of a tick: the device's reading, and what the user has done. */
 export interface TickOptions {
   sampleTime?: number; sequence?: number;  // when the device was read, default now; its number, default a fresh one
   stop?: boolean; resume?: boolean; restart?: boolean; held?: boolean; disconnected?: boolean;

@@ -77,7 +77,7 @@ function poseNumbers(pose, element) {
 /** The other way. */
 const matrixOf = ([a, b, c, d, e, f, g, h, i, x, y, z]) => [a, b, c, x, d, e, f, y, g, h, i, z, 0, 0, 0, 1];
 
-/** What one call passes to the library: memory that is freed when it returns. */
+/** Arguments of one call to the library: memory that is freed when it returns. */
 class Call {
   constructor(library) {
     this.library = library;

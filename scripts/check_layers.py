@@ -163,7 +163,7 @@ def knots(nodes, edges):
 
 
 def sources_of(header, including, functions):
-    """Of the files that include a header, those that bear its name in its top folder; else those that define what it declares."""
+    """The files that include a header and bear its name in its top folder; else those that define what it declares."""
     top = folder(header).split("/")[0]
     sources = [f for f in including if f.endswith(".cpp") and folder(f).split("/")[0] == top]
     named = [f for f in sources if pathlib.PurePosixPath(f).stem == pathlib.PurePosixPath(header).stem]

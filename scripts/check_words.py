@@ -5,8 +5,8 @@ The table under the heading "Words" has a row for each idea: the word, the words
 such a word means something else. Identifiers of src, include, apps, bench, examples and tests are split at underscores and
 capitals, so `near_list` is found in `make_near_list` and `NearList`; comments, strings and the names of tests, which are
 sentences, are not read.
-Comments are sentences: each has a subject and a verb. One that opens with What, Those, Whether, Where, Who or "Of the" leaves the
-reader to guess its subject.
+Comments are sentences: each has a subject and a verb. One that opens with What, Those, Whether, Where, Who or Of leaves the reader
+to guess its subject.
 usage: check_words.py [ROOT]     exit 0 when no identifier has a word that is not to be used, and no comment opens so
 """
 import collections
@@ -16,8 +16,8 @@ import sys
 import cpp_source
 
 FOLDERS = ("include", "src", "apps", "bench", "examples", "tests")
-RIDDLE = re.compile(r"\s*(///?|//!)\s*(What|Those|Whether|Where|Who|Of (a|an|the))\b")
-RIDDLE_SUFFIXES = {".h", ".cpp", ".ts", ".css"}
+RIDDLE = re.compile(r'(\s*(//|#|/\*\*|"""|\'\'\')|.*///<)/?!?<?\s*(What|Those|Whether|Where|Who|Of)\b')
+RIDDLE_SUFFIXES = {".h", ".cpp", ".c", ".ts", ".mjs", ".js", ".css", ".py", ".sh"}
 
 
 def read_table(text):
@@ -68,7 +68,7 @@ def violations(root):
 
 def riddles(root):
     """Comment lines that open without a subject."""
-    for folder in ("src", "include", "apps", "bench"):
+    for folder in (*FOLDERS, "scripts", "python", "js", "bindings"):
         for path in sorted(p for p in (root / folder).rglob("*") if p.suffix in RIDDLE_SUFFIXES and "node_modules" not in p.parts):
             for number, line in enumerate(path.read_text(encoding="utf-8").split("\n"), 1):
                 if RIDDLE.match(line):

@@ -29,7 +29,7 @@ def stacked(paths, path):
 
 
 def wrong_at_joints(folder):
-    """Where verdicts of a bent hand are wrong; prints at which joints."""
+    """Draws where verdicts of a bent hand are wrong; prints at which joints."""
     hand = demo_meshes.CACHE / "hand.glb"
     if not hand.exists():
         return print("hand_joints.png stays as it is: the demo has fetched no hand")
@@ -60,7 +60,7 @@ def main():
 
         stacked([row(n, "parts,superquadrics,error", "330x250") for n in HERO], IMAGES / "hero.png")
         stacked([row("hand", "parts,protrusion,curvature", "400x360")], IMAGES / "decomposition.png")
-        # Of docs/guide/paper.md: the paper's own maps.
+        # Draws docs/guide/paper.md: the paper's own maps.
         models["paper"] = folder / "paper.sqmap"
         measure.run("bake", folder / "hand.obj", "-o", models["paper"], "--projection", "normal")
         for picture, kinds, size, *mesh in (("superquadrics", "parts,superquadrics", "450x420", folder / "hand.obj"),

@@ -3,7 +3,7 @@
 //   docs/images/view_map.png, a hand baked both ways and a point looked at; with a mesh, the demo's triceratops, also
 //   docs/images/view.png, where its back is touched.
 // usage: node scripts/page.mjs figures SQMAP CHROMIUM MODEL...
-//   What the page costs: first paint, time until it can be touched, bytes, draw calls, frames, and the CPU time of a frame in each
+//   prints what the page costs: first paint, time until it can be touched, bytes, draw calls, frames, and the CPU time of a frame in each
 //   process, which another program on the machine changes less than the frames a second.
 //   MINUTES=n in the environment: touches on for so long, over the whole stage, and tells the memory of each process every minute;
 //   then how much it grew from the minutes 5 to 15 to the last ten. WINDOW=WxH: of that; CSV=FILE: keeps the numbers.
@@ -118,7 +118,7 @@ async function figures(browser) {
   const at = await page.evaluate(() => { const s = window.sqmap, b = document.querySelector('#stage').getBoundingClientRect(); for (let r = 0; r < 0.6; r += 0.02) for (let a = 0; a < 6.28; a += 0.4) { const x = r * Math.cos(a), y = r * Math.sin(a); if (s.world.cast(x, y)) return [b.left + ((x + 1) / 2) * b.width, b.top + ((1 - y) / 2) * b.height]; } return null; });
   await page.mouse.move(...at);
   await page.mouse.down();
-  /// Of this process's children by what they are: a number that each has.
+  /// A figure of each of this process's children, by their kind.
   function sums(of) {
     const rows = fs.readdirSync('/proc').filter((d) => /^\d+$/.test(d)).flatMap((d) => {
       try { const s = fs.readFileSync(`/proc/${d}/stat`, 'utf8'), r = s.slice(s.lastIndexOf(')') + 2).split(' '); return [{ pid: Number(d), parent: Number(r[1]), own: of(r), words: fs.readFileSync(`/proc/${d}/cmdline`, 'utf8') }]; } catch { return []; }

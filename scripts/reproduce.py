@@ -52,7 +52,7 @@ ROLES = {
 }
 QUICK_ROLES = {"Virtual hand": "hand", "Tiger": "rounded_box", "Horse": "dumbbell", "Elephant": "bent"}
 
-# What the races run. The paper's projection is asked as section 4.2 does; "printed" follows eqs. 16 to 19 to the letter.
+# The races run these methods. The paper's projection is asked as section 4.2 does; "printed" follows eqs. 16 to 19 to the letter.
 METHODS = ("sqmap_normal_layer1", "sqmap_normal_printed", "sqmap_normal_pyramid3", "sqmap_normal_layer2", "sqmap_normal_layer3",
            "sqmap_layer3", "sqmap_exact", "fcl_obb_all", "dense128", "adf")
 # The same maps on the machine's widest vectors, and by the kernel's reference: the same bits.

@@ -1,4 +1,4 @@
-"""What reproduce.py makes of its numbers: CSV, plots, tables. One function a figure of the paper."""
+"""Turns the numbers of reproduce.py into files: CSV, plots, tables. One function a figure of the paper."""
 import csv
 import dataclasses
 import math

@@ -46,7 +46,7 @@ def scene():
     for mesh in found:
         name, model = mesh.stem, model_of(mesh)
         names = model.with_suffix(".names.json")
-        # What people have named since stays; a stand-in has other points.
+        # Names that people have given since stay; a stand-in has other points.
         if not names.exists() and json.loads(measure.run("info", model, "--json"))["triangles"] == known[name]["triangles"]:
             names.write_text(json.dumps(known[name], indent=1) + "\n")
         models.append(str(model))

@@ -10,7 +10,7 @@ constexpr const char* k_of_printed_cuts[] = {"--mean-curvature", "--printed-stre
 constexpr const char* k_of_paper_maps[] = {"--grid",          "--subdivisions",     "--offset-constant",
                                            "--offset-radius", "--smoothing-radius", "--smoothing-kernel"};
 
-/// Of sections 2 and 3 of the paper.
+/// Adds the options of sections 2 and 3 of the paper.
 void add_paper_options(Command& command, BakeSettings& options)
 {
     decompose::DecomposeOptions& d = options.bake.decompose;
@@ -67,7 +67,7 @@ paper::GridSize grid_size(const std::string& text)
     throw WrongUsage("--grid", "'" + text + "' is not ROWSxCOLUMNS, 5 to 4097 rows and 8 to 8192 columns, as in 100x200");
 }
 
-/// Of section 4.1.
+/// Adds the options of section 4.1 of the paper.
 void add_map_options(Command maps, paper::MapOptions& map)
 {
     maps.text(

@@ -95,7 +95,7 @@ static int collide(const mjModel* m, const mjData* d, mjContact* con, int g1, in
     const sqmap_mujoco* o = override_of(m);
     const int a = m->geom_dataid[g1], b = m->geom_dataid[g2];
     if (o == NULL || o->meshes[a].model.id == 0 || o->meshes[b].model.id == 0) return hulls(m, d, con, g1, g2, margin);
-    // Where sqmap fails, MuJoCo's own hulls answer: a failure must not read as free.
+    // MuJoCo's own hulls answer if sqmap fails: a failure must not read as free.
     if (workspace.id == 0 && sqmap_make_workspace(k_max_found, &workspace) != SQMAP_OK) return hulls(m, d, con, g1, g2, margin);
     const sqmap_pose pa = pose_of(d, g1), pb = pose_of(d, g2);
     const sqmap_bodies bodies = {

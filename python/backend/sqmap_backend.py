@@ -22,7 +22,7 @@ EPOCH = (1980, 1, 1, 0, 0, 0)  # the same files give the same wheel
 
 
 def version():
-    """Of the project, as CMake has it: the one in pyproject.toml has to agree."""
+    """The project's version, as CMake has it: the one in pyproject.toml has to agree."""
     text = (PACKAGE / "pyproject.toml").read_text(encoding="utf-8")
     own = re.search(r'^version = "(.+)"$', text, re.MULTILINE).group(1)
     lists = ROOT / "CMakeLists.txt"

@@ -1,4 +1,4 @@
-"""What comes in as NumPy arrays, checked: shapes, types, poses, meshes."""
+"""Checks what comes in as NumPy arrays: shapes, types, poses, meshes."""
 from __future__ import annotations
 
 import ctypes

@@ -134,7 +134,7 @@ def query_probe(model: Model, probe: Probe, pose: Any = None, *, model_pose: Any
 
 
 class Workspace(Owned):
-    """What pairs are computed in, best one for each thread. contacts: the largest number found in one direction."""
+    """The memory that pairs are computed in; give each thread its own. contacts: the largest number found in one direction."""
 
     _closes = "sqmap_close_workspace"
 

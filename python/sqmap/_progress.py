@@ -84,7 +84,7 @@ class _Bake:
 
 
 def run(bake: Callable[[Any], Any], progress: Union[bool, Progress, None]) -> Any:
-    """What bake returns, a function that is given the library's callback."""
+    """The result of bake, a function that is given the library's callback."""
     bar = _Bar() if progress is True else None
     callback = bar or (None if progress is False else progress)
     if callback is not None and not callable(callback):

@@ -21,7 +21,7 @@ def matrix_of(pose: c.Pose) -> np.ndarray:
 
 
 class Force(NamedTuple):
-    """What a tick gives. N, N m, m; world axes."""
+    """The results of one tick. N, N m, m; world axes."""
 
     force: np.ndarray      #: (3,) for the device: finite, within the limits, zero when anything is wrong
     torque: np.ndarray     #: (3,) about the tool

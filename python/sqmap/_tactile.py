@@ -15,7 +15,7 @@ TAXEL = _rows_of(c.Taxel, {"normal": "f4", "shear": ("f4", 3), "depth": "f4"})
 
 
 class Touch(NamedTuple):
-    """What a pad of n taxels measures in a tick; in the pad's frame."""
+    """The readings of a pad of n taxels in one tick; in the pad's frame."""
 
     taxels: np.ndarray  #: (n,) rows of TAXEL: normal, never negative; shear (3,), perpendicular to the taxel's normal; depth
     contacts: int       #: taxels inside the model

@@ -27,7 +27,7 @@ struct Assembly {
     bool exact = true;                                ///< store the exact layer's triangles
 };
 
-/// Parts, central maps and the triangles of the exact layer, packed; no locator, candidate lists or normal maps.
+/// Parts, central maps and the triangles of the exact layer, packed; no locator, candidate lists or paper maps.
 /// header: origin, unit, solid, projection and the quantisation of parts that are taken over; the rest is told from the mesh.
 [[nodiscard]] model::ModelData assemble(const model::Header& header, const Assembly& assembly);
 

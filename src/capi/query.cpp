@@ -98,7 +98,7 @@ void answer(const query::Body& body, const Batch& batch, const sqmap_query_optio
     });
 }
 
-/// Of several at the same distance the first triangle, whatever order the tree has: a standard library chooses that.
+/// A tie goes to the triangle with the lowest number: the order of the tree depends on the standard library.
 mesh::ClosestPoint first_closest(const Surface& surface, Vec3d p)
 {
     mesh::ClosestPoint best;

@@ -81,8 +81,8 @@ haptic::SafetyFilter filter_of(const sqmap_session_options& o)
     if (o.torque_limit != 0) options.torque_limit = checked(o.torque_limit, 0, k_largest, "options.torque_limit");
     options.dead_man = o.has_dead_man != 0;
     haptic::SafetyFilter filter(device_of(o), options);
-    if (filter.verdict() != haptic::SetupVerdict::Ok)
-        throw Failure{SQMAP_E_ARGUMENT, "options", haptic::describe(filter.verdict()), "give limits that the device holds"};
+    if (filter.setup_status() != haptic::SetupStatus::Ok)
+        throw Failure{SQMAP_E_ARGUMENT, "options", haptic::describe(filter.setup_status()), "give limits that the device holds"};
     return filter;
 }
 

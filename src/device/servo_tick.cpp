@@ -37,8 +37,8 @@ TickWork::TickWork(Device& device, const ServoOptions& options, TickFunction tic
       filter_(safety_limits(device.capabilities(), options.period), options.safety)
 {
     check(options);
-    if (const haptic::SetupVerdict verdict = filter_.verdict(); verdict != haptic::SetupVerdict::Ok)
-        throw std::invalid_argument(std::string("the safety filter refuses: ") + haptic::describe(verdict));
+    if (const haptic::SetupStatus status = filter_.setup_status(); status != haptic::SetupStatus::Ok)
+        throw std::invalid_argument(std::string("the safety filter refuses: ") + haptic::describe(status));
 }
 
 void TickWork::run(ServoTick& now, const TickActs& acts) noexcept

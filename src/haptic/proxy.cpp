@@ -113,7 +113,7 @@ void Proxy::begin()
     }
     m.has_body = true;
     if (m.inside && !tick_.in.degraded && device_is_free()) {
-        // It began inside and may have come out anywhere: once the device is free, it is where the device is.
+        // A proxy that began inside may have come out anywhere: it moves to the device as soon as the device is free.
         m.inside = false;
         body_ = tick_.device();
         for (TouchMemory& t : tick_.touches) t.plane_count = 0;

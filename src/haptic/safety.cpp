@@ -86,7 +86,7 @@ double stored(double commanded, double max_force, double stiffness)
 
 }  // namespace
 
-const char* describe(SetupVerdict verdict) noexcept
+const char* describe(SetupStatus status) noexcept
 {
     static constexpr const char* k_names[] = {
         "the limits can be held",
@@ -95,9 +95,9 @@ const char* describe(SetupVerdict verdict) noexcept
         "a limit is more than the device holds",
         "slew must be in (0, 1000] N/s, the energy margin in [0, 0.01] J, the softest spring at least 20 N/m",
         "a tick must be between 0.1 and 20 ms"};
-    static_assert(std::size(k_names) == static_cast<std::size_t>(SetupVerdict::BadPeriod) + 1, "in the order of the enumeration");
-    const auto i = static_cast<std::size_t>(verdict);
-    return i < std::size(k_names) ? k_names[i] : "unknown verdict";
+    static_assert(std::size(k_names) == static_cast<std::size_t>(SetupStatus::BadPeriod) + 1, "in the order of the enumeration");
+    const auto i = static_cast<std::size_t>(status);
+    return i < std::size(k_names) ? k_names[i] : "unknown status";
 }
 
 SafetyFilter::SafetyFilter(const DeviceLimits& device, const SafetyOptions& options) noexcept : device_(device)
@@ -110,17 +110,17 @@ SafetyFilter::SafetyFilter(const DeviceLimits& device, const SafetyOptions& opti
     const double max_force = device.max_force > 0 ? device.max_force : k_unknown_force,
                  max_torque = device.max_torque > 0 ? device.max_torque : k_unknown_torque;
     if (!std::all_of(std::begin(numbers), std::end(numbers), usable) || !sane(force) || !sane(torque))
-        verdict_ = SetupVerdict::NotFinite;
+        setup_status_ = SetupStatus::NotFinite;
     else if (force <= 0 || torque <= 0)
-        verdict_ = SetupVerdict::LimitNotPositive;
+        setup_status_ = SetupStatus::LimitNotPositive;
     else if ((options.force_limit && force > max_force) || (options.torque_limit && torque > max_torque))
-        verdict_ = SetupVerdict::LimitAboveDevice;
+        setup_status_ = SetupStatus::LimitAboveDevice;
     else if (!(options.slew > 0 && options.slew <= 1000 && options.energy_margin >= 0 && options.energy_margin <= 0.01 &&
                options.softest >= 20 && options.softest <= 1e6))
-        verdict_ = SetupVerdict::BadOption;
+        setup_status_ = SetupStatus::BadOption;
     else if (!(device.period >= 1e-4 && device.period <= 0.02))
-        verdict_ = SetupVerdict::BadPeriod;
-    if (verdict_ != SetupVerdict::Ok) {
+        setup_status_ = SetupStatus::BadPeriod;
+    if (setup_status_ != SetupStatus::Ok) {
         faults_ = k_fault_setup;
         return;
     }
@@ -231,7 +231,7 @@ SafetyFilter::Tick SafetyFilter::begin(const SafetyInput& in, std::size_t capaci
     for (std::size_t z = 0; z < std::min(tick.zones, in.pushes.size()); ++z) tick.push[z] = in.pushes[z];
     tick.dt = begun_ && sane(in.time) ? in.time - time_ : device_.period;
     tick.fresh = in.connected && in.sequence != 0 && (!sampled_ || in.sequence != sequence_);
-    if (in.resume && verdict_ == SetupVerdict::Ok && faults_ != 0) {
+    if (in.resume && setup_status_ == SetupStatus::Ok && faults_ != 0) {
         faults_ = 0;
         bad_count_ = 0;
         for (Zone& zone : zones_) zone.fast = 0;

@@ -90,7 +90,7 @@ void GltfTriangles::add_primitive(const json& primitive, std::uint64_t mode, con
     for (std::size_t v = 0; v < positions.count; ++v)
         soup.positions.push_back(map.linear * Vec3d{positions.real(v, 0), positions.real(v, 1), positions.real(v, 2)} +
                                  map.shift);
-    // An index beyond this primitive's own vertices must not land in the next one's: -1 is for the gate to refuse.
+    // An index beyond this primitive's own vertices must not land in the next one's: -1 is for admission to refuse.
     const auto corner = [&](std::size_t i) -> std::int64_t {
         const std::int64_t local = indices ? indices->index(i) : static_cast<std::int64_t>(i);
         return local < static_cast<std::int64_t>(positions.count) ? base + local : -1;

@@ -120,8 +120,8 @@ public:
     /// The least number of bytes that a value can take; in text with the blank that follows it.
     [[nodiscard]] std::uint64_t least_bytes(Scalar type) const { return encoding_ == Encoding::Text ? 2 : bytes_of(type); }
 
-    /// After an element. Of a text what its line holds beyond the element's properties is passed over: some programs write
-    /// more there than their header declares.
+    /// Ends an element. A text's reader skips the rest of the line: some programs write more values there than their header
+    /// declares.
     void end_element()
     {
         if (has_lines_) text_.skip_to_line_end();

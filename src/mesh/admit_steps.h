@@ -15,7 +15,7 @@
 
 namespace sqmap::mesh {
 
-/// Thrown within the gate and caught there.
+/// Thrown within mesh::admit and caught there.
 struct Refused {
     Diagnosis diagnosis;
 };
@@ -115,7 +115,7 @@ struct Flatness {
 /// A length as a user reads it.
 [[nodiscard]] std::string length_text(double length);
 
-/// Of each closed sheet keeps one side: the largest stretch of its faces without a fold, the walls between its sides left
+/// Keeps one side of each closed sheet: the largest stretch of its faces without a fold, the walls between its sides left
 /// out. False, and nothing done, where that is not about half of every component.
 /// @pre mate, component: of a closed surface whose components are thin (see Pairing, components)
 bool keep_one_side(Surface& surface, const std::vector<std::uint32_t>& mate, const std::vector<std::uint32_t>& component);

@@ -33,10 +33,10 @@ std::optional<Mesh> joint_solid(const Mesh& mesh, const Influences& influences, 
         offsets.push_back(static_cast<std::uint32_t>(indices.size()));
     }
     if (indices.empty()) return std::nullopt;
-    const AdmitResult gate =
+    const AdmitResult admitted =
         admit({mesh.vertices, offsets, indices}, {.repair = Repair::Close, .max_filled = 1, .refine_fillings = false});
-    if (gate.admission == Admission::Refused || !gate.solid) return std::nullopt;
-    return gate.mesh;
+    if (admitted.admission == Admission::Refused || !admitted.solid) return std::nullopt;
+    return admitted.mesh;
 }
 
 }  // namespace sqmap::mesh

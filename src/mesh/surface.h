@@ -1,4 +1,4 @@
-// The gate's working copy of a mesh: triangles that remember where they come from, and their edges.
+// The working copy of a mesh during admission: triangles that remember where they come from, and their edges.
 #pragma once
 
 #include "sqmap/mesh/mesh.h"

@@ -8,13 +8,13 @@
 
 namespace sqmap::model {
 
-/// Of Part::flags.
+/// The bits of Part::flags.
 enum PartFlag : std::uint32_t {
     k_centre_inside = 1u,  ///< the chart's centre lies in the solid
     k_fit_fallback = 2u,   ///< the closed-form ellipsoid bounds the part
 };
 
-/// Of triangle_part.
+/// The bits of an entry of triangle_part.
 enum SurfaceFlag : std::uint16_t {
     k_part_mask = 0x1fff,
     k_made_up = 0x2000,  ///< nothing of the input stood there: see Cure

@@ -118,8 +118,9 @@ constexpr PartList decode_list(std::uint32_t list)
 }
 
 /// A plane of a flat cell: 9 + 9 bits outward unit normal; 11 bits distance of the cell's centre below it, finer the nearer to
-/// the surface; 2 bits: which part of the cell's list shows that surface; a flag: of this plane and the one before it the higher
-/// counts, or of a cell's first plane: it does for layer Two by itself.
+/// the surface; 2 bits: which part of the cell's list shows that surface; a flag. The
+/// flag joins this plane with the one before it: the higher of the two counts. On a cell's first plane it says that this plane is
+/// all that layer Two needs.
 struct LocatorPlane {
     std::uint32_t word = 0;
 

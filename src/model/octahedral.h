@@ -35,7 +35,7 @@ inline std::uint32_t octahedral_code(Vec3d n)
     return code(x) | code(y) << bits;
 }
 
-/// The normal maps' code: 8 + 8 bits whose ends are the octahedron's corners; error below 1 degree.
+/// The paper maps' code: 8 + 8 bits whose ends are the octahedron's corners; error below 1 degree.
 inline std::uint16_t encode_normal(Vec3f n) noexcept
 {
     const float sum = std::abs(n.x) + std::abs(n.y) + std::abs(n.z);

@@ -165,7 +165,7 @@ std::uint64_t occupied_cells(const ModelView& v, LocatorBrick brick)
     return occupied;
 }
 
-/// None, or a mask in two steps of some of so many triangles.
+/// True for an empty list, and for a valid two-level mask over so many triangles.
 bool valid_list(std::span<const std::uint16_t> list, std::uint32_t triangles)
 {
     if (list.empty()) return true;

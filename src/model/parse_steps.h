@@ -55,8 +55,8 @@ void hash_bytes(std::uint64_t& hash, std::span<const T> values)
     hash = (hash ^ word) * 0x100000001b3ull;
 }
 
-/// A verified table's arrays, header and provenance, with the hash of the content checked. end: of the bytes that the table
-/// stands in; its parts come last.
+/// Points v at the arrays, header and provenance of a verified table, and checks the hash of the content. end: the end of the
+/// bytes that hold the table; its parts come last.
 [[nodiscard]] ParseStatus read_model(const fb::Model& model, const std::byte* end, ModelView& v) noexcept;
 /// Checks superquadrics, triangles and signed distances. @pre read_model
 [[nodiscard]] ParseStatus check_surface(const ModelView& v) noexcept;

@@ -1,4 +1,4 @@
-"""libsqmap_query is small, exports what libsqmap does but baking, answers with the same bits, and refuses normal models."""
+"""libsqmap_query is small, exports what libsqmap does but baking, answers with the same bits, and refuses paper models."""
 import argparse
 import pathlib
 import re
@@ -46,7 +46,7 @@ with tempfile.TemporaryDirectory() as folder:
         problems.append(f"other answers than libsqmap's:\n{whole[1]}\n{query[1]}")
     code, said = output(arguments.answers[1], normal)
     if code == 0 or "normal projection" not in said:
-        problems.append(f"a normal model was not refused: {code} {said}")
+        problems.append(f"a paper model was not refused: {code} {said}")
 
 print("\n".join(problems))
 sys.exit(1 if problems else 0)

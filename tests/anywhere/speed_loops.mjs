@@ -1,4 +1,4 @@
-// What speed.mjs measures, in Node and in a page. now: a clock in microseconds.
+// The loops that speed.mjs measures, in Node and in a page. now: a clock in microseconds.
 
 /** The best time of a probe on a model at layer 3, by poses that touch, as speed.c: the vertices of the tool, as large as the model. */
 export function probes(sqmap, modelBytes, toolBytes, now) {

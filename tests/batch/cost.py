@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What a batch on all cores takes beside single bakes one after another, by the clock and in CPU time. No test: it wants an idle machine.
+"""Measures what a batch on all cores takes beside single bakes one after another, by the clock and in CPU time. No test: it wants an idle machine.
 
 usage: cost.py PROGRAM [ITEMS]     ITEMS: default 200
 """

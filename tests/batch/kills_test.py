@@ -37,7 +37,7 @@ class Kills(BatchTest):
         return subprocess.Popen([PROGRAM, "batch", self.meshes, "-o", output, "--jobs", "2", "--progress", "none"])
 
     def assert_nothing_partial(self, output):
-        """What can be read while nothing runs is whole."""
+        """Every file that can be read while nothing runs is whole."""
         if list(pathlib.Path(output).glob("shards/*.tar")):
             checked = run("batch", "verify", output)
             self.assertEqual(checked.returncode, 0, checked.stderr)

@@ -25,7 +25,7 @@ def padded(size):
 
 
 def header(name, size):
-    """Of a member, as POSIX ustar has it."""
+    """The header of a member, as POSIX ustar has it."""
     out = bytearray(512)
     for at, text in ((0, name.encode()), (100, b"0000644"), (108, b"0000000"), (116, b"0000000"), (124, b"%011o" % size),
                      (136, b"00000000000"), (148, b" " * 8), (156, b"0"), (257, b"ustar\x0000")):

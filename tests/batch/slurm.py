@@ -11,7 +11,7 @@ PROGRAMS = ("munged", "slurmctld", "slurmd", "sbatch", "sinfo", "scancel")
 
 
 def missing():
-    """What is not installed, or why it cannot run."""
+    """Names the package that is missing, or says why Slurm cannot run."""
     absent = [p for p in PROGRAMS if shutil.which(p, path=os.environ["PATH"] + ":/usr/sbin") is None]
     if absent:
         return f"there is no {', '.join(absent)} (Debian: slurm-wlm munge)"

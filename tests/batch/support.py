@@ -1,4 +1,4 @@
-"""What tests of `sqmap batch` share: the program, small meshes, rows."""
+"""Shared by the tests of `sqmap batch`: the program, small meshes, rows."""
 import hashlib
 import json
 import math

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What the table of measurements says of where it comes from."""
+"""Tests that the table of measurements says where it comes from."""
 import pathlib
 import subprocess
 import sys
@@ -28,7 +28,7 @@ class Commit(unittest.TestCase):
             git("commit", "-m", "First")
             clean = measure.commit(folder)
             self.assertRegex(clean, "^[0-9a-f]{7,}$")
-            # What a run writes, and what git does not know, does not change the program.
+            # Files that a run writes or that git does not know do not change the program.
             (root / "docs/page.md").write_text("b")
             (root / "docs/picture.svg").write_text("b")
             (root / "README.md").write_text("b")

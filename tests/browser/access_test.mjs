@@ -1,4 +1,4 @@
-// Whether the page can be used by everyone: axe in every tab, light, dark, high contrast and narrow, with all that is folded open.
+// Tests that everyone can use the page: axe in every tab, light, dark, high contrast and narrow, with all that is folded open.
 // usage: node access_test.mjs SQMAP CHROMIUM FOLDER
 import assert from 'node:assert/strict';
 import fs from 'node:fs';
@@ -26,7 +26,7 @@ for (const [name, options, theme] of [
       await unfold(page);
       await clean(tab);
     }
-    // What is open for a while: choices of files, exports, the keys, a running game, a question.
+    // Parts that are open for a while only: choices of files, exports, the keys, a running game, a question.
     await page.click('#tab-look');
     await page.click('#reading');
     await clean('the choices of files');

@@ -82,7 +82,7 @@ export const feel = async (page, object, least) => {
     await page.waitForTimeout(300);
   }
 };
-/// What is folded in the panel is opened.
+/// Opens all that is folded in the panel.
 export const unfold = (page) => page.evaluate(() => document.querySelectorAll('#panel details.folded').forEach((d) => { d.open = true; }));
 export const drop = (page, ...files) => page.evaluate((all) => {
   const data = new DataTransfer();

@@ -235,7 +235,7 @@ test('of two objects that overlap on the screen the one that is clicked comes fo
   assert.ok(size.across > 0.8 && size.middle < 0.05, `it is framed: ${JSON.stringify(size)}`);
   (await page.evaluate(() => window.sqmap.world.direction().toArray())).forEach((x, i) => assert.ok(Math.abs(x - direction[i]) < 1e-3, 'seen from the same side'));
   assert.ok((await hue(1 - front)) < 0.7 * before[1 - front], 'the other fades');
-  // What was clicked is said beside it.
+  // The page says beside the point what was clicked.
   const tag = await (await page.$('#pick-tag')).boundingBox(), marked = await page.evaluate(() => { const s = window.sqmap.world, p = s.pixel(s.tool.marked()), b = document.querySelector('#stage').getBoundingClientRect(); return [b.left + p.x, b.top + p.y]; });
   assert.ok(Math.hypot(Math.max(tag.x - marked[0], 0, marked[0] - tag.x - tag.width), Math.max(tag.y - marked[1], 0, marked[1] - tag.y - tag.height)) < 40, 'beside the click');
   assert.match(await page.textContent('#pick-tag'), /mm/);

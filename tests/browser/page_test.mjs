@@ -14,7 +14,7 @@ const open = (options = {}) => openPage(url, options, { mode: 'look' });
 let page;
 const feel = (object, least) => felt(page, object, least);
 const drop = (name, text) => dropped(page, [name, text]);
-/// What stands in the menu of exports.
+/// The entries of the menu of exports.
 const inMenu = async (p, selector) => { await p.evaluate(() => { document.querySelector('#export').open = true; }); await p.click(selector); };
 
 test('an address without its token is refused', async () => {
@@ -160,7 +160,7 @@ test('one mesh baked both ways stands side by side: answers, foot searches, leve
   for (const row of rows) assert.match(row.at(-3), /inside/, row.join());
   for (const row of rows.slice(4)) assert.ok(Math.abs(Number(row.at(-2)) - 2) < 0.3, row.join());
   await page.screenshot({ path: path.join(folder, 'both.png') });
-  // What no page says is refused: half a point, words, another axis, a part that is not there, a search on a central map.
+  // The server refuses what no page says: half a point, words, another axis, a part that is not there, a search on a central map.
   const [base, token] = url.split('?');
   for (const address of ['0/at/answers?at=1_2', '0/at/answers?at=a_b_c', '0/section/0/3?at=0_0_0', '0/section/99/0?at=0_0_0', '0/search/0?at=0_0_0', '2/search/99?at=0_0_0'])
     assert.equal((await fetch(`${base}api/object/${address}&${token}`)).status, 404, address);

@@ -13,7 +13,7 @@ const here = path.dirname(fileURLToPath(import.meta.url));
 const mounts = { '/some/where/': pageFolder, '/live/': pageFolder, '/npm/': packageFolder, '/models/': path.dirname(models[0]), '/programs/': path.join(here, '../anywhere') };
 const TYPES = { '.html': 'text/html', '.js': 'text/javascript', '.mjs': 'text/javascript', '.css': 'text/css', '.svg': 'image/svg+xml', '.wasm': 'application/wasm' };
 
-/// What the documentation has instead of a live model, until it is clicked.
+/// The picture that the documentation has instead of a live model, until it is clicked.
 const live = execFileSync('/usr/bin/python3', ['-c', 'import docs_site; print(docs_site.live("models/hand.sqmap", ""))'], { cwd: path.join(here, '../../scripts'), encoding: 'utf8' });
 const pages = { '/': '<!doctype html><title>blank</title>', '/guide.html': `<!doctype html><title>guide</title>${live.split('```')[1].replace('{raw} html', '')}` };
 
@@ -43,7 +43,7 @@ const torus = (around, along) => {
     for (let j = 0; j < along; ++j) lines.push(`f ${at(i, j)} ${at(i + 1, j)} ${at(i + 1, j + 1)}`, `f ${at(i, j)} ${at(i + 1, j + 1)} ${at(i, j + 1)}`);
   return `${lines.join('\n')}\n`;
 };
-/// Of one object that stands alone, so that others do not hide it.
+/// Shows one object alone, so that others do not hide it.
 const frame = async (object) => { await page.evaluate((i) => window.sqmap.world.frame(i), object); await settled(page); };
 const facts = () => page.evaluate(() => window.sqmap.facts());
 

@@ -1,4 +1,4 @@
-// What a user relies on without looking for it: the force follows the sliders, thin plates hold, STOP drops a pull; and the tools
+// Tests what a user relies on without looking for it: the force follows the sliders, thin plates hold, STOP drops a pull; and the tools
 // beside: queue, orders of a study, panel, pictures, colours, charts.
 // usage: node tools_test.mjs SQMAP CHROMIUM FOLDER
 import assert from 'node:assert/strict';

@@ -457,7 +457,7 @@ protected:
         tick_.size = sizeof tick_;
         tick_.pose = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0.05, 0, k_above}};
     }
-    /// What the last tick gives when the device has gone down to a height, m.
+    /// The last tick's result when the device has gone down to a height, m.
     sqmap_force pressed_to(double height)
     {
         sqmap_force force{};

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What the paper describes, section by section, reached as a user reaches it: by commands on a normal model.
+"""Tests what the paper describes, section by section, as a user reaches it: by commands on a paper model.
 
 usage: paper_test.py PROGRAM
 """
@@ -175,7 +175,7 @@ class Paper(unittest.TestCase):
         one, two, three = (touching(query("hand.sqmap", self.points, "--layer", layer)) for layer in ("1", "2", "3"))
         self.assert_within(two, one)
         self.assert_within(three, one)
-        # What layer 1 alone claims moves freely between superquadric and surface.
+        # Layer 1 claims points between superquadric and surface; they move freely.
         self.assertGreater(len(one - two), 20)
         self.assertLess(len(two ^ three), len(one ^ three))
 

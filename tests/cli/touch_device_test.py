@@ -102,7 +102,7 @@ class TouchDevice(TouchTest):
             self.assertGreater(strongest, 0.01, client.stdout + out)
             self.assertLessEqual(strongest, 2.0)
             self.assertEqual(run("replay", "network.csv").returncode, 0)
-            # What the last poses were answered with is nothing: the client had gone, which is recorded tick by tick.
+            # The last poses got no answer: the client had gone, which is recorded tick by tick.
             rows = rows_of("network.csv")
             self.assertEqual(rows[-1]["input"], "4")
             self.assertEqual(len(rows), int(re.search(r"(\d+) ticks,", out)[1]), "no tick is left out")

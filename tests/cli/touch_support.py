@@ -1,4 +1,4 @@
-"""What the tests of sqmap touch share: the program, files that they write, and two baked shapes in a folder of their own."""
+"""Shared by the tests of sqmap touch: the program, files that they write, and two baked shapes in a folder of their own."""
 import base64
 import csv
 import json

@@ -230,7 +230,7 @@ class Touch(TouchTest):
             result = run("replay", name if how != signal.SIGKILL else part)
             self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
             self.assertEqual("cut short" in result.stdout, how == signal.SIGKILL)
-        # What is left of the killed one is not written over.
+        # The run does not write over what is left of the killed one.
         result = run(*command[1:], "--record", "SIGKILL.csv")
         self.assertEqual(result.returncode, 2)
         self.assertIn("SIGKILL.csv.recording", result.stderr)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What sqmap touch, replay and devices say: summaries, plots, warnings, and what is wrong with input and options.
+"""Tests what sqmap touch, replay and devices say: summaries, plots, warnings, and what is wrong with input and options.
 
 usage: touch_words_test.py PROGRAM NETWORK_CLIENT
 """

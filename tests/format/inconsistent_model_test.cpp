@@ -51,7 +51,7 @@ std::uint16_t& split_child(ModelData& m, std::size_t child)
     throw std::logic_error("the model has no split cell");
 }
 
-/// Where the first brick's record of near triangles is.
+/// The position of the first brick's record of near triangles.
 std::uint32_t& stored_near(ModelData& m)
 {
     const auto it =
@@ -278,7 +278,7 @@ const Lie k_lies[] = {
     {"deep_brick_far_away", [](ModelData& m) { stored_brick(m) = 0x7fffffffu; }},
     {"deep_brick_of_a_free_cell",
      [](ModelData& m) {
-         // What a deep brick holds is read as occupied, so that a free cell's gap would be an index of seeds.
+         // The reader takes what a deep brick holds for occupied, so that a free cell's gap would be an index of seeds.
          m.locator_cells.push_back(0xfffffffcu);
          stored_brick(m) = model::LocatorBrick::k_deep | static_cast<std::uint32_t>(m.locator_cells.size() - 1);
      }},

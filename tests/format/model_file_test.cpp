@@ -45,7 +45,7 @@ TEST(ModelFile, WhatIsSerializedParsesToTheSameArrays)
     EXPECT_TRUE(model::has_locator(v));
 }
 
-/// Of a vector's element, by the schema; 0: there is no such vector.
+/// The size of a vector's element, by the schema; 0: there is no such vector.
 std::size_t element_size(const flatbuffers::TypeTable& table, const char* name)
 {
     const std::size_t field = model::field_of(table, name);
@@ -110,7 +110,7 @@ TEST(ModelFile, AnotherIdentifierIsNotAModel)
     EXPECT_EQ(parse_and_query(ones), ParseStatus::NotAModel);
 }
 
-/// Where a 32-bit value stands in the bytes, if it stands there once.
+/// The position of a 32-bit value in the bytes, if it stands there once.
 std::size_t find_vtable_slot(std::span<const std::byte> bytes)
 {
     // FlatBuffers: the root table's vtable is at (table - soffset); field 0 (version) has slot 4.

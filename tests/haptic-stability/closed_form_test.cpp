@@ -79,7 +79,7 @@ struct Worst {
     }
 };
 
-/// What a mechanism is tried at: shares of the stiffest that is allowed, and speeds in m/s.
+/// The settings that a mechanism is tried at: shares of the stiffest that is allowed, and speeds in m/s.
 struct Trials {
     std::vector<double> shares, speeds;
 };

@@ -20,7 +20,7 @@ using haptic::Wrench;
 
 inline constexpr double k_tick = 1e-3;
 
-/// Where a hand goes: from free air onto a place of a surface, along it, back.
+/// The path of a hand: from free air onto a place of a surface, along it, back.
 struct Visit {
     Vec3d position{};      ///< on the surface
     Vec3d out{0, 0, 1};    ///< unit, away from the solid

@@ -1,4 +1,4 @@
-// Where a surface can be touched.
+// Finds positions at which a surface can be touched.
 #pragma once
 
 #include "sqmap/query/point.h"
@@ -15,7 +15,7 @@ inline constexpr double k_size = 0.3;  ///< m: R_max of the baked models
 /// left to damp that.
 inline constexpr double k_share = 0.8;
 
-/// Where a tool of 2 cm can come and go along the normal without meeting anything.
+/// Positions to which a tool of 2 cm can come and go along the normal without meeting anything.
 struct OpenPosition {
     Vec3d point, out, along;
 };

@@ -25,7 +25,7 @@ constexpr double k_hand_length = 0.19;
 constexpr double k_touches = 0.1;  // N, of 1 N that the hand pushes with
 constexpr std::size_t k_hands = device::k_hand_profiles.size();
 
-/// What touches: zones that share a probe.
+/// A tool: zones that share a probe.
 struct Tool {
     const char* name = "";
     Averaging averaging = Averaging::Stencil;
@@ -236,7 +236,7 @@ TEST_P(StabilityOfTools, InEveryMode)
             static_cast<unsigned long long>(passivity));
         EXPECT_EQ(swinging, 0) << tool.name;
         EXPECT_LT(air, 0.1) << tool.name << ": free air is free";
-        // What is measured at rest is of contact. Only the softest hands slip off: four runs of 18 at most.
+        // The figures at rest are of contact. Only the softest hands slip off: four runs of 18 at most.
         EXPECT_GE(4 * pressed, 3 * runs) << tool.name;
     }
 }

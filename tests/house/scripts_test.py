@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What a script takes from another script stands there: Python itself says so only when that line runs."""
+"""A name that a script takes from another script stands there: Python itself says so only when that line runs."""
 import ast
 import pathlib
 import sys
@@ -22,7 +22,7 @@ def defined(tree):
 
 
 def missing(name, tree, known):
-    """What is wrong in one script, a line each."""
+    """The faults of one script, a line each."""
     imported = {a.asname or a.name: a.name for n in ast.walk(tree) if isinstance(n, ast.Import) for a in n.names if a.name in known}
     for node in ast.walk(tree):
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in imported:

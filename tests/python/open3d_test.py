@@ -14,7 +14,7 @@ except ImportError:
 
 
 def winding_number(vertices, triangles, points):
-    """Of a closed mesh about points, by solid angles (van Oosterom and Strackee 1983)."""
+    """The winding number of a closed mesh about points, by solid angles (van Oosterom and Strackee 1983)."""
     total = np.zeros(len(points))
     for triangle in triangles:
         a, b, c = (vertices[k] - points for k in triangle)

@@ -77,7 +77,7 @@ public:
         const double* o = view_.header.origin;
         return (p - Vec3d{o[0], o[1], o[2]}) / view_.header.unit;
     }
-    /// Of a probe: takes its points to model space, where in_model_space() is queried.
+    /// Takes a probe's points to model space, where in_model_space() is queried.
     [[nodiscard]] sqmap::Pose to_model(const sqmap::Pose& pose) const
     {
         sqmap::Pose out{pose.rotation, to_model(pose.translation)};

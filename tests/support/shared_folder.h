@@ -1,4 +1,4 @@
-// Where the real meshes are that tests are about. A test without them is skipped, and says why.
+// Names the folder of the real meshes. A test without them is skipped, and says why.
 #pragma once
 
 #include <cstdlib>

@@ -1,5 +1,5 @@
-// What a hand gets of the page's touch: force that holds as long and as hard as it presses, on the side that it came from,
-// without ringing. In steps of a tick, without a clock.
+// Tests the force that the page's touch sends to a hand: force that holds as long and as hard as it presses, on the side that it
+// came from, without ringing. In steps of a tick, without a clock.
 #include "rehearsal.h"
 #include "sqmap/bake_mesh.h"
 #include "sqmap/mesh/shapes.h"
@@ -30,7 +30,7 @@ ObjectPtr object_of(const mesh::Mesh& mesh, const std::string& name)
     return object_from_model(sqmap::test::baked_bytes(mesh, true), name, k_size);
 }
 
-/// What the demo scene shows, where it was fetched, else meshes like it; and the project's own hand.
+/// The meshes of the demo scene, where it was fetched, else meshes like them; and the project's own hand.
 const std::vector<ObjectPtr>& demo_objects()
 {
     static std::vector<ObjectPtr> out;
@@ -190,7 +190,7 @@ TEST(Feel, TenTapsAreAlike)
         }
 }
 
-/// What happened in a press that was held: the least of all ticks.
+/// The result of a press that was held: the least of all ticks.
 struct Hold {
     double height = 1;     ///< m, of the tool over the spot, along its normal
     double turn = 1;       ///< cosine between the force and the normal

@@ -93,7 +93,7 @@ TEST(Fitting, DressesPullsPinsAndChanges)
     const Shot calm = wait_for(fitting, [](const Shot& s) { return !s.held() && s.v[10] < 0.5f; });
     ASSERT_FALSE(calm.v.empty());
 
-    // What is far from all cloth is not taken.
+    // A point far from all cloth is not taken.
     fitting.send(cloth(Handling::Grasp, {3, 3, 3}));
     fitting.send(cloth(Handling::Pin, calm.at(0)));
     const Shot pinned = wait_for(fitting, [](const Shot& s) { return s.v[13] > 0; });

@@ -1,4 +1,4 @@
-// What the page shows of one point and of both projections, against closed forms of a ball, and what another bake keeps.
+// Compares what the page shows of one point and of both projections with closed forms of a ball, and what another bake keeps.
 #include "viewer/server/scene/inspect.h"
 
 #include "sqmap/mesh/shapes.h"

@@ -44,7 +44,7 @@ TEST(KeptToken, IsItsOwnersAloneAndElseMadeAnew)
     const std::string second = kept_token(folder.path, 4711);
     EXPECT_NE(second, token);
     EXPECT_EQ(fs::status(file).permissions(), owner);
-    // What is no token, too long, or a link is not taken.
+    // A file that is no token, too long, or a link is not taken.
     for (const std::string& text : {std::string("short"), second + "00", std::string(32, 'Z')}) {
         std::ofstream(file, std::ios::trunc) << text;
         const std::string fresh = kept_token(folder.path, 4711);

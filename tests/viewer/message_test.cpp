@@ -61,7 +61,7 @@ TEST(Message, SettingsAreSaidAsTheyAreRead)
     const auto read = read_message(again.dump());
     ASSERT_TRUE(read);
     EXPECT_EQ(read->settings, m->settings);
-    // What the tool needs is no layer; the default is the library's.
+    // The tool's settings name no layer; the library's default holds.
     m = read_message(replaced(k_settings, "exact", "tool"));
     ASSERT_TRUE(m);
     EXPECT_FALSE(m->settings.layer);

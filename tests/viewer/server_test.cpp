@@ -65,7 +65,7 @@ public:
     [[nodiscard]] bool connected() const { return connected_; }
 
     void send(const std::string& bytes) { (void)!::send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL); }
-    /// What comes until `end` has, or the other side has closed.
+    /// Reads until `end` has come, or the other side has closed.
     std::string read_until(const std::string& end)
     {
         char c[4096];

@@ -126,7 +126,7 @@ TEST(Slit, FollowsTheLineAndLeavesNoSliver)
     double least = 1;
     for (const auto& t : cut->garment.triangles) least = std::min(least, area(cut->garment.flat, t));
     EXPECT_GT(least, 0.05 * 0.5 * spacing * spacing);
-    // What lies flat stays flat: the folds moved as the pattern did.
+    // Flat cloth stays flat: the folds moved as the pattern did.
     for (const auto& t : cut->garment.triangles) EXPECT_NEAR(area(cut->positions, t), area(cut->garment.flat, t), 1e-12);
 }
 

@@ -103,7 +103,7 @@ TEST(Touch, WhatWasRecordedIsComputedAgainToTheBit)
     const Again away = compute_again({take}, Other{{}, settings});
     EXPECT_EQ(away.largest_force, max);
     EXPECT_GT(away.different, 0u);
-    // Where the depth is the same, the spring's stiffness is in proportion to the force: 250 to 500 at the end, without friction.
+    // At one depth the spring's stiffness is in proportion to the force: 250 to 500 at the end, without friction.
     Settings soft = settings, hard = settings;
     soft.friction = hard.friction = soft.texture = hard.texture = soft.damping = hard.damping = 0;
     hard.stiffness = 2 * soft.stiffness;
@@ -112,7 +112,7 @@ TEST(Touch, WhatWasRecordedIsComputedAgainToTheBit)
     EXPECT_NEAR(two.ticks.back().force / one.ticks.back().force, 2, 1e-3);
     EXPECT_EQ(two.ticks.back().depth, one.ticks.back().depth);
 
-    // What is found different is: one bit of one tick.
+    // The comparison finds the one difference: one bit of one tick.
     auto wrong = std::make_shared<Take>(*take);
     Vec3d& force = wrong->ticks[wrong->ticks.size() / 2].commanded.force;
     force.x = std::nextafter(force.x, 1e9);

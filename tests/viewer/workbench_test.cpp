@@ -1,4 +1,4 @@
-// What the workbench draws and does, against closed forms of shapes that are known.
+// Compares what the workbench draws and does with closed forms of shapes that are known.
 #include "sqmap/mesh/bvh.h"
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/shape/surface.h"
@@ -61,7 +61,7 @@ TEST(Workbench, HiddenAreaIsTheShareThatBakeMeasured)
 
 TEST(Workbench, SamplesLieOnTheSurface)
 {
-    // Of a ball 0.2 m across, whose corners lie on it and whose faces cut 0.2 % of its radius off at most.
+    // The ball is 0.2 m across; its corners lie on the sphere, and its faces cut off 0.2 % of the radius at most.
     const std::string bytes = sample_bytes(*plain_ball());
     const auto count = at<std::uint32_t>(bytes, 4);
     ASSERT_EQ(bytes.size(), 8 + 16 * static_cast<std::size_t>(count));

@@ -63,7 +63,7 @@ void take_mesh(const std::filesystem::path& path, SkinnedBody& body)
     }
 }
 
-/// Of what each joint moves: where its rigid motion agrees with its map.
+/// For each joint the mean of the vertices that it moves: there the joint's rigid motion agrees with its map.
 std::vector<Vec3d> bound_centres(const SkinnedBody& body)
 {
     std::vector<Vec3d> sum(body.file.skeleton.size());

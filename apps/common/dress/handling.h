@@ -28,7 +28,7 @@ public:
     /// Before the cloth's step that ends at time, dt seconds long.
     void before(sim::Cloth& cloth, double time, double dt, std::span<const sim::Collider> solids);
 
-    /// Of each pull: what it took, and what the tool felt of cloth and body.
+    /// One object a pull: the nodes it took, and the tool's forces against cloth and body.
     [[nodiscard]] const nlohmann::json& pulls() const { return pulls_; }
     /// Events that the file lists for later than the garment was worn, in words.
     [[nodiscard]] std::vector<std::string> never_came(double until) const;

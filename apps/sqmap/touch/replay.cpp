@@ -37,13 +37,13 @@ struct Outcome {
 
 void mix(std::uint64_t& hash, double value)
 {
-    // All NaN are one.
+    // Every NaN hashes alike.
     const std::uint64_t bits = std::isnan(value) ? ~0ull : std::bit_cast<std::uint64_t>(value);
     hash = (hash ^ bits) * 0x100000001b3u;
 }
 
-/// rows: prints what differs. felt: gets what was computed; null: nobody wants it. Everything is this thread's own: setup,
-/// reader, state.
+/// rows: prints the rows that differ. computed: receives the recomputed trace; may be null. Threads share nothing: each call has
+/// its own setup, reader and state.
 Outcome replay(const ReplayArguments& arguments, const TouchOptions& options, bool rows, Comparison* computed)
 {
     device::TraceReader reader(arguments.trace);

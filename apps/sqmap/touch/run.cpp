@@ -83,7 +83,7 @@ Totals play(device::Device& path, TouchSetup& setup, const haptic::SafetyOptions
     const device::Capabilities& capabilities = path.capabilities();
     const std::size_t zones = capabilities.zones;
     haptic::SafetyFilter filter(device::safety_limits(capabilities, 1 / capabilities.rate), safety);
-    if (filter.verdict() != haptic::SetupVerdict::Ok) throw BadTouch(haptic::describe(filter.verdict()));
+    if (filter.setup_status() != haptic::SetupStatus::Ok) throw BadTouch(haptic::describe(filter.setup_status()));
     Totals totals;
     device::Sample sample;
     device::TraceRow row;

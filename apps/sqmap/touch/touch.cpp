@@ -170,7 +170,7 @@ void touch(const TouchArguments& arguments)
     // Paths tick as fast as they were made, devices as fast as the servo.
     const haptic::SafetyFilter filter(s->path ? device::safety_limits(capabilities, 1 / capabilities.rate) : s->limits,
                                       s->servo.safety);
-    if (filter.verdict() == haptic::SetupVerdict::LimitAboveDevice) throw BadTouch(limit_above(s->limits, s->servo.safety));
+    if (filter.setup_status() == haptic::SetupStatus::LimitAboveDevice) throw BadTouch(limit_above(s->limits, s->servo.safety));
 
     std::optional<device::TraceWriter> writer;
     if (!arguments.record.empty())

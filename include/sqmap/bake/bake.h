@@ -72,7 +72,7 @@ struct BakeResult {
 };
 
 /// Decomposes, fits, maps and refines until the target error is met or nothing more is gained.
-/// mesh: validated by the gate, in mesh units. solid: it bounds a volume.
+/// mesh: admitted (mesh::admit), in mesh units. solid: it bounds a volume.
 /// @throw mesh::InvalidInput for options out of range, or a partition that is none of this mesh
 /// @throw mesh::RefusedMesh where a part exceeds the format's limits
 /// Cost: seconds for some thousand triangles, on options.threads threads; the same bytes for any number of them. Thread-safe.

@@ -45,7 +45,7 @@ struct SafetyOptions {
 };
 
 /// Verdict on the limits of a filter.
-enum class SetupVerdict : std::uint8_t {
+enum class SetupStatus : std::uint8_t {
     Ok,
     NotFinite,         ///< a limit or a number of the device is NaN, infinite or negative
     LimitNotPositive,  ///< a limit of zero or less: to switch the force off, do not open the device
@@ -54,7 +54,7 @@ enum class SetupVerdict : std::uint8_t {
     BadPeriod,         ///< a tick that is not between 0.1 and 20 ms
 };
 /// A sentence for people. Any thread.
-[[nodiscard]] const char* describe(SetupVerdict verdict) noexcept;
+[[nodiscard]] const char* describe(SetupStatus status) noexcept;
 
 /// One tick's input.
 struct SafetyInput {
@@ -125,11 +125,11 @@ struct SafetyCounters {
 /// safety: none; one thread at a time, const functions included (the servo's, where one runs it).
 class SafetyFilter {
 public:
-    /// Refused limits: verdict() says why, and every wrench is zero.
+    /// Refused limits: setup_status() says why, and every wrench is zero.
     SafetyFilter(const DeviceLimits& device, const SafetyOptions& options) noexcept;
 
-    /// The constructor's verdict.
-    [[nodiscard]] SetupVerdict verdict() const noexcept { return verdict_; }
+    /// Ok, or the reason why the constructor refused its limits.
+    [[nodiscard]] SetupStatus setup_status() const noexcept { return setup_status_; }
     [[nodiscard]] double force_limit() const noexcept { return force_limit_; }           ///< N, in force
     [[nodiscard]] double torque_limit() const noexcept { return torque_limit_; }         ///< N m
     [[nodiscard]] const SafetyCounters& counters() const noexcept { return counters_; }  ///< since the construction
@@ -186,7 +186,7 @@ private:
     [[nodiscard]] Wrench slewed(const Wrench& from, const Wrench& to, double dt) const noexcept;
     [[nodiscard]] const Wrench& sent_before(const Zone& zone, std::size_t ticks) const noexcept;
 
-    SetupVerdict verdict_ = SetupVerdict::Ok;
+    SetupStatus setup_status_ = SetupStatus::Ok;
     DeviceLimits device_{};
     double force_limit_ = 0, torque_limit_ = 0, force_slew_ = 0, torque_slew_ = 0, margin_ = 0, softest_ = 0,
            hold_ = k_stale_hold;

@@ -60,8 +60,9 @@ struct ReadResult {
 /// A byte-order mark of UTF-8 and blank lines before the first are passed over. Only geometry is read. PLY: faces and triangle
 /// strips; values of a line beyond its header's properties are passed over. GLB: chunks need no padding. glTF: triangles
 /// of the default scene, each node's transform applied (a skinned mesh as bound). Indices and coordinates are passed on as they
-/// are, out of range or not finite: judging them is the gate's work. Failures: in the result, never thrown. E_FORMAT: not such a
-/// file; E_TRUNCATED: it ends too early, or declares more than its bytes can hold; E_LIMIT: above the limits. Memory: below 64 MB
+/// are, out of range or not finite: judging them is the work of mesh::admit. Failures: in the result, never thrown. E_FORMAT: not
+/// such a file; E_TRUNCATED: it ends too early, or declares more than its bytes can hold; E_LIMIT: above the limits. Memory:
+/// below 64 MB
 /// + 64 times the file's size. Cost: linear.
 [[nodiscard]] ReadResult read_mesh_file(const std::filesystem::path& path, const ReadLimits& limits = {});
 

@@ -72,9 +72,9 @@ struct SkinResult {
 /// Failures: in the result, as read_mesh_file's; E_FORMAT where nothing is skinned.
 [[nodiscard]] SkinResult read_skinned_file(const std::filesystem::path& path, const ReadLimits& limits = {});
 
-/// Of each joint, as the file has it at rest.
+/// The pose of each joint at rest, as the file has it.
 [[nodiscard]] std::vector<JointPose> rest_poses(const SkinnedSoup& skin);
-/// Of each joint at a time of an animation, s; held before its first key and after its last.
+/// The pose of each joint at a time of an animation, s; held before its first key and after its last.
 [[nodiscard]] std::vector<JointPose> poses_at(const SkinnedSoup& skin, const SkinAnimation& animation, double time);
 /// From a to b, share in [0, 1]: rotations about one axis, the short way. @pre as many of each
 [[nodiscard]] std::vector<JointPose> blended(std::span<const JointPose> a, std::span<const JointPose> b, double share);

@@ -7,7 +7,7 @@
 
 namespace sqmap {
 
-/// Of one angle.
+/// The sine and cosine of one angle.
 struct SineCosine {
     double sine, cosine;
 };

@@ -51,7 +51,7 @@ public:
     using Error::Error;
 };
 
-/// A mesh that the gate refused. Thread safety: a value.
+/// A mesh that was refused. Thread safety: a value.
 class RefusedMesh : public Error {
 public:
     /// what() is "E_OPEN at edge 7-9: ..."

@@ -145,7 +145,7 @@ struct CandidateArrays {
     }
 };
 
-/// The arrays from which signed distances are answered; in the file a table of its own, as the normal maps.
+/// The arrays from which signed distances are answered; in the file a table of its own, as the paper maps.
 template <template <class> class Array>
 struct DistanceArrays {
     DistanceHeader header{};  ///< no array

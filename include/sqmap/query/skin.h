@@ -86,7 +86,7 @@ public:
     };
     /// The box of the present pose, in the posed frame.
     [[nodiscard]] Box box() const noexcept { return boxes_.empty() ? Box{{1, 1, 1}, {-1, -1, -1}} : boxes_.front(); }
-    /// Of all bones, bound -> posed, as pose() had them last. Valid while the skin is.
+    /// The maps of all bones, bound -> posed, that pose() got last. Valid while the skin is.
     [[nodiscard]] std::span<const Affine> maps() const noexcept { return maps_; }
     /// How far a position of the lattice is from where another pose has it, at most. @pre both are of one lattice
     [[nodiscard]] double farthest_from(const PosedSkin& other) const noexcept;

@@ -45,7 +45,7 @@ public:
     /// Rows of the map from model space, relative to the centre, to the chart's frame. Row-major, as stored.
     [[nodiscard]] const Mat3d& rows() const { return rows_; }
     [[nodiscard]] const Footprints& footprints() const { return footprints_; }
-    /// Of all footprints; 1 where there are none.
+    /// The least weight w of all footprints; 1 where there are none.
     [[nodiscard]] double least_w() const { return least_w_; }
     [[nodiscard]] double max_w() const { return max_w_; }
 

@@ -99,7 +99,7 @@ private:
     static bool is_bounded(const Cell& cell) { return std::sqrt(3.0) * cell.half <= k_reach_of_distance * cell.distance; }
     std::uint16_t stored(const Cell& cell) const
     {
-        // Within the band, or too near for a bound: nobody reads how near.
+        // No query reads the bound of a cell within the band, or of one too near for a bound.
         const bool near = cell.distance + std::sqrt(3.0) * cell.half < band_ || !is_bounded(cell);
         return model::encode_bound(near ? 0 : cell.distance, cell.half, cell.inside);
     }

@@ -42,7 +42,7 @@ struct LocatorUpdate {
     std::vector<std::uint32_t> brick_before;  ///< #bricks: which one each was, or k_no_brick
     std::vector<std::uint64_t>
         reached;  ///< #bricks: which of its 64 cells (of a deep one: the first) have another nearest surface
-    /// Of each brick nothing, or of each of its cells the triangles near it, where they were looked for.
+    /// Per brick: empty, or for each of its cells the triangles near that cell; filled where the bake needs them.
     std::vector<std::vector<std::vector<std::uint32_t>>> near;
 };
 

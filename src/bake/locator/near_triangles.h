@@ -201,8 +201,8 @@ private:
         }
     }
 
-    /// Of so many losers puts those first that are nowhere nearest in the box of so many small ones a side whose lowest
-    /// corner is lattice point low; returns how many.
+    /// Moves those of count losers to the front that are nearest nowhere in the box whose lowest corner is lattice point low and
+    /// which has boxes small ones a side; returns their number.
     template <class L>
     std::size_t rule_out(std::size_t first, std::size_t count, std::size_t low, std::size_t boxes, float small_side, float slack)
     {

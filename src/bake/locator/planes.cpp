@@ -186,8 +186,8 @@ void balance(const SurfaceCell& cell, const std::vector<Sample>& samples, std::v
     }
 }
 
-/// Of several planes puts the one first that misses the samples least by itself, marked, where that is within the tolerance of
-/// layer Two.
+/// Moves the plane that by itself misses the fewest samples to the front, and marks it if it answers layer Two within that
+/// layer's tolerance.
 void put_sufficient_first(const SurfaceCell& cell, const std::vector<Sample>& samples, std::vector<PartPlane>& planes)
 {
     std::size_t best = 0;
@@ -204,7 +204,7 @@ void put_sufficient_first(const SurfaceCell& cell, const std::vector<Sample>& sa
     std::size_t begin = best, end = best + 1;
     while (begin > 0 && planes[begin].plane.is_joined()) --begin;
     while (end < planes.size() && planes[end].plane.is_joined()) ++end;
-    // Its group first, and it the first of its group.
+    // The plane moves to the front of its group, then the group to the front.
     const auto at = [&](std::size_t i) { return planes.begin() + static_cast<std::ptrdiff_t>(i); };
     if (best > begin) {
         std::rotate(at(begin), at(best), at(best + 1));

@@ -1,4 +1,4 @@
-// The third rung of the gate's ladder: an open or tangled surface closed by as little new surface as possible.
+// The third rung of the ladder of admission: an open or tangled surface closed by as little new surface as possible.
 #pragma once
 
 #include "../surface.h"

@@ -63,7 +63,7 @@ private:
                 return crossing.t > in_.thickness ? Thin::Wall : Thin::Sheet;
             sloping = true;
         }
-        // It ends where nothing is.
+        // No opposite wall is near: a sheet, if a point just below already lies outside.
         return sloping || in_.winding.at(q - k_shallow * normal) > 0.5 ? Thin::No : Thin::Sheet;
     }
 

@@ -56,8 +56,8 @@ inline Vec3d face_normal(const mesh::Mesh& m, std::uint32_t triangle)
     return normalized(cross(m.vertices[t[1]] - m.vertices[t[0]], m.vertices[t[2]] - m.vertices[t[0]]));
 }
 
-/// Of each sample of the base grid, every stride-th of the finest: delta of eq. 12, model units. At local minima alone, whose own
-/// gradient is next to nothing (errata 8): the greatest within options.offset_radius counts.
+/// delta of eq. 12 at each sample of the base grid, which is every stride-th of the finest; model units. At local minima alone,
+/// whose own gradient is next to nothing (errata 8): the greatest within options.offset_radius counts.
 [[nodiscard]] std::vector<double> offsets(const Caster& caster, const Grid& finest, int stride, const MapOptions& options);
 
 /// The base grid convolved with a kernel (section 6: force fields are smoothed by smoothing the map), and the normals of what

@@ -15,7 +15,7 @@ HWY_BEFORE_NAMESPACE();
 namespace sqmap::paper::HWY_NAMESPACE {
 namespace {
 
-#if HWY_TARGET == HWY_SCALAR  // compiled once, in normal_one_lane.cpp
+#if HWY_TARGET == HWY_SCALAR  // compiled once, in one_lane.cpp
 ProbeResult run(const PaperJob& job) { return run_one_lane(job); }
 #else
 ProbeResult run(const PaperJob& job) { return PaperKernel(job).run(); }

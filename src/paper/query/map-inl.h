@@ -281,7 +281,7 @@ private:
         const I byte = byte_at(map_.cuts.data(), shift_right<2>(node));
         return hn::And(hn::Shr(byte, hn::ShiftLeft<1>(hn::And(node, set_int(3)))), set_int(3));
     }
-    /// Of neighbouring columns two at a time.
+    /// Reads two neighbouring columns at a time.
     static HWY_INLINE Corners<I> corners(const std::uint16_t* values, const Cell& c, I bottom, I top)
     {
         const I back = flagged(c.last);
@@ -374,7 +374,7 @@ private:
         return unit_of(sum);
     }
 
-    /// Of step 3: pyramids over the cell, 1 at a vertex and 0 on the border.
+    /// The weights of step 3: pyramids over the cell, 1 at a vertex and 0 on the border.
     F correction_at(const Cell& c, M which) const
     {
         const F one = set(1.f);

@@ -123,7 +123,7 @@ public:
     }
 
     /// A point outside the root, answer.witness: whether the hierarchy is searched for it all the same, as the band is so wide.
-    /// Its outermost leaves still bound from below.
+    /// Beyond the band the outermost leaves still bound the distance from below.
     bool is_sought(Vec3d in_mesh, SignedDistance& answer) const
     {
         const Vec3d point = answer.witness;
@@ -255,7 +255,7 @@ private:
         }
     }
 
-    /// Of those that are not seen from p in about one of some directions; null where there is none.
+    /// The nearest sample that does not lie in about one of some directions from p; null where there is none.
     const model::SurfaceSample* nearest_sample(Vec3f p, std::span<const Vec3f> directions) const
     {
         constexpr float k_alike = 0.9f;

@@ -135,7 +135,7 @@ public:
     float tie_above(float distance_sq) const { return distance_sq * k_tie + tie_; }
 
 protected:
-    /// Of one point, as a packet has it.
+    /// The nearest triangle of one point, as a packet has it.
     struct Nearest {
         float distance_sq = PointPacket::k_far_sq;
         std::uint32_t slot = PointPacket::k_no_slot;

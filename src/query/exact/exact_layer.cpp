@@ -93,7 +93,7 @@ NearestPiece nearest_of(const Candidates& candidates, Vec3d p)
             if (height * height > best.distance_sq * norm_sq(across)) return;
             const Vec3d q = closest_point_on_triangle(p, piece.a, piece.b, piece.c);
             const double distance_sq = norm_sq(q - p);
-            // Of equally near ones the last in the mesh, whatever their order in the list.
+            // A tie goes to the triangle with the highest number, so the order of the list does not matter.
             if (distance_sq < best.distance_sq || (distance_sq == best.distance_sq && t > best.triangle))
                 best = {distance_sq, q, across, t};
         });
@@ -114,8 +114,8 @@ double meeting(Vec3d p, Vec3d q, const Piece& t)
 }
 
 /// True where p is below the face that it sees at the nearest boundary point. Where two triangles meet, the sum of their normals
-/// decides. Elsewhere p looks a hair beside the nearest point, on to the triangle there that faces it most, and what is met first
-/// counts.
+/// decides. Elsewhere a ray from p aims a hair beside the nearest point, at the triangle that faces p most; the first triangle
+/// that the ray meets decides.
 bool is_below(const Candidates& candidates, Vec3d p, const NearestPiece& nearest)
 {
     const double size = static_cast<double>(candidates.model.header.sphere[3]);

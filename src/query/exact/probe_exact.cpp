@@ -236,7 +236,7 @@ private:
             best.unclear = hn::Or(hn::AndNot(fresh, best.unclear), hn::And(level, flat));
             best.outside = hn::Or(hn::AndNot(fresh, best.outside), hn::And(level, outside));
             best.inside = hn::Or(hn::AndNot(fresh, best.inside), hn::AndNot(outside, level));
-            // Of equally near ones the last in the mesh, whatever their order in the list.
+            // A tie goes to the triangle with the highest number, so the order of the list does not matter.
             const I triangle = set_int(triangles[k]);
             const M after = hn::RebindMask(df, hn::Gt(triangle, best.triangle));
             const M nearer = hn::And(

@@ -67,7 +67,7 @@ std::size_t merge_mutual(std::span<PairContact> contacts, std::size_t split, con
 {
     std::span<PairContact> few = contacts.first(split), many = contacts.subspan(split);
     if (few.empty() || many.empty()) return contacts.size();
-    // By what is found, not by which body is called a: the same contacts stay when they are swapped.
+    // The order follows the contacts, not which body is called a, so that the same contacts stay when the bodies are swapped.
     const auto order = [](std::span<const PairContact> side) {
         return std::tuple(side.size(), deepest(side), side.front().index);
     };

@@ -25,7 +25,7 @@ struct PairQuery {
 private:
     /// Vertices of the collider in the touched body.
     void add(const Body& touched, const Body& collider, Side vertex_of) noexcept;
-    /// Of contacts seen from both sides the deeper one; split: where the second direction begins.
+    /// Keeps the deeper of two contacts that both directions report. split: the index at which the second direction begins.
     void merge(std::size_t split, double spacing) noexcept;
 };
 

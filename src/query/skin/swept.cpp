@@ -89,7 +89,7 @@ struct SweptRun {
     /// A contact on the path counts where the end lies behind its surface and the end's own contact leads another path.
     void take(Contact c, std::size_t& count) noexcept
     {
-        // Along a bulge a point may end behind a plane that it slid over; what it goes through it meets head on.
+        // A point that slides over a bulge may end behind a plane without crossing the surface: only a head-on approach counts.
         const Vec3d end = end_of(c.index), start = start_of(c.index);
         if (!(dot(normalized(start - end), cast<double>(c.normal)) > k_head_on)) return;
         const double behind = dot(result.probe.position(c) - end, cast<double>(c.normal));

@@ -25,7 +25,7 @@ HWY_INLINE M in_box(const V3& unit)
 {
     return hn::Le(larger(larger(hn::Abs(unit.x), hn::Abs(unit.y)), hn::Abs(unit.z)), set(1.f + k_gauge_error));
 }
-/// Eq. 1. Of what rounding and powers leave open: held.
+/// Evaluates eq. 1. A point so near the surface that rounding and powers leave its side open counts as held.
 HWY_INLINE M holds(const SuperquadricLanes& sq, HeldLanes& point)
 {
     point.own = sq.through(point.unit, point.gauge);

@@ -61,7 +61,7 @@ HWY_INLINE F power(F x, F e) { return binary_power(hn::Mul(e, binary_log(x))); }
 struct SineCosine {
     F sine, cosine;
 };
-/// Of angles from -3 pi to 3 pi.
+/// Sine and cosine of angles from -3 pi to 3 pi.
 HWY_INLINE SineCosine sine_cosine(F angle)
 {
     constexpr float k_sine[] = {-0.166666646f, 0.00833273656f, -0.000195853732f},
@@ -94,7 +94,7 @@ HWY_INLINE F angle_of(F y, F x)
 
 HWY_INLINE F length(const V3& v) { return hn::Sqrt(dot(v, v)); }
 HWY_INLINE V3 plus(const V3& a, const V3& b) { return {hn::Add(a.x, b.x), hn::Add(a.y, b.y), hn::Add(a.z, b.z)}; }
-/// Of unit length; zero stays finite.
+/// v scaled to unit length; a zero vector stays finite.
 HWY_INLINE V3 unit_of(const V3& v) { return scaled(hn::Div(set(1.f), larger(length(v), set(1e-18f))), v); }
 
 }  // namespace

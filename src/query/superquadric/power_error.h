@@ -9,7 +9,7 @@ inline constexpr double k_power_error = 1.5e-7;
 inline constexpr double k_root_error = 1.5e-7;
 /// Sines, cosines and angles: absolute.
 inline constexpr double k_angle_error = 4e-7;
-/// Of F^(1/2) of eq. 1 in all, on the surface: what the query takes for the inside is larger by it, so that no point that the
+/// Bounds the error of F^(1/2) of eq. 1 on the surface. The query enlarges the inside by it, so that no point that the
 /// certificate holds is outside.
 inline constexpr float k_gauge_error = 1e-6f;
 

@@ -106,7 +106,7 @@ TEST(Bake, NoCrossingEscapesTheCertifiedBands)
                         << shape.name << ": a surface in a uniform cell";
                     float lo, hi;
                     model::leaf_band(leaf, lo, hi);
-                    // Of the point itself, rounded to float in model space: the smaller the part, the more it moves.
+                    // The point itself is rounded to float in model space: the smaller the part, the more it moves.
                     const float least = std::min(std::min(part.a[0], part.a[1]), part.a[2]);
                     const float hair = 2e-6f * q.w + 2.4e-7f / least * q.w * q.w;
                     ASSERT_GE(q.w, lo - hair) << shape.name;

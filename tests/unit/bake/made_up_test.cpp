@@ -1,4 +1,5 @@
-// What a model says of a mesh that was closed: its rung, how far the surface moved, and which contacts lie on made-up surface.
+// Tests what a model says of a mesh that was closed: its rung, how far the surface moved, and which contacts lie on made-up
+// surface.
 #include "sqmap/bake/bake.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/mesh/admit.h"

@@ -69,7 +69,7 @@ struct Hand {
     }
 };
 
-/// What a file of it reads as.
+/// The model that reading its file gives.
 struct Read {
     std::vector<std::byte> bytes;
     model::ModelView view;

@@ -16,7 +16,7 @@ constexpr double k_length = 0.19;
 
 Vec3d back(const Pose& pose, const Vec3d& p) { return transpose_mul(pose.rotation, p - pose.translation); }
 
-/// Where the joints take a bound point of the tubes.
+/// The position to which the joints take a bound point of the tubes.
 Vec3d carried(const HandMesh& flat, std::size_t i, const std::array<Pose, k_hand_joints>& rest,
               const std::array<Pose, k_hand_joints>& posed)
 {

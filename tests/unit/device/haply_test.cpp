@@ -50,7 +50,7 @@ std::string state(double x, const std::string& id = "0001")
 /// One connection at a time, on a thread of its own.
 class Service {
 public:
-    /// What is sent as message number n of a connection; empty: the connection is dropped.
+    /// The text sent as message number n of a connection; empty: the connection is dropped.
     using Script = std::function<std::string(std::uint64_t n)>;
 
     explicit Service(Script script, unsigned short port = 0)

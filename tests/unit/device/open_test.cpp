@@ -59,7 +59,7 @@ TEST(ListDevices, SaysOfEveryKindWhetherItIsHere)
     for (const DeviceListing& entry : list) {
         EXPECT_FALSE(entry.state.empty()) << entry.spec;
         kinds.insert(entry.spec.substr(0, entry.spec.find(':')));
-        // What is not built cannot be opened, and the reason is the same in both places.
+        // A device that is not built cannot be opened, and the reason is the same in both messages.
         if (entry.presence != Presence::NotBuilt) continue;
         try {
             (void)open_device(entry.spec);

@@ -40,7 +40,7 @@ protected:
     }
     void write_text(const std::string& text) const { std::ofstream(path()) << text; }
 
-    /// What reading all rows says: empty where it reads.
+    /// The error of reading all rows; empty where it reads.
     [[nodiscard]] std::string complaint() const
     {
         try {

@@ -1,4 +1,4 @@
-// What the servo calls must not wait: no system call, by the kernel's word, and no allocation.
+// Tests that nothing waits of what the servo calls: no system call, by the kernel's word, and no allocation.
 #include "device/channel.h"
 #include "sqmap/device/path.h"
 #include "sqmap/device/trace.h"

@@ -168,7 +168,7 @@ TEST(DenserPoints, AreTakenWithoutAJumpOfTheForce)
     for (int i = 0; i < 200; ++i) forces.push_back(norm(ball.force(0.001)));
     const auto [least, largest] = std::minmax_element(forces.begin(), forces.end());
     ASSERT_GT(*largest - *least, 0.01);
-    // What is left of a change after each 10 ms is 1/e: a tenth a tick.
+    // After each 10 ms 1/e of a change is left: a tenth a tick.
     for (std::size_t i = 1; i < forces.size(); ++i) EXPECT_LT(std::fabs(forces[i] - forces[i - 1]), 0.12 * (*largest - *least));
 }
 

@@ -62,7 +62,7 @@ TEST(SelfIntersection, TheTreeFindsWhatTestingAllPairsFinds)
     EXPECT_FALSE(find_self_intersections(mesh, 10).is_complete);
     EXPECT_EQ(find_self_intersections(mesh, 10).pair_count, 10u);
 
-    // Of every third triangle: all pairs but those of two others.
+    // Restricted to every third triangle: all pairs but those of two others.
     std::vector<std::uint8_t> third(mesh.triangles.size(), 0);
     Mesh others = mesh;
     others.triangles.clear();

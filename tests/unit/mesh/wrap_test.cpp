@@ -121,7 +121,7 @@ int wrong_verdicts(const WrapResult& result, const Mesh& soup, int count)
     return wrong;
 }
 
-/// Of points on the triangles that are not made up, the distance from the input that one in a hundred exceeds, over R_max.
+/// The distance from the input, over R_max, that one in a hundred of the points on triangles that are not made up exceeds.
 double deviation(const WrapResult& result, const Mesh& soup)
 {
     const Bvh bvh(soup);

@@ -11,7 +11,7 @@ HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {
 namespace {
 
-/// What LocatorLanes finds for each lane.
+/// The cells that LocatorLanes finds, one a lane.
 struct Lanes {
     std::int32_t cell[k_lanes], index[k_lanes], brick[k_lanes], within[k_lanes];
     float x[k_lanes], y[k_lanes], z[k_lanes], gap[k_lanes];

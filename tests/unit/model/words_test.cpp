@@ -1,4 +1,4 @@
-// What is encoded is decoded again: words of central cells, locator cells and candidate lists.
+// Decoding gives back what was encoded: words of central cells, locator cells and candidate lists.
 #include "model/candidate_lists.h"
 #include "model/central_cells.h"
 #include "model/locator_cells.h"

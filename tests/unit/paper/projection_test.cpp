@@ -20,7 +20,7 @@ using DoubleAngles = shape::SurfaceAngles<double>;
 
 paper::Map coarse_map(const Superquadricd& sq)
 {
-    // What is mapped does not matter to the foot search: a small sphere at the centre.
+    // The foot search does not depend on what is mapped: a small sphere at the centre.
     const mesh::Mesh ball = mesh::sphere(0.01, 1);
     const paper::MapRays rays(ball);
     return paper::bake_map(rays, {}, sq, {.min_level = 6, .max_level = 6, .corrections = false});

@@ -77,7 +77,7 @@ shape::Superquadricd random_shape(test::Random& random)
     return shape::cast<double>(shape::cast<float>(sq));
 }
 
-// What the certificate proves to be inside is held, whatever powers lose.
+// A point that the certificate proves to be inside is held, whatever powers lose.
 TEST(NormalPower, NoPointOfASuperquadricIsOutside)
 {
     test::Random random(91);

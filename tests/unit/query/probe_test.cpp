@@ -341,7 +341,7 @@ TEST(Frame, MovingBothBodiesChangesNothing)
                     EXPECT_LT((a[i] != nullptr ? a[i] : b[i])->depth, 1e-5 * m.r_max());
                 }
             }
-            // Where two surfaces are equally near a hair decides which the search goes for.
+            // Between two equally near surfaces a hair decides which the search goes for.
             EXPECT_GE(near, both - both / 100);
         }
     }

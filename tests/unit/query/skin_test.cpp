@@ -310,7 +310,7 @@ TEST(SweptSkin, PointsThatJumpThroughItAreCaughtOnTheSideTheyCameFrom)
 
 TEST(SweptSkin, AFingerThatSweepsOverPointsCatchesThemToo)
 {
-    // What is near its tip goes up by about 0.8; the points stand still where it passes.
+    // The surface near its tip goes up by about 0.8; the points stand still where it passes.
     const std::vector<Vec3d> points{{0.8, 0.02, 0}, {0.83, 0, 0.02}, {0.78, 0.04, -0.03}};
     EXPECT_EQ(SweptFinger(-0.25, 0.3, points, points, 100).result.probe.contacts, 0u);
     const SweptFinger swept(-0.25, 0.3, points, points, 0.05);

@@ -93,7 +93,7 @@ TEST(Cloth, EnergyNeverGrowsAtAnyTimeStep)
         for (int i = 0; i < static_cast<int>(1.5 / dt); ++i) {
             const StepReport r = cloth.step(dt, {&solid, 1});
             if (std::isnan(first)) first = r.kinetic + r.potential;
-            // What is pushed out of the ball is lifted by the cloth's thickness at most.
+            // A node that is pushed out of the ball is lifted by the cloth's thickness at most.
             ASSERT_LE(r.kinetic + r.potential, first + mass * 9.81 * 0.003) << dt << " at step " << i;
         }
     }

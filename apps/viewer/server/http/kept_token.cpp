@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::size_t k_token_length = 32;
 
-/// Of this user alone.
+/// True if this user owns the file and no one else may read it.
 bool is_private(int file)
 {
     struct stat facts {};

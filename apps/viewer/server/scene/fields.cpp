@@ -106,9 +106,9 @@ std::string hidden_bytes(const Object& object)
     if (object.mesh.triangles.empty()) return out.take();
     const mesh::Bvh bvh(object.mesh);
     const auto winding_at = [&](Vec3d p) { return object.view.header.solid != 0 ? bvh.winding_number(p) : 0; };
-    const bool is_normal = paper::is_paper(object.view);
+    const bool is_paper_model = paper::is_paper(object.view);
     std::vector<int> start;  // of charts: all rays of one begin at its centre
-    for (std::uint32_t i = 0; !is_normal && i < object.view.parts.size(); ++i)
+    for (std::uint32_t i = 0; !is_paper_model && i < object.view.parts.size(); ++i)
         start.push_back(winding_at(projection_origin(object.view, i, {})));
     std::vector<mesh::Bvh::Crossing> crossings;
     for (std::uint32_t t = 0; t < object.mesh.triangles.size(); ++t) {
@@ -120,7 +120,7 @@ std::string hidden_bytes(const Object& object)
         }
         // Seen where the first change of verdict on the ray is at the triangle itself: as bake counts it (max_q2_share). A
         // surface without inside changes it at every crossing.
-        int winding = is_normal ? winding_at(centre) : start[p];
+        int winding = is_paper_model ? winding_at(centre) : start[p];
         bool seen = false;
         for (const mesh::Bvh::Crossing& c : crossings) {
             const int next = winding - c.sign;

@@ -13,7 +13,7 @@ namespace sqmap::viewer {
 /// Layers 1, 2, 3 and exact of one point of the world, m: verdict, depth, normal, part, whether proven, and what the status says.
 [[nodiscard]] nlohmann::ordered_json answers_json(const Object& object, Vec3d point);
 
-/// How each projector finds the foot of a point of the world, m, on a part of a normal model: steps as [x, y on the map's
+/// How each projector finds the foot of a point of the world, m, on a part of a paper model: steps as [x, y on the map's
 /// picture, point of the superquadric (world, m), distance (m), I_S, stride, whether it was the best so far], and what the map
 /// says there. "held": the part's superquadric holds the point. @pre the model is normal and the part exists
 [[nodiscard]] nlohmann::ordered_json search_json(const Object& object, std::uint32_t part, Vec3d point);

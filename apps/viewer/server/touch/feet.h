@@ -9,7 +9,7 @@
 
 namespace sqmap::viewer {
 
-/// A contact's foot: of a normal model the point of the superquadric whose normal leads through the contact (P_M of section
+/// A contact's foot: of a paper model the point of the superquadric whose normal leads through the contact (P_M of section
 /// 4.2), of a central one the point on the ray from the chart's centre.
 struct Foot {
     std::uint32_t part = 0;

@@ -123,7 +123,7 @@ void Recorder::add_routes(Routes& routes)
     routes.post("/api/recording", [this](const Call& call) { open(std::move(call.request), call.answer); });
 }
 
-/// Of what was recorded: on the worker's thread.
+/// Makes the reply from the recording on the worker's thread.
 void Recorder::answer_with(const Call& call, std::function<HttpReply(const Recording&)> make)
 {
     if (recording_ || ticks() == 0) return call.answer({.status = 404, .body = "the program has no recording\n"});

@@ -71,7 +71,7 @@ std::span<const std::uint32_t> planes_of(const ModelView& v, const Cell& cell)
     return v.planes.subspan(model::LocatorCell{cell.word}.first(), model::LocatorCell{cell.word}.planes());
 }
 
-/// Of a cell that is not flat.
+/// The seeds of a cell that is not flat.
 std::vector<model::Seed> chain_of(const ModelView& v, const Cell& cell)
 {
     std::vector<model::Seed> chain;
@@ -238,7 +238,7 @@ TEST(Locator, APlaneIsOfThePartThatOwnsItsSurface)
             right += model::part_of_triangle(v, nearest.triangle) == part ? 1u : 0u;
         }
         ASSERT_GT(checked, 50u) << name;
-        // Where an edge is nearest, two triangles are.
+        // At a point whose nearest feature is an edge, two triangles are nearest.
         EXPECT_GE(100 * right, 99 * checked) << name;
     });
 }

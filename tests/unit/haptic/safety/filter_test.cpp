@@ -1,4 +1,4 @@
-// What holds of the safety filter as a whole: its user, any input, the same bits; and the stiffness that a device can show.
+// Tests the safety filter as a whole: its user, any input, the same bits; and the stiffness that a device can show.
 #include "bench.h"
 #include "sqmap/math/random.h"
 

@@ -166,7 +166,7 @@ TEST(SafetyClamp, TheLeastOfUserAndDeviceHolds)
 
 TEST(SafetyClamp, RefusedLimitsGiveNoForceAtAll)
 {
-    const auto verdict = [](auto change) {
+    const auto setup_status = [](auto change) {
         DeviceLimits device = strong();
         SafetyOptions options;
         change(device, options);
@@ -174,37 +174,37 @@ TEST(SafetyClamp, RefusedLimitsGiveNoForceAtAll)
         bench.run(0.6, {});
         bench.input.resume = true;
         bench.run(0.6, {1, 0, 0});
-        if (bench.filter.verdict() != SetupVerdict::Ok) {
+        if (bench.filter.setup_status() != SetupStatus::Ok) {
             EXPECT_TRUE(bench.silent());
             EXPECT_EQ(bench.report.faults, k_fault_setup);
         }
-        EXPECT_STRNE(describe(bench.filter.verdict()), "");
-        return bench.filter.verdict();
+        EXPECT_STRNE(describe(bench.filter.setup_status()), "");
+        return bench.filter.setup_status();
     };
     using D = DeviceLimits&;
     using O = SafetyOptions&;
-    EXPECT_EQ(verdict([](D, O) {}), SetupVerdict::Ok);
-    EXPECT_EQ(verdict([](D, O o) { o.force_limit = 0; }), SetupVerdict::LimitNotPositive);
-    EXPECT_EQ(verdict([](D, O o) { o.force_limit = -1; }), SetupVerdict::LimitNotPositive);
-    EXPECT_EQ(verdict([](D, O o) { o.torque_limit = 0; }), SetupVerdict::LimitNotPositive);
-    EXPECT_EQ(verdict([](D, O o) { o.force_limit = 20.01; }), SetupVerdict::LimitAboveDevice);
-    EXPECT_EQ(verdict([](D, O o) { o.torque_limit = 1.01; }), SetupVerdict::LimitAboveDevice);
-    EXPECT_EQ(verdict([](D d, O o) { d.max_force = 0, o.force_limit = 1.01; }), SetupVerdict::LimitAboveDevice);
-    EXPECT_EQ(verdict([](D, O o) { o.force_limit = k_nan; }), SetupVerdict::NotFinite);
-    EXPECT_EQ(verdict([](D, O o) { o.torque_limit = k_inf; }), SetupVerdict::NotFinite);
-    EXPECT_EQ(verdict([](D d, O) { d.max_force = k_nan; }), SetupVerdict::NotFinite);
-    EXPECT_EQ(verdict([](D d, O) { d.damping = -1; }), SetupVerdict::NotFinite);
-    EXPECT_EQ(verdict([](D, O o) { o.slew = 0; }), SetupVerdict::BadOption);
-    EXPECT_EQ(verdict([](D, O o) { o.slew = 1001; }), SetupVerdict::BadOption);
-    EXPECT_EQ(verdict([](D, O o) { o.slew = k_nan; }), SetupVerdict::BadOption);
-    EXPECT_EQ(verdict([](D, O o) { o.energy_margin = 0.02; }), SetupVerdict::BadOption);
-    EXPECT_EQ(verdict([](D, O o) { o.energy_margin = -1e-3; }), SetupVerdict::BadOption);
-    EXPECT_EQ(verdict([](D, O o) { o.softest = 19; }), SetupVerdict::BadOption);
-    EXPECT_EQ(verdict([](D, O o) { o.softest = k_inf; }), SetupVerdict::BadOption);
-    EXPECT_EQ(verdict([](D d, O) { d.delay = 1e300; }), SetupVerdict::NotFinite);
-    EXPECT_EQ(verdict([](D d, O o) { d.max_torque = 0, o.torque_limit = 0.051; }), SetupVerdict::LimitAboveDevice);
-    EXPECT_EQ(verdict([](D d, O) { d.period = 0; }), SetupVerdict::BadPeriod);
-    EXPECT_EQ(verdict([](D d, O) { d.period = 0.1; }), SetupVerdict::BadPeriod);
+    EXPECT_EQ(setup_status([](D, O) {}), SetupStatus::Ok);
+    EXPECT_EQ(setup_status([](D, O o) { o.force_limit = 0; }), SetupStatus::LimitNotPositive);
+    EXPECT_EQ(setup_status([](D, O o) { o.force_limit = -1; }), SetupStatus::LimitNotPositive);
+    EXPECT_EQ(setup_status([](D, O o) { o.torque_limit = 0; }), SetupStatus::LimitNotPositive);
+    EXPECT_EQ(setup_status([](D, O o) { o.force_limit = 20.01; }), SetupStatus::LimitAboveDevice);
+    EXPECT_EQ(setup_status([](D, O o) { o.torque_limit = 1.01; }), SetupStatus::LimitAboveDevice);
+    EXPECT_EQ(setup_status([](D d, O o) { d.max_force = 0, o.force_limit = 1.01; }), SetupStatus::LimitAboveDevice);
+    EXPECT_EQ(setup_status([](D, O o) { o.force_limit = k_nan; }), SetupStatus::NotFinite);
+    EXPECT_EQ(setup_status([](D, O o) { o.torque_limit = k_inf; }), SetupStatus::NotFinite);
+    EXPECT_EQ(setup_status([](D d, O) { d.max_force = k_nan; }), SetupStatus::NotFinite);
+    EXPECT_EQ(setup_status([](D d, O) { d.damping = -1; }), SetupStatus::NotFinite);
+    EXPECT_EQ(setup_status([](D, O o) { o.slew = 0; }), SetupStatus::BadOption);
+    EXPECT_EQ(setup_status([](D, O o) { o.slew = 1001; }), SetupStatus::BadOption);
+    EXPECT_EQ(setup_status([](D, O o) { o.slew = k_nan; }), SetupStatus::BadOption);
+    EXPECT_EQ(setup_status([](D, O o) { o.energy_margin = 0.02; }), SetupStatus::BadOption);
+    EXPECT_EQ(setup_status([](D, O o) { o.energy_margin = -1e-3; }), SetupStatus::BadOption);
+    EXPECT_EQ(setup_status([](D, O o) { o.softest = 19; }), SetupStatus::BadOption);
+    EXPECT_EQ(setup_status([](D, O o) { o.softest = k_inf; }), SetupStatus::BadOption);
+    EXPECT_EQ(setup_status([](D d, O) { d.delay = 1e300; }), SetupStatus::NotFinite);
+    EXPECT_EQ(setup_status([](D d, O o) { d.max_torque = 0, o.torque_limit = 0.051; }), SetupStatus::LimitAboveDevice);
+    EXPECT_EQ(setup_status([](D d, O) { d.period = 0; }), SetupStatus::BadPeriod);
+    EXPECT_EQ(setup_status([](D d, O) { d.period = 0.1; }), SetupStatus::BadPeriod);
 }
 
 // ---- Step 5
