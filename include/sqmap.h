@@ -179,7 +179,7 @@ typedef struct sqmap_pose {
 /// The layer that answers; each is slower than the one before it, and errs less.
 typedef enum sqmap_layer {
     SQMAP_LAYER_DEFAULT = 0,  ///< as SQMAP_LAYER_3
-    SQMAP_LAYER_1 = 1,        ///< superquadrics: errs towards contact only
+    SQMAP_LAYER_1 = 1,        ///< superquadrics and polytopes: errs towards contact only
     SQMAP_LAYER_2 = 2,        ///< one plane
     SQMAP_LAYER_3 = 3,        ///< planes and maps
     SQMAP_LAYER_EXACT = 4,    ///< the mesh's own triangles

@@ -4,7 +4,7 @@
 export type Rows = Float64Array | Float32Array | number[] | number[][];
 /** A matrix of 4 x 4, row by row, from the mesh's frame to the points'. */
 export type Pose = Float64Array | Float32Array | number[] | number[][];
-/** 1 superquadrics, 2 planes, 3 planes and maps, "exact" triangles, "auto" the cheapest within tolerance. */
+/** 1 superquadrics and polytopes, 2 planes, 3 planes and maps, "exact" triangles, "auto" the cheapest within tolerance. */
 export type Layer = 1 | 2 | 3 | "exact" | "auto";
 
 /** Why a call failed. */

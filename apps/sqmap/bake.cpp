@@ -35,7 +35,9 @@ ordered_json report_json(const BakedModel& baked)
 {
     ordered_json out;
     out["parts"] = ordered_json::array();
-    for (const bake::PartReport& p : baked.report.parts)
+    const model::ModelView view = baked.model.common.view();
+    for (std::size_t i = 0; i < baked.report.parts.size(); ++i) {
+        const bake::PartReport& p = baked.report.parts[i];
         out["parts"].push_back({{"area", p.area},
                                 {"volume", p.volume},
                                 {"solid_volume", p.solid_volume},
@@ -44,7 +46,10 @@ ordered_json report_json(const BakedModel& baked)
                                 {"tolerance", p.certificate.tolerance},
                                 {"fallback", p.fallback},
                                 {"base", p.base},
-                                {"map_bytes", p.map_bytes}});
+                                {"map_bytes", p.map_bytes},
+                                {"bounds", ordered_json::parse(io::bounds_json(view, i))}});
+    }
+    out["bounds"] = ordered_json::parse(io::bounds_json(view, view.parts.size()));
     for (const auto& [stage, seconds] : baked.report.seconds) out["cpu_seconds"][stage] = seconds;
     out["target_met"] = baked.report.target_met;
     out["verdict"] = mesh::name_of(baked.mesh.admission);

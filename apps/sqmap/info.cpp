@@ -34,6 +34,35 @@ void print_maps(const model::ModelView& m)
     }
 }
 
+/// Volumes over the solid's, support excess in mesh units and percent of R_max: a line for each part, and one for the whole.
+void print_bounds(const model::ModelView& m)
+{
+    if (m.bound_figures.empty()) return;
+    std::printf("  bounds: superquadric, polytope, both; volume over the solid's, support excess in mesh units (%% of R_max)\n");
+    for (std::size_t i = 0; i < m.bound_figures.size(); ++i) {
+        const model::BoundFigures& f = m.bound_figures[i];
+        const bool is_whole = i == m.parts.size();
+        if (is_whole)
+            std::printf(" whole");
+        else
+            std::printf("  %4zu", i);
+        for (const float volume : f.volume) {
+            if (f.solid_volume > 0)
+                std::printf(" %6.3f", static_cast<double>(volume / f.solid_volume));
+            else
+                std::printf("      -");
+        }
+        for (const float excess : f.excess)
+            std::printf("  %9.4g (%5.2f)", static_cast<double>(excess) * m.header.unit,
+                        100 * static_cast<double>(excess) / m.header.r_max);
+        if (is_whole)
+            std::printf("  union; volumes within %.1f %% (standard error)\n",
+                        100 * static_cast<double>(f.standard_error / f.volume[static_cast<std::size_t>(model::Bound::Both)]));
+        else
+            std::printf("  %zu sides\n", model::polytope_of(m, i).size());
+    }
+}
+
 void print(const std::string& name, const model::ModelView& m, const io::SectionBytes& bytes)
 {
     const bool central = !paper::is_paper(m);
@@ -44,8 +73,8 @@ void print(const std::string& name, const model::ModelView& m, const io::Section
                 rung_suffix(m.cure));
     print_cure(m.cure);
     std::printf("  baked with %s\n", m.options.empty() ? "the default options" : std::string(m.options).c_str());
-    std::printf("  %zu bytes: superquadrics %zu, %smap %zu, locator %zu, exact layer %zu + %zu, distances %zu\n", bytes.total,
-                bytes.superquadrics, central ? "" : "normal ",
+    std::printf("  %zu bytes: superquadrics %zu, polytopes %zu, %smap %zu, locator %zu, exact layer %zu + %zu, distances %zu\n",
+                bytes.total, bytes.superquadrics, bytes.polytopes, central ? "" : "normal ",
                 central ? bytes.map : model::bytes_of(paper::Reading::of(m).model().maps), bytes.locator, bytes.exact, bytes.mesh,
                 bytes.distance);
     std::printf("  R_max %.6g; 16-bit storage moves a radius by at most %.5f %% of it\n", m.header.r_max * m.header.unit,
@@ -64,6 +93,7 @@ void print(const std::string& name, const model::ModelView& m, const io::Section
                     p.triangle_count, p.largest_f, p.taper[0] != 0 || p.taper[1] != 0 ? " tapered" : "",
                     p.bend != 0 ? " bent" : "", model::is_fallback(p) ? " fallback" : "");
     }
+    print_bounds(m);
 }
 
 int run(const InfoArguments& o)

@@ -89,6 +89,13 @@ void append_map(const model::CentralArrays<Array>& own, model::ModelData& data, 
     model::CentralArrays<Array>::each_slice(behind, p, own, data);
 }
 
+/// Puts a part's polytope behind those of the parts so far.
+void append_polytope(std::span<const HalfSpacef> sides, model::ModelData& data)
+{
+    data.polytope_sides.insert(data.polytope_sides.end(), sides.begin(), sides.end());
+    data.polytope_ends.push_back(static_cast<std::uint32_t>(data.polytope_sides.size()));
+}
+
 /// The exact layer's vertices, triangles and pieces.
 void append_exact(const mesh::Solid& solid, std::span<const std::uint32_t> part_of_triangle, model::ModelData& data)
 {
@@ -136,16 +143,21 @@ model::ModelData assemble(const model::Header& header, const Assembly& assembly)
     data.header.triangle_count = static_cast<std::uint32_t>(mesh.triangles.size());
     data.header.vertex_count = static_cast<std::uint32_t>(mesh.vertices.size());
     data.header.self_intersecting = assembly.solid.self_intersecting() ? 1 : 0;
+    const model::ModelView before = assembly.before != nullptr ? assembly.before->view() : model::ModelView{};
     for (const PartSource& source : assembly.parts) {
         if (source.fitted == nullptr) {
             append_map(model::arrays_of(*assembly.before, *source.before), data, data.parts.emplace_back(*source.before));
+            append_polytope(model::polytope_of(before, static_cast<std::size_t>(source.before - assembly.before->parts.data())),
+                            data);
             continue;
         }
         model::Part& part = data.parts.emplace_back(stored_shape(source.fitted->fit, *source.map));
         count_surface(mesh, source.fitted->patch, part);
         append_map(*source.map, data, part);
+        append_polytope(source.fitted->polytope, data);
         data.header.quantisation = std::max(data.header.quantisation, source.map->quantisation);
     }
+    if (data.polytope_sides.empty()) data.polytope_ends.clear();
     if (assembly.exact) append_exact(assembly.solid, assembly.part_of_triangle, data);
     return data;
 }

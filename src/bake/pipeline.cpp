@@ -4,6 +4,8 @@
 #include "assemble.h"
 #include "bake/distance/distance.h"
 #include "bake/locator/made_up.h"
+#include "bake/parts/bound_figures.h"
+#include "bake/parts/fit.h"
 #include "budget.h"
 #include "model/flags.h"
 #include "sqmap/mesh/error.h"
@@ -150,12 +152,16 @@ model::ModelData Pipeline::run_steps()
     validate();
     lap("prepare");
     parts();
+    polytopes();
+    lap("fit");
     maps();
     lap("map");
     locator();
     exact();
     measure();
     lap("locate");
+    model_.bound_figures = measure_bounds(mesh_, patches(), model_, locator_.threads);
+    lap("bounds");
     finish();
     lap("distance");
     return std::move(model_);
@@ -234,7 +240,21 @@ void Bake::parts()
     const CanonicalMesh canonical = canonical_mesh(mesh_);
     fitted_ = options_.partition != nullptr ? fit_partition(*solid_, canonical, first, options_)
                                             : refine_partition(*solid_, canonical, first, options_);
-    lap("fit");
+}
+
+void Bake::polytopes()
+{
+    parallel::for_each(fitted_.parts.size(), options_.threads, [&](std::size_t i) {
+        FittedPart& part = fitted_.parts[i].fitted;
+        part.polytope = fit_polytope(mesh_, part);
+    });
+}
+
+std::vector<Patch> Bake::patches() const
+{
+    std::vector<Patch> patches;
+    for (const MeasuredPart& part : fitted_.parts) patches.push_back(part.fitted.patch);
+    return patches;
 }
 
 void Bake::maps()

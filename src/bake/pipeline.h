@@ -38,6 +38,8 @@ protected:
     virtual void validate() = 0;
     /// Finds the parts and fits their superquadrics.
     virtual void parts() = 0;
+    /// Fits the parts' polytopes.
+    virtual void polytopes() = 0;
     /// Bakes the maps and sets the model: header, parts, maps and triangles.
     virtual void maps() = 0;
     /// Gives the model its locator.
@@ -46,6 +48,9 @@ protected:
     virtual void exact();
     /// Gives the model the figures of its layers.
     virtual void measure() {}
+
+    /// The parts' surfaces and caps, for the figures of their bounds.
+    [[nodiscard]] virtual std::vector<Patch> patches() const = 0;
 
     /// Bytes of maps that are not in the model.
     [[nodiscard]] virtual std::size_t bytes_beside() const { return 0; }
@@ -112,7 +117,9 @@ protected:
 
     void validate() override;
     void parts() override;
+    void polytopes() override;
     void maps() override;
+    [[nodiscard]] std::vector<Patch> patches() const override;
 
     const BakeOptions& options_;
     model::Header header_{};  ///< as assemble takes it

@@ -314,7 +314,6 @@ private:
         for (std::uint32_t i = 0; i < reach_.remade.size(); ++i)
             if (reach_.remade[i] != 0) report_.remade.push_back(i);
         if (!report_.remade.empty()) fit_remade();
-        lap("fit");
     }
     void fit_remade()
     {
@@ -335,6 +334,13 @@ private:
             fitted_[k] = kept[k] ? std::move(*kept[k])
                                  : fit_patch(*solid_, canonical, std::move(patches[report_.remade[k]]), options_.fit);
         });
+    }
+
+    void polytopes() override
+    {
+        if (before_.polytope_ends.empty()) return;  // a model of before there were polytopes stays without
+        parallel::for_each(fitted_.size(), options_.threads,
+                           [&](std::size_t k) { fitted_[k].polytope = fit_polytope(mesh_, fitted_[k]); });
     }
 
     /// Maps of these parts; the others keep theirs.
@@ -370,6 +376,14 @@ private:
         model_.rises = before_.rises;
         const Change change(std::move(reach_.both), before_.parts, std::move(reach_.remade));
         kept_lists_ = {before_.view(), update_locator({*solid_, situation_->part_of_triangle}, locator_, change, model_)};
+    }
+
+    std::vector<Patch> patches() const override
+    {
+        decompose::Partition partition;
+        partition.part_count = static_cast<std::uint32_t>(before_.parts.size());
+        partition.part_of_triangle = situation_->part_of_triangle;
+        return patches_of(mesh_, partition);
     }
 
     const model::ModelData& before_;

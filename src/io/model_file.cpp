@@ -44,6 +44,7 @@ flatbuffers::Offset<fb::Model> write_table(flatbuffers::FlatBufferBuilder& build
     TableWriter writer(builder, *fb::ModelTypeTable());
     model::each_surface_array(writer, data);
     model::each_cell_array(writer, data);
+    if (!data.polytope_ends.empty()) model::BoundArrays<model::ArrayData>::each(writer, data);
     writer.set("distance", write_distance(builder, data));
     writer.set("cure", write_cure(builder, data));
     const model::Measured& m = data.measured;
@@ -91,6 +92,7 @@ SectionBytes section_bytes(const model::ModelView& v, std::size_t total)
     SectionBytes s;
     s.total = total;
     s.superquadrics = v.parts.size_bytes();
+    s.polytopes = model::bytes_of<model::BoundArrays<model::ArrayView>>(v);
     s.map = model::bytes_of<model::CentralArrays<model::ArrayView>>(v);
     s.locator = model::bytes_of<model::LocatorArrays<model::ArrayView>>(v);
     s.distance = model::bytes_of(v.distance);

@@ -70,6 +70,38 @@ ordered_json json_of(const model::Measured& m)
             {"q2_percent", m.q2_share}};
 }
 
+ordered_json bounds_of(const model::ModelView& m, std::size_t part)
+{
+    if (m.bound_figures.empty()) return nullptr;
+    const model::BoundFigures& f = m.bound_figures[part];
+    const double unit = m.header.unit, cube = unit * unit * unit, solid = static_cast<double>(f.solid_volume);
+    const auto figures = [&](model::Bound bound) {
+        const auto k = static_cast<std::size_t>(bound);
+        const double volume = static_cast<double>(f.volume[k]), excess = static_cast<double>(f.excess[k]);
+        return ordered_json{{"volume", volume * cube},
+                            {"volume_ratio", solid > 0 ? ordered_json(volume / solid) : ordered_json()},
+                            {"support_excess", excess * unit},
+                            {"support_excess_percent", 100 * excess / m.header.r_max}};
+    };
+    return {{"solid_volume", solid * cube},
+            {"superquadric", figures(model::Bound::Superquadric)},
+            {"polytope", figures(model::Bound::Polytope)},
+            {"both", figures(model::Bound::Both)},
+            {"standard_error", static_cast<double>(f.standard_error) * cube}};
+}
+
+/// Outward normal and offset of each side, mesh units.
+ordered_json polytope_json(const model::ModelView& m, std::size_t part)
+{
+    ordered_json sides = ordered_json::array();
+    const Vec3d origin{m.header.origin[0], m.header.origin[1], m.header.origin[2]};
+    for (const HalfSpacef& side : model::polytope_of(m, part)) {
+        const Vec3d n = cast<double>(side.normal);
+        sides.push_back({n.x, n.y, n.z, static_cast<double>(side.offset) * m.header.unit + dot(n, origin)});
+    }
+    return sides;
+}
+
 /// Null for a mesh that was taken unchanged, or repaired.
 ordered_json json_of(const model::Cure& c)
 {
@@ -109,6 +141,7 @@ std::string model_json(const model::ModelView& m, std::size_t total)
     out["vertices"] = m.header.vertex_count;
     out["bytes"] = {{"total", bytes.total},
                     {"superquadrics", bytes.superquadrics},
+                    {"polytopes", bytes.polytopes},
                     {"map", bytes.map},
                     {"normal_map", 0},
                     {"locator", bytes.locator},
@@ -120,11 +153,19 @@ std::string model_json(const model::ModelView& m, std::size_t total)
     out["cure"] = json_of(m.cure);
     out["measured"] = json_of(m.measured);
     out["parts"] = ordered_json::array();
-    for (std::uint32_t i = 0; i < m.parts.size(); ++i) out["parts"].push_back(part_json(m.parts[i], i, m.header));
+    for (std::uint32_t i = 0; i < m.parts.size(); ++i) {
+        ordered_json& part = out["parts"].emplace_back(part_json(m.parts[i], i, m.header));
+        if (m.polytope_ends.empty()) continue;
+        part["bounds"] = bounds_of(m, i);
+        part["polytope"] = polytope_json(m, i);
+    }
+    if (!m.polytope_ends.empty()) out["bounds"] = bounds_of(m, m.parts.size());
     return out.dump(2);
 }
 
 std::string measured_json(const model::Measured& measured) { return json_of(measured).dump(2); }
+
+std::string bounds_json(const model::ModelView& view, std::size_t part) { return bounds_of(view, part).dump(2); }
 
 std::string cure_json(const model::Cure& cure) { return json_of(cure).dump(2); }
 

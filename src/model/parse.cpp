@@ -21,10 +21,13 @@ static_assert(sizeof(Seed) == sizeof(fb::Seed) && alignof(Seed) == alignof(fb::S
 static_assert(sizeof(HierarchyNode) == sizeof(fb::HierarchyNode) && sizeof(HierarchyGroup) == sizeof(fb::HierarchyGroup));
 static_assert(sizeof(SurfaceSample) == sizeof(fb::SurfaceSample));
 static_assert(sizeof(DistanceHeader) == sizeof(fb::DistanceHeader));
+static_assert(sizeof(HalfSpacef) == sizeof(fb::HalfSpace) && alignof(HalfSpacef) == alignof(fb::HalfSpace));
+static_assert(sizeof(BoundFigures) == sizeof(fb::BoundFigures) && alignof(BoundFigures) == alignof(fb::BoundFigures));
 static_assert(sizeof(Locator) == sizeof(fb::Locator) && alignof(Locator) == alignof(fb::Locator));
 static_assert(sizeof(Block) == sizeof(fb::Block) && alignof(Block) == alignof(fb::Block));
 
 constexpr std::uint32_t k_max_base = 256;
+constexpr std::uint32_t k_max_sides = 64;
 constexpr float k_max_taper = 0.951f;
 constexpr std::int32_t k_max_winding = 1 << 20;  // sums of it and any list's crossings stay within 32 bits
 
@@ -69,6 +72,26 @@ ParseStatus check_superquadric(const Part& part)
             if (!(std::abs(dot(vec3(part.rotation + 3 * i), vec3(part.rotation + 3 * j)) - (i == j ? 1.f : 0.f)) < 1e-4f))
                 return ParseStatus::BadValue;
     if (part.centre_winding > k_max_winding || part.centre_winding < -k_max_winding) return ParseStatus::BadValue;
+    return ParseStatus::Ok;
+}
+
+/// Checks the polytopes: of every part or of none.
+ParseStatus check_bounds(const ModelView& v)
+{
+    if (v.polytope_ends.empty())
+        return v.polytope_sides.empty() && v.bound_figures.empty() ? ParseStatus::Ok : ParseStatus::BadStructure;
+    if (v.polytope_ends.size() != v.parts.size() || v.polytope_ends.back() != v.polytope_sides.size() ||
+        v.bound_figures.size() != v.parts.size() + 1)
+        return ParseStatus::BadStructure;
+    std::uint32_t first = 0;
+    for (const std::uint32_t end : v.polytope_ends) {
+        if (end < first || end - first > k_max_sides) return ParseStatus::BadStructure;
+        first = end;
+    }
+    for (const HalfSpacef& side : v.polytope_sides)
+        if (!finite({&side.normal.x, 4}) || !(std::abs(norm_sq(side.normal) - 1.f) < 1e-4f)) return ParseStatus::BadValue;
+    for (const BoundFigures& f : v.bound_figures)
+        if (!finite({&f.solid_volume, sizeof f / sizeof(float)})) return ParseStatus::BadValue;
     return ParseStatus::Ok;
 }
 
@@ -264,6 +287,7 @@ std::uint64_t content_hash(const ModelView& view) noexcept
     if (const double layers[] = {m.layer1_depth_p99, m.layer2_depth_p99}; layers[0] > 0 || layers[1] > 0)
         hash_bytes(hash, std::span<const double>(layers));
     if (view.mesh_hash != 0) hash_bytes(hash, std::span<const std::uint64_t>(&view.mesh_hash, 1));
+    if (!view.polytope_ends.empty()) BoundArrays<ArrayView>::each(add, view);
     if (const Cure& c = view.cure; c.rung != Rung::AsItIs) {
         const double moved[] = {double(c.rung), c.from_mean, c.from_p99, c.from_max,
                                 c.to_mean,      c.to_p99,    c.to_max,   c.made_up_share};
@@ -282,6 +306,7 @@ ParseStatus read_model(const fb::Model& model, const std::byte* end, ModelView& 
     each_surface_array(read, v);
     if (model.locator() != nullptr) std::memcpy(&v.locator, model.locator(), sizeof(Locator));
     each_cell_array(read, v);
+    BoundArrays<ArrayView>::each(read, v);
     if (const fb::Distance* d = model.distance(); d != nullptr && d->header() != nullptr) {
         std::memcpy(&v.distance.header, d->header(), sizeof(DistanceHeader));
         DistanceArrays<ArrayView>::each(TableReader(d, *fb::DistanceTypeTable()), v.distance);
@@ -326,6 +351,7 @@ ParseStatus check_surface(const ModelView& v) noexcept
     if (!finite(v.pieces)) return ParseStatus::BadValue;
     for (const Part& part : v.parts)
         if (const ParseStatus status = check_superquadric(part); status != ParseStatus::Ok) return status;
+    if (const ParseStatus status = check_bounds(v); status != ParseStatus::Ok) return status;
     if (!v.made_up_cells.empty() && v.made_up_cells.size() != (v.locator_cells.size() + 31) / 32)
         return ParseStatus::BadStructure;
     return check_distance(v);

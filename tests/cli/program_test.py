@@ -270,6 +270,29 @@ class Program(unittest.TestCase):
             self.assertGreaterEqual(part["mesh_units"]["a"][0], 0.98)
         self.assertIn("measured", info)
 
+    def test_bounds_of_a_part_and_of_the_whole(self):
+        info = json.loads(run("info", "sphere.sqmap", "--json").stdout)
+        with open("report.json") as text:
+            report = json.load(text)
+        with open("sphere.obj") as text:
+            vertices = [[float(x) for x in line.split()[1:4]] for line in text if line.startswith("v ")]
+        for bounds in (info["bounds"], info["parts"][0]["bounds"], report["bounds"], report["parts"][0]["bounds"]):
+            self.assertAlmostEqual(bounds["solid_volume"], 4.18, delta=0.05)
+            for bound in ("superquadric", "polytope", "both"):
+                self.assertGreater(bounds[bound]["volume_ratio"], 0.99, bound)
+                self.assertAlmostEqual(bounds[bound]["volume"] / bounds["solid_volume"], bounds[bound]["volume_ratio"], delta=1e-9)
+                self.assertAlmostEqual(100 * bounds[bound]["support_excess"] / info["r_max"], bounds[bound]["support_excess_percent"], delta=1e-9)
+            self.assertLess(bounds["superquadric"]["volume_ratio"], 1.05)
+            self.assertLess(bounds["both"]["volume_ratio"], bounds["polytope"]["volume_ratio"])
+        sides = info["parts"][0]["polytope"]
+        self.assertGreater(len(sides), 10)
+        for x, y, z, offset in sides:  # in mesh units, up to the rounding of JSON's reader
+            for v in vertices:
+                self.assertLessEqual(x * v[0] + y * v[1] + z * v[2], offset + 1e-9)
+        printed = run("info", "sphere.sqmap").stdout
+        self.assertIn("bounds: superquadric, polytope, both", printed)
+        self.assertRegex(printed, r"\n +0 +[01]\.\d+ +1\.\d+ +[01]\.\d+ .*20 sides\n whole")
+
     def test_the_report_of_a_bake(self):
         with open("report.json") as text:
             report = json.load(text)

@@ -330,6 +330,19 @@ const Lie k_lies[] = {
          m.near.clear();
          m.rises.clear();
      }},
+    {"polytope_sides_missing", [](ModelData& m) { m.polytope_sides.clear(); }},
+    {"polytope_ends_missing_one", [](ModelData& m) { m.polytope_ends.pop_back(); }},
+    {"polytope_that_ends_before_it_begins", [](ModelData& m) { m.polytope_ends[0] = m.polytope_ends[1] + 1; }},
+    {"polytope_beyond_end", [](ModelData& m) { m.polytope_ends.back() += 1; }},
+    {"polytope_of_too_many_sides",
+     [](ModelData& m) {
+         m.polytope_sides.insert(m.polytope_sides.end(), 65, m.polytope_sides.front());
+         m.polytope_ends.back() += 65;
+     }},
+    {"polytope_side_of_no_number", [](ModelData& m) { m.polytope_sides[3].offset = k_nan; }},
+    {"polytope_side_of_no_direction", [](ModelData& m) { m.polytope_sides[3].normal = {0, 0, 0}; }},
+    {"bound_figures_missing_one", [](ModelData& m) { m.bound_figures.pop_back(); }},
+    {"bound_figures_of_no_number", [](ModelData& m) { m.bound_figures[0].volume[1] = k_inf; }},
     {"near_missing", [](ModelData& m) { m.near.clear(); }},
     {"near_bricks_missing", [](ModelData& m) { m.near_bricks.clear(); }},
     {"near_bricks_missing_one", [](ModelData& m) { m.near_bricks.pop_back(); }},

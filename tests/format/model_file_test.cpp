@@ -39,6 +39,8 @@ TEST(ModelFile, WhatIsSerializedParsesToTheSameArrays)
     };
     model::each_surface_array(expect_same, v, data);
     model::each_cell_array(expect_same, v, data);
+    ASSERT_FALSE(data.polytope_ends.empty());
+    model::BoundArrays<model::ArrayView>::each(expect_same, v, data);
     EXPECT_EQ(std::memcmp(&v.distance.header, &data.distance.header, sizeof v.distance.header), 0);
     model::DistanceArrays<model::ArrayView>::each(expect_same, v.distance, data.distance);
     interrogate(v, 3);
@@ -66,11 +68,26 @@ TEST(ModelFile, EveryArrayIsAFieldOfTheSchemaOfTheSameSize)
     };
     model::each_surface_array(expect_field, v);
     model::each_cell_array(expect_field, v);
+    model::BoundArrays<model::ArrayView>::each(expect_field, v);
     table = paper::fb::MapsTypeTable();
     const paper::ModelView paper;
     paper::ModelMaps<model::ArrayView>::each(expect_field, paper.maps);
     table = model::fb::DistanceTypeTable();
     model::DistanceArrays<model::ArrayView>::each(expect_field, v.distance);
+}
+
+// As models of before there were polytopes.
+TEST(ModelFile, AModelWithoutPolytopesParses)
+{
+    ModelData data = torus_model();
+    data.polytope_ends.clear();
+    data.polytope_sides.clear();
+    data.bound_figures.clear();
+    Bytes bytes(serialize(data));
+    ModelView v;
+    ASSERT_EQ(model::parse(bytes.span(), v), ParseStatus::Ok);
+    EXPECT_TRUE(model::polytope_of(v, 0).empty());
+    interrogate(v, 3);
 }
 
 TEST(ModelFile, TheSameDataGivesTheSameBytes)
@@ -179,7 +196,7 @@ TEST(ModelFile, TheSectionsAddUpToTheFile)
 {
     const std::vector<std::byte> bytes = serialize(torus_model());
     const SectionBytes s = section_bytes(torus_model().view(), bytes.size());
-    const std::size_t sections = s.superquadrics + s.map + s.locator + s.exact + s.mesh + s.distance;
+    const std::size_t sections = s.superquadrics + s.polytopes + s.map + s.locator + s.exact + s.mesh + s.distance;
     EXPECT_EQ(s.total, bytes.size());
     EXPECT_LT(sections, s.total);
     EXPECT_LT(s.total - sections, 2000u) << "more than the header, the strings and FlatBuffers' own tables";

@@ -1,16 +1,21 @@
 // The exact layer, and the oracle that everything else is measured with, against CGAL: side by exact predicates,
 // distance by its own tree.
+#include "bake/parts/part.h"
+#include "sqmap/mesh/convex_hull.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/solid.h"
 #include "sqmap/query/point.h"
 #include "support/baked_shapes.h"
+#include "support/parsed.h"
 
 #include <CGAL/AABB_face_graph_triangle_primitive.h>
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>
+#include <CGAL/Exact_predicates_exact_constructions_kernel.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Side_of_triangle_mesh.h>
 #include <CGAL/Surface_mesh.h>
+#include <CGAL/convex_hull_3.h>
 
 #include <gtest/gtest.h>
 
@@ -104,6 +109,76 @@ void compare(const std::string& name, const mesh::Mesh& input)
 TEST(AgainstCgal, TheExactLayerOnGeneratedShapes)
 {
     for (const test::Shape& shape : test::small_shapes()) compare(shape.name, shape.mesh);
+}
+
+using Exact = CGAL::Exact_predicates_exact_constructions_kernel;
+
+Exact::FT exact_dot(const HalfSpacef& side, Vec3d p)
+{
+    const auto number = [](auto v) { return Exact::FT(static_cast<double>(v)); };
+    return number(side.normal.x) * number(p.x) + number(side.normal.y) * number(p.y) + number(side.normal.z) * number(p.z);
+}
+
+/// Each part's surface and the caps that close it, which hold its solid, lie within the sides as the file has them: in exact
+/// arithmetic, and the float evaluation of the vertices says so too.
+void expect_held(const std::string& name, const mesh::Mesh& input)
+{
+    const test::Parsed parsed(input);
+    const model::ModelView& m = parsed.view();
+    ASSERT_EQ(m.polytope_ends.size(), m.parts.size()) << name;
+    decompose::Partition partition;
+    partition.part_count = static_cast<std::uint32_t>(m.parts.size());
+    for (std::size_t t = 0; t < m.triangle_part.size(); ++t) partition.part_of_triangle.push_back(model::part_of_triangle(m, t));
+    const std::vector<bake::Patch> patches = bake::patches_of(parsed.mesh(), partition);
+    std::size_t judged = 0;
+    for (std::size_t part = 0; part < patches.size(); ++part)
+        for (const Vec3d& p : bake::corners_of(parsed.mesh(), patches[part]))
+            for (const HalfSpacef& side : model::polytope_of(m, part)) {
+                ASSERT_LE(exact_dot(side, p), Exact::FT(static_cast<double>(side.offset))) << name << ", part " << part;
+                ++judged;
+                if (const Vec3f q = cast<float>(p); cast<double>(q) == p) ASSERT_LE(dot(side.normal, q), side.offset) << name;
+            }
+    EXPECT_GT(judged, 200u) << name;
+}
+
+TEST(AgainstCgal, PolytopesHoldTheirPartsInExactArithmetic)
+{
+    for (const test::Shape& shape : test::small_shapes()) expect_held(shape.name, shape.mesh);
+    for (const char* name : {"elephant_10272.obj", "fandisk_8000.obj", "bull_7154.obj"})
+        if (const auto mesh = test::shared_mesh_too(name)) expect_held(name, *mesh);
+}
+
+TEST(AgainstCgal, ConvexHullsAreTheSame)
+{
+    for (const test::Shape& shape : test::small_shapes()) {
+        std::vector<Exact::Point_3> points;
+        for (const Vec3d& v : shape.mesh.vertices) points.emplace_back(v.x, v.y, v.z);
+        CGAL::Surface_mesh<Exact::Point_3> theirs;
+        CGAL::convex_hull_3(points.begin(), points.end(), theirs);
+        const mesh::Mesh ours = mesh::convex_hull(shape.mesh.vertices);
+        // Their corners are ours; of ours, those in the middle of a flat facet may be none of theirs.
+        for (const auto v : theirs.vertices()) {
+            const auto& p = theirs.point(v);
+            const Vec3d q{CGAL::to_double(p.x()), CGAL::to_double(p.y()), CGAL::to_double(p.z())};
+            EXPECT_NE(std::find(ours.vertices.begin(), ours.vertices.end(), q), ours.vertices.end()) << shape.name;
+        }
+        Exact::FT our_six = 0, their_six = 0;
+        const auto add = [](Exact::FT& six, const auto& a, const auto& b, const auto& c) {
+            six += CGAL::determinant(a - CGAL::ORIGIN, b - CGAL::ORIGIN, c - CGAL::ORIGIN);
+        };
+        for (const mesh::Triangle& t : ours.triangles) {
+            const auto at = [&](std::uint32_t v) {
+                return Exact::Point_3(ours.vertices[v].x, ours.vertices[v].y, ours.vertices[v].z);
+            };
+            add(our_six, at(t[0]), at(t[1]), at(t[2]));
+        }
+        for (const auto f : theirs.faces()) {
+            std::vector<Exact::Point_3> corners;
+            for (const auto v : vertices_around_face(theirs.halfedge(f), theirs)) corners.push_back(theirs.point(v));
+            for (std::size_t i = 2; i < corners.size(); ++i) add(their_six, corners[0], corners[i - 1], corners[i]);
+        }
+        EXPECT_EQ(our_six, their_six) << shape.name;
+    }
 }
 
 class SharedMesh : public testing::TestWithParam<const char*> {};

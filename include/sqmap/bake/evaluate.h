@@ -60,7 +60,8 @@ struct LayerErrors {
 /// Containment, checked afresh from the stored parameters.
 struct Containment {
     std::uint32_t certified = 0;  ///< parts whose stored certificate says that patch and caps are held
-    std::uint32_t outside = 0;    ///< triangles with a corner, edge middle or centroid outside every superquadric
+    std::uint32_t outside =
+        0;  ///< triangles with a corner, edge middle or centroid outside every part's superquadric or polytope
 };
 /// mesh: bake::model_space of the mesh that was baked. Cost: grows with triangles times parts. Thread-safe.
 [[nodiscard]] Containment check_containment(const model::ModelView& model, const mesh::Mesh& mesh);

@@ -27,7 +27,8 @@ public:
 /// Bytes of a serialized model by section, for reports.
 struct SectionBytes {
     std::size_t total = 0, superquadrics = 0;
-    std::size_t map = 0;  ///< central maps
+    std::size_t polytopes = 0;  ///< with the figures of all bounds
+    std::size_t map = 0;        ///< central maps
     std::size_t locator = 0;
     std::size_t exact = 0, mesh = 0;
     std::size_t distance = 0;  ///< signed distance on both sides
@@ -40,6 +41,9 @@ struct SectionBytes {
 [[nodiscard]] std::string model_json(const model::ModelView& view, std::size_t total);
 /// The figures that bake measured, one object. @throw std::bad_alloc
 [[nodiscard]] std::string measured_json(const model::Measured& measured);
+/// How tightly the bounds of a part hold it, one object in mesh units; part == #parts: their union and the whole. "null" of a
+/// model without polytopes. @throw std::bad_alloc
+[[nodiscard]] std::string bounds_json(const model::ModelView& view, std::size_t part);
 /// How the mesh was made a solid, one object; "null" if it was taken unchanged. @throw std::bad_alloc
 [[nodiscard]] std::string cure_json(const model::Cure& cure);
 

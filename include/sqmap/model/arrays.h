@@ -5,6 +5,7 @@
 // Plain data: any number of threads may read it.
 #pragma once
 
+#include "sqmap/math/half_space.h"
 #include "sqmap/model/distance.h"
 
 #include <cstddef>
@@ -40,6 +41,17 @@ struct Locator {
 struct Seed {
     std::uint32_t direction;  ///< part and outward normal
     std::uint32_t extent;     ///< distance and reach
+};
+
+/// The superquadric, the polytope, and what both hold.
+enum class Bound : std::uint8_t { Superquadric, Polytope, Both };
+
+/// How tightly a part's bounds hold it, or their union the whole; model units. Layout equals the FlatBuffers struct BoundFigures.
+struct BoundFigures {
+    float solid_volume;    ///< enclosed by the part's surface and its caps; of the whole by its surface; 0 of what is no solid
+    float volume[3];       ///< of each Bound; for the whole of the parts' union
+    float excess[3];       ///< support excess of each Bound, max over directions u of h_bound(u) - h_surface(u)
+    float standard_error;  ///< of volume[Both] and of the volumes of the whole, had the sample points been random
 };
 
 /// Values of a split cell's record.
@@ -142,6 +154,23 @@ struct CandidateArrays {
         visit("near_bricks", of.near_bricks...);
         visit("near", of.near...);
         visit("rises", of.rises...);
+    }
+};
+
+/// Convex polytopes beside the superquadrics: layer 1 is inside both. Empty in a paper model, which layer 1 of the paper answers,
+/// and in models that were baked before there were polytopes.
+template <template <class> class Array>
+struct BoundArrays {
+    Array<std::uint32_t> polytope_ends;  ///< #parts: one past the last of a part's sides
+    Array<HalfSpacef> polytope_sides;    ///< part after part; as fit::touching_side makes them
+    Array<BoundFigures> bound_figures;   ///< #parts, then the whole
+    /// In the file's order.
+    template <class Visit, class... Of>
+    static constexpr void each(Visit&& visit, Of&... of)
+    {
+        visit("polytope_ends", of.polytope_ends...);
+        visit("polytope_sides", of.polytope_sides...);
+        visit("bound_figures", of.bound_figures...);
     }
 };
 

@@ -98,7 +98,11 @@ struct Cure {
 
 /// Everything a query reads, and what a reader wants to know: spans over a blob that the caller owns, which are valid as long as
 /// it is. Copyable; any number of threads may read one at a time.
-struct ModelView : CentralArrays<ArrayView>, MeshArrays<ArrayView>, LocatorArrays<ArrayView>, CandidateArrays<ArrayView> {
+struct ModelView : CentralArrays<ArrayView>,
+                   MeshArrays<ArrayView>,
+                   LocatorArrays<ArrayView>,
+                   CandidateArrays<ArrayView>,
+                   BoundArrays<ArrayView> {
     Header header{};
     ArrayView<Part> parts;
     DistanceArrays<ArrayView> distance;
@@ -142,6 +146,15 @@ template <template <class> class Array>
 }
 /// The part's superquadric, model space.
 [[nodiscard]] shape::Superquadricf superquadric_of(const Part& part) noexcept;
+/// The sides of the convex polytope that bounds a part beside its superquadric, model space; none in a model without polytopes.
+/// @pre part < view.parts.size()
+[[nodiscard]] constexpr std::span<const HalfSpacef> polytope_of(const ModelView& view, std::size_t part)
+{
+    SQMAP_ASSERT(part < view.parts.size());
+    if (view.polytope_ends.empty()) return {};
+    const std::uint32_t first = part == 0 ? 0 : view.polytope_ends[part - 1];
+    return view.polytope_sides.subspan(first, view.polytope_ends[part] - first);
+}
 /// True where the chart's centre lies in the solid.
 [[nodiscard]] bool centre_inside(const Part& part) noexcept;
 /// True where a closed-form ellipsoid bounds the part: no superquadric was found that does.

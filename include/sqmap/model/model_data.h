@@ -13,7 +13,11 @@ template <class T>
 using ArrayData = std::vector<T>;
 
 /// As ModelView. Several threads may read one at a time; changing it needs it alone.
-struct ModelData : CentralArrays<ArrayData>, MeshArrays<ArrayData>, LocatorArrays<ArrayData>, CandidateArrays<ArrayData> {
+struct ModelData : CentralArrays<ArrayData>,
+                   MeshArrays<ArrayData>,
+                   LocatorArrays<ArrayData>,
+                   CandidateArrays<ArrayData>,
+                   BoundArrays<ArrayData> {
     Header header{};
     ArrayData<Part> parts;
     DistanceArrays<ArrayData> distance;
@@ -30,6 +34,7 @@ struct ModelData : CentralArrays<ArrayData>, MeshArrays<ArrayData>, LocatorArray
         const auto look = [](const char*, auto& span, const auto& array) { span = array; };
         each_surface_array(look, view, *this);
         each_cell_array(look, view, *this);
+        BoundArrays<ArrayView>::each(look, view, *this);
         DistanceArrays<ArrayView>::each(look, view.distance, distance);
         view.distance.header = distance.header;
         view.header = header;

@@ -10,7 +10,7 @@ namespace sqmap::query {
 
 /// The layer that answers a query: each is slower than the one before it, and errs less.
 enum class Layer : std::uint8_t {
-    One,    ///< the superquadrics: errs towards contact, except where the locator proves points of a probe to be free
+    One,    ///< superquadrics and polytopes: errs towards contact, except where the locator proves points of a probe to be free
     Two,    ///< one plane of the locator; in a model without a locator the base map
     Three,  ///< the locator's planes where they are the surface, else the refined map
     Exact,  ///< the mesh's own triangles

@@ -120,16 +120,23 @@ std::vector<Vec3d> sample_points(const mesh::Mesh& mesh, double r_max, const Eva
 Containment check_containment(const model::ModelView& model, const mesh::Mesh& mesh)
 {
     Containment result;
-    std::vector<shape::Superquadricd> shapes;
-    for (const model::Part& p : model.parts) {
+    struct Bounds {
+        shape::Superquadricd superquadric;
+        std::vector<HalfSpaced> sides;
+    };
+    std::vector<Bounds> bounds;
+    for (std::size_t i = 0; i < model.parts.size(); ++i) {
+        const model::Part& p = model.parts[i];
         if (p.largest_f <= 1.f) ++result.certified;
-        shapes.push_back(shape::cast<double>(model::superquadric_of(p)));
+        Bounds& b = bounds.emplace_back(Bounds{shape::cast<double>(model::superquadric_of(p)), {}});
+        for (const HalfSpacef& side : model::polytope_of(model, i)) b.sides.push_back(cast<double>(side));
     }
     for (const mesh::Triangle& t : mesh.triangles) {
         const Vec3d a = mesh.vertices[t[0]], b = mesh.vertices[t[1]], c = mesh.vertices[t[2]];
         const Vec3d points[] = {a, b, c, 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a), (a + b + c) / 3.0};
-        const bool held = std::any_of(shapes.begin(), shapes.end(), [&](const shape::Superquadricd& sq) {
-            return std::all_of(std::begin(points), std::end(points), [&](Vec3d p) { return shape::implicit(sq, p) <= 1; });
+        const bool held = std::any_of(bounds.begin(), bounds.end(), [&](const Bounds& held_in) {
+            return std::all_of(std::begin(points), std::end(points),
+                               [&](Vec3d p) { return holds(held_in.sides, p) && shape::implicit(held_in.superquadric, p) <= 1; });
         });
         result.outside += held ? 0u : 1u;
     }

@@ -1,6 +1,8 @@
 #include "fit.h"
 
 #include "bake/central/chart.h"
+#include "sqmap/fit/polytope.h"
+#include "sqmap/mesh/convex_hull.h"
 
 #include <algorithm>
 #include <cmath>
@@ -127,6 +129,12 @@ FittedPart fit_patch(const mesh::Solid& solid, const CanonicalMesh& canonical, P
     part.fit = certified_fit(solid.mesh(), canonical, part.patch, options);
     part.centre = choose_centre(solid, part.fit.superquadric, ordered_in(canonical, part.patch));
     return part;
+}
+
+std::vector<HalfSpacef> fit_polytope(const mesh::Mesh& mesh, const FittedPart& part)
+{
+    const HeldSurface held = held_by(mesh, part.patch);
+    return fit::bounding_polytope(mesh::convex_hull(held.points), held.points, part.fit.superquadric);
 }
 
 PartQuality quality_of(const mesh::Solid& solid, const CanonicalMesh& canonical, const FittedPart& part)

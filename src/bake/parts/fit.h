@@ -14,6 +14,9 @@ namespace sqmap::bake {
 [[nodiscard]] FittedPart fit_patch(const mesh::Solid& solid, const CanonicalMesh& canonical, Patch patch,
                                    const fit::FitOptions& options);
 
+/// The convex polytope of a part beside its superquadric. mesh: in model space. Cost: some 3 ms. Thread-safe.
+[[nodiscard]] std::vector<HalfSpacef> fit_polytope(const mesh::Mesh& mesh, const FittedPart& part);
+
 /// How well the fit serves. canonical: as for fit_patch, so that no sample depends on the file's frame.
 [[nodiscard]] PartQuality quality_of(const mesh::Solid& solid, const CanonicalMesh& canonical, const FittedPart& part);
 

@@ -3,6 +3,7 @@
 
 #include "bake/parts/caps.h"
 #include "sqmap/fit/fit.h"
+#include "sqmap/math/half_space.h"
 #include "sqmap/math/vec.h"
 #include "sqmap/mesh/mesh.h"
 
@@ -22,8 +23,9 @@ struct Patch {
 /// A patch in its superquadric.
 struct FittedPart {
     Patch patch;
-    fit::FitReport fit;  ///< its certificate is about patch and caps
-    Vec3f centre;        ///< of the central projection, model space
+    fit::FitReport fit;                  ///< its certificate is about patch and caps
+    Vec3f centre;                        ///< of the central projection, model space
+    std::vector<HalfSpacef> polytope{};  ///< beside the superquadric: holds patch and caps too; empty until it is fitted
 };
 
 /// How well one superquadric and one projection serve a part.

@@ -110,7 +110,8 @@ private:
     double shortfall(const model::Measured& m) const override { return m.depth_p99 / options_.target_error; }
     double max_hidden() const override { return std::numeric_limits<double>::infinity(); }
 
-    void locator() override {}  // only the exact layer has cells
+    void polytopes() override {}  // the paper's layer 1 is the superquadrics
+    void locator() override {}    // only the exact layer has cells
     /// Charts lead to the cells and are dropped, planes and seeds with them.
     void exact() override
     {

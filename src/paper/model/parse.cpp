@@ -42,9 +42,10 @@ ParseStatus check_bare_cells(const model::ModelView& v)
     return ParseStatus::Ok;
 }
 
-/// A paper model has no central maps beside its own.
+/// A paper model has no central maps beside its own, and the superquadrics alone bound its parts.
 bool has_no_charts(const model::ModelView& v)
 {
+    if (!v.polytope_ends.empty()) return false;
     if (model::bytes_of<model::CentralArrays<model::ArrayView>>(v) != 0) return false;
     for (const model::Part& part : v.parts)
         if (part.base != 0) return false;

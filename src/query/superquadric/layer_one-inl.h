@@ -1,5 +1,5 @@
-// Layer One of points: the superquadrics alone. Of those that hold a point the one that it is deepest in answers, for the union's
-// surface is outside every part that holds it.
+// Layer One of points: the superquadrics, and the polytopes beside them. A part holds a point if both do. Of the parts that hold
+// it the one in whose superquadric it is deepest answers, for the union's surface is outside every part that holds it.
 #if defined(SQMAP_QUERY_SUPERQUADRIC_LAYER_ONE_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef SQMAP_QUERY_SUPERQUADRIC_LAYER_ONE_INL_H
 #undef SQMAP_QUERY_SUPERQUADRIC_LAYER_ONE_INL_H
@@ -13,10 +13,22 @@
 #include "query/superquadric/held-inl.h"
 
 #include <algorithm>
+#include <span>
 
 HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {
 namespace {
+
+/// Keeps the points that every side of a polytope holds. The sides have room for the rounding (see fit::touching_side), so no
+/// point of the solid is left out.
+HWY_INLINE M in_polytope(std::span<const HalfSpacef> sides, const V3& p, M which)
+{
+    for (const HalfSpacef& side : sides) {
+        which = hn::And(which, hn::Le(row_dot(&side.normal.x, p), set(side.offset)));
+        if (!any(which)) break;
+    }
+    return which;
+}
 
 /// Points that wait for the superquadrics, which answer one after the other.
 class PointsOfLayerOne {
@@ -110,13 +122,16 @@ private:
     {
         const model::Part& part = model_.parts[static_cast<std::size_t>(number)];
         const SuperquadricLanes sq(model::superquadric_of(part));
+        const std::span<const HalfSpacef> polytope = model::polytope_of(model_, static_cast<std::size_t>(number));
         boxed_ = 0;
         for (std::size_t i = 0; i < count_; i += hn::Lanes(df)) {
             const V3 p = load(p_, i);
             const M near = hn::And(present(i), in_sphere(part.sphere, p));
             if (!any(near)) continue;
             const V3 unit = sq.to_unit(sq.to_local(p));
-            const M inside = hn::And(near, in_box(unit));
+            M inside = hn::And(near, in_box(unit));
+            if (!any(inside)) continue;
+            inside = in_polytope(polytope, p, inside);
             if (!any(inside)) continue;
             pack(unit.x, inside, unit_[0] + boxed_);
             pack(unit.y, inside, unit_[1] + boxed_);

@@ -90,6 +90,7 @@ void expect_same_arrays(const model::ModelData& a, const model::ModelData& b)
     const auto expect_same = [](const char* name, const auto& x, const auto& y) { EXPECT_TRUE(same(x, y)) << name; };
     model::each_surface_array(expect_same, a, b);
     model::each_cell_array(expect_same, a, b);
+    model::BoundArrays<model::ArrayData>::each(expect_same, a, b);
     model::DistanceArrays<model::ArrayData>::each(expect_same, a.distance, b.distance);
 }
 

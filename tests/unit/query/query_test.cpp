@@ -42,6 +42,51 @@ std::vector<Vec3d> points_about(const test::Baked& b, std::uint64_t seed)
     return points;
 }
 
+TEST(Query, PolytopesOnlyFreePointsOfLayerOneThatTheSolidDoesNotHold)
+{
+    for (const test::Shape& shape : test::small_shapes()) {
+        const test::Baked b = test::baked(shape.mesh);
+        const model::ModelView view = b.in_model_space();
+        const mesh::Solid solid(b.mesh);
+        model::ModelView bare = view;
+        bare.polytope_ends = {};
+        bare.polytope_sides = {};
+        int contacts = 0, freed = 0;
+        for (const Vec3d& p : points_about(b, 5)) {
+            const PointResult both = query_point(view, p, {.layer = Layer::One}),
+                              one = query_point(bare, p, {.layer = Layer::One});
+            ASSERT_LE(both.contact, one.contact) << shape.name;
+            contacts += one.contact ? 1 : 0;
+            freed += one.contact && !both.contact ? 1 : 0;
+            if (one.contact && !both.contact) {
+                EXPECT_TRUE(both.certain);
+                EXPECT_FALSE(solid.inside(p)) << shape.name;
+            }
+            if (both.contact && both.part == one.part) {
+                EXPECT_EQ(both.depth, one.depth) << shape.name;
+                EXPECT_EQ(both.witness, one.witness) << shape.name;
+            }
+            // The rule, in plain words: a part holds a point if its superquadric and every side do.
+            bool is_held = false;
+            for (std::size_t i = 0; i < view.parts.size(); ++i) {
+                model::ModelView part = bare;
+                part.parts = view.parts.subspan(i, 1);
+                is_held = is_held || (holds(model::polytope_of(view, i), cast<float>(p)) &&
+                                      query_point(part, p, {.layer = Layer::One}).contact);
+            }
+            ASSERT_EQ(both.contact, is_held) << shape.name;
+            for (const Layer layer : {Layer::Two, Layer::Three, Layer::Exact}) {
+                const PointResult with = query_point(view, p, {.layer = layer}), without = query_point(bare, p, {.layer = layer});
+                ASSERT_EQ(with.contact, without.contact);
+                ASSERT_EQ(with.depth, without.depth);
+                ASSERT_EQ(with.normal, without.normal);
+            }
+        }
+        EXPECT_GT(contacts, 500) << shape.name;
+        EXPECT_GT(freed, 0) << shape.name;
+    }
+}
+
 TEST(Query, LayersKeepTheirPromisesOnEveryShape)
 {
     for (const test::Shape& shape : test::small_shapes()) {

@@ -29,9 +29,13 @@ ordered_json facts_json(const Object& object, const Parts& parts, bool edited)
     out["triangles"] = h.triangle_count;
     out["vertices"] = h.vertex_count;
     out["hasTriangles"] = !object.mesh.triangles.empty();
-    out["bytes"] = {{"total", bytes.total}, {"superquadrics", bytes.superquadrics},
-                    {"map", bytes.map},     {"locator", bytes.locator},
-                    {"exact", bytes.exact}, {"mesh", bytes.mesh}};
+    out["bytes"] = {{"total", bytes.total},
+                    {"superquadrics", bytes.superquadrics},
+                    {"polytopes", bytes.polytopes},
+                    {"map", bytes.map},
+                    {"locator", bytes.locator},
+                    {"exact", bytes.exact},
+                    {"mesh", bytes.mesh}};
     out["rMax"] = h.r_max * h.unit * object.metres_per_unit;
     out["metresPerUnit"] = object.metres_per_unit;
     out["central"] = !paper::is_paper(m);
@@ -75,8 +79,10 @@ ordered_json facts_json(const Object& object, const Parts& parts, bool edited)
              {"a", vector_json(metres * s.a)},
              {"eps", {s.eps1, s.eps2}},
              {"taper", {s.taper_x, s.taper_y}},
-             {"bend", s.bend}});
+             {"bend", s.bend},
+             {"bounds", edited ? ordered_json() : ordered_json::parse(io::bounds_json(m, p))}});
     }
+    out["bounds"] = edited ? ordered_json() : ordered_json::parse(io::bounds_json(m, m.parts.size()));
     out["cure"] = ordered_json::parse(io::cure_json(m.cure));
     out["verdict"] = object.admission ? mesh::name_of(*object.admission) : "";
     out["notes"] = words(object.notes, k_page_settings);

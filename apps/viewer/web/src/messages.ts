@@ -1,12 +1,15 @@
 // The messages between the page and the program, as types: JSON as the program writes it, and the binary stream as it is read here.
+/// How tightly the bounds hold a part, or their union the whole; null of a paper model and of edited parts. Lengths: the file's units.
+export interface Bound { volume: number; volume_ratio: number | null; support_excess: number; support_excess_percent: number; }
+export interface Bounds { solid_volume: number; superquadric: Bound; polytope: Bound; both: Bound; standard_error: number; }
 export interface Part {
   name: string; sphere: number[]; neighbours: number[]; triangles: number; area: number; certified: boolean; largestF: number | null;
-  a: number[]; eps: number[]; taper: number[]; bend: number;
+  a: number[]; eps: number[]; taper: number[]; bend: number; bounds: Bounds | null;
 }
 export interface ObjectFacts {
   name: string; hash: string; sphere: number[]; namesKept: boolean; edited: boolean; solid: boolean; triangles: number; vertices: number; hasTriangles: boolean;
   bytes: Record<string, number>; rMax: number; metresPerUnit: number; central: boolean; exact: boolean;
-  position: number[]; half: number[]; measured: Record<string, number>; parts: Part[]; verdict: string; notes: string[]; cure: Cure | null;
+  position: number[]; half: number[]; measured: Record<string, number>; parts: Part[]; bounds: Bounds | null; verdict: string; notes: string[]; cure: Cure | null;
   twin: number | null;  ///< index of the object of the same mesh and the other projection
   upload: number;  ///< the number that the page gave to the object's file; 0: none
   id: number; revision: number; canUndo: boolean; canRedo: boolean;

@@ -2,7 +2,7 @@
 import { css } from '../colours';
 import { digits, fill, h } from '../dom';
 import { MapView } from '../map';
-import type { Feet } from '../messages';
+import type { Bound, Bounds, Feet, ObjectFacts } from '../messages';
 import { link, saved } from '../net';
 import { trouble, wait } from '../notices';
 import { world } from '../stage';
@@ -22,6 +22,16 @@ export function select(object: number, part: number): void {
 
 let chosenOther = -1, cutStep = 0.004;
 const CUT_STEPS: [number, string][] = [[0, 'a row'], [0.002, '2 mm'], [0.004, '4 mm'], [0.01, '10 mm']];
+
+/// Volumes over the solid's and support excess of each bound: of a part, or of the union of all and the whole.
+function boundsTable(f: ObjectFacts, bounds: Bounds | null | undefined, of: string): HTMLElement | null {
+  if (!bounds) return null;
+  const row = (name: string, b: Bound) => h('tr', {}, h('th', { scope: 'row' }, name), h('td', { class: 'number' }, b.volume_ratio === null ? '–' : b.volume_ratio.toFixed(2)),
+    h('td', { class: 'number' }, digits(1000 * f.metresPerUnit * b.support_excess)), h('td', { class: 'number' }, b.support_excess_percent.toFixed(2)));
+  return h('table', { class: 'answers', title: 'How far each bound reaches: its volume over the solid’s, and its support excess, the greatest distance of its points from the convex hull of the surface. Layer 1 takes both.' },
+    h('thead', {}, h('tr', {}, ...[`Bounds of ${of}`, 'Volume', 'Excess, mm', '% of R_max'].map((t) => h('th', { scope: 'col' }, t)))),
+    h('tbody', {}, row('Superquadric', bounds.superquadric), row('Polytope', bounds.polytope), row('Both', bounds.both)));
+}
 
 function showPart(): void {
   const s = state.selected, f = s ? state.facts[s.object] : undefined;
@@ -54,6 +64,7 @@ function showPart(): void {
   fill(partBox,
     name && h('label', { class: 'field' }, h('span', {}, 'Part'), name),
     p && h('p', { class: 'note' }, `${p.triangles.toLocaleString('en')} triangles, ${digits(p.area, 2)} % of the surface; half axes ${p.a.map((x) => digits(1000 * x)).join(' × ')} mm, exponents ${p.eps.map((x) => digits(x, 2)).join(', ')}${p.taper.some((t) => t) ? ', tapered' : ''}${p.bend ? ', bent' : ''}; ${p.certified ? `proven to hold its surface (F ≤ ${digits(p.largestF ?? 0, 4)})` : 'not proven to hold its surface'}`),
+    p ? boundsTable(f, p.bounds, 'the part') : boundsTable(f, f.bounds, 'all parts'),
     edits, list);
   if (!p) map.clear('Select a part: click the object.');
   else if (saved) map.clear('The map stays with the program.');
