@@ -121,7 +121,7 @@ double precision (winding number above 0 is inside, true distance to the boundar
 - **bake s**: CPU seconds of the whole bake on one thread, its own measurement included.
 - **contained**: parts whose stored certificate proves that the superquadric holds the part's surface and the caps that
   close it, and triangles found outside every superquadric when checked again.
-- **L1 missed**: points of the solid that layer 1, the superquadrics alone, calls free.
+- **L1 missed**: points of the solid that layer 1 calls free.
 - **L3 missed + false**: wrong verdicts of layer 3 at points farther than 0.5 % from the surface.
 - **certain wrong**: answers that the model calls proven and the oracle contradicts, layer 3 and exact together.
 - **eq. 35**: the difference between map and mesh along the projection; *left out* is the share of the points inside a
