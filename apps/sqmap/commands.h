@@ -12,6 +12,7 @@ void add_check(CommandLine& line);
 void add_devices(CommandLine& line);  // rtcheck, touch, replay and view too: on Linux
 void add_dress(CommandLine& line);    // where sqmap::sim is built
 void add_eval(CommandLine& line);
+void add_export(CommandLine& line);
 void add_info(CommandLine& line);
 void add_query(CommandLine& line);
 void add_render(CommandLine& line);  // where there is libpng: on Linux

@@ -25,6 +25,7 @@ int main(int argc, char** argv)
     sqmap::app::add_batch(line);
 #endif
     sqmap::app::add_info(line);
+    sqmap::app::add_export(line);
     sqmap::app::add_query(line);
     sqmap::app::add_eval(line);
 #ifdef SQMAP_WITH_PICTURES

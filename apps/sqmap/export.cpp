@@ -1,0 +1,81 @@
+#include "sqmap/collider/export.h"
+#include "commands.h"
+#include "shape_options.h"
+#include "sqmap/io/model_file.h"
+#include "sqmap/io/replace_file.h"
+#include "sqmap/mesh/error.h"
+#include "sqmap/paper/model_file.h"
+
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <span>
+
+namespace sqmap::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ExportArguments {
+    std::string model, output, report;
+    std::optional<collider::Format> format;
+    collider::ShapeChoice shape;
+    unsigned threads = 0;
+};
+
+collider::Format format_of(const ExportArguments& o)
+{
+    if (o.format) return *o.format;
+    const std::string extension = fs::path(o.output).extension().string();
+    constexpr std::pair<const char*, collider::Format> k_extensions[] = {
+        {".urdf", collider::Format::Urdf}, {".sdf", collider::Format::Sdf},   {".srdf", collider::Format::Srdf},
+        {".mjcf", collider::Format::Mjcf}, {".json", collider::Format::Json}, {".obj", collider::Format::Obj},
+        {".glb", collider::Format::Glb}};
+    for (const auto& [ending, format] : k_extensions)
+        if (extension == ending) return format;
+    throw WrongUsage("--as", "the name '" + o.output + "' does not say which file it is: give urdf, mjcf, sdf, srdf, spheres, json, "
+                             "obj or glb");
+}
+
+int run(const ExportArguments& o)
+{
+    const collider::Format format = format_of(o);
+    io::refuse_to_replace(o.output, {o.model});
+    io::refuse_to_replace(o.report, {o.model});
+    const paper::MappedModel file(o.model);
+    collider::Pieces pieces = collider::pieces_of(file.view(), fs::path(o.model).stem().string());
+    const collider::Colliders made = collider::colliders_of(pieces, o.shape, o.threads);
+    std::vector<collider::ExportFile> files = collider::files_of(made, format, o.output);
+    if (!o.report.empty()) files.insert(files.begin(), {o.report, collider::report_json(made) + '\n'});
+    for (const collider::ExportFile& f : files) io::refuse_to_replace(f.path, {o.model});
+    collider::write(files);
+    print_colliders(made);
+    for (const collider::ExportFile& f : files) std::printf("wrote %s\n", f.path.string().c_str());
+    return 0;
+}
+
+}  // namespace
+
+void add_export(CommandLine& line)
+{
+    const auto options = std::make_shared<ExportArguments>();
+    Command command = line.add("export", "Write shapes that enclose a model's parts, for robots, simulators and planners");
+    command.option("model", options->model, "Model (.sqmap) with its exact layer").required().existing_file();
+    command.option("-o,--output", options->output, "File to write; meshes that it needs are written beside it").required();
+    const auto take = [options](const std::string& text) {
+        options->format = collider::format_named(text);
+        if (!options->format) throw WrongUsage("--as", "'" + text + "' is none of urdf|mjcf|sdf|srdf|spheres|json|obj|glb");
+    };
+    command.text("--as", take, "Kind of file; without it the ending of the name says")
+        .type_name("urdf|mjcf|sdf|srdf|spheres|json|obj|glb")
+        .shows_default("");
+    add_shape_option(command, options->shape);
+    command.option("--report", options->report, "Write the figures as JSON");
+    command.option("--threads", options->threads, "Threads, 0 for one a core; the file does not depend on it");
+    command.footer(
+        "Every shape is certified to hold its part as it is written, its decimals rounded outwards.\n"
+        "Exit code: 0 written, 2 not a valid model or nothing written, 64 wrong usage, 70 internal error.");
+    command.run<io::ModelFileError, mesh::Error>([options] { return run(*options); });
+}
+
+}  // namespace sqmap::app

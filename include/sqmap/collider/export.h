@@ -1,0 +1,86 @@
+// Files of other programs with shapes that enclose the parts of a thing.
+// Any number of threads, on files of their own.
+#pragma once
+
+#include "sqmap/collider/figures.h"
+#include "sqmap/collider/pieces.h"
+#include "sqmap/collider/shape.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace sqmap::collider {
+
+/// Files that are written.
+enum class Format : std::uint8_t {
+    Urdf,     ///< a link with a collision element a shape; box, cylinder and sphere, others as meshes in files beside it
+    Mjcf,     ///< MuJoCo: a free body with a geom a shape
+    Sdf,      ///< SDFormat 1.9: a model with a link
+    Srdf,     ///< MoveIt's link_sphere_approximation: spheres alone
+    Spheres,  ///< cuRobo's YAML: spheres alone
+    Json,     ///< every parameter, and the equation that holds within
+    Obj,      ///< the shapes as triangles, an object each
+    Glb,      ///< the same as binary glTF, a node each
+};
+
+/// "urdf", "mjcf", "sdf", "srdf", "spheres", "json", "obj" or "glb". Never null.
+[[nodiscard]] const char* name_of(Format format) noexcept;
+/// The format of a name, whatever its case; nothing for another word.
+[[nodiscard]] std::optional<Format> format_named(std::string_view name) noexcept;
+
+/// A shape for each part, or balls for the whole.
+struct ShapeChoice {
+    Kind kind = Kind::Hull;
+    std::size_t spheres = 0;  ///< above 0: so many balls that hold the whole together, and kind does not count
+};
+/// "hull", "box", ..., or "spheres:64". Nothing for other text, and for a number of spheres out of 1 to 4096.
+[[nodiscard]] std::optional<ShapeChoice> choice_named(std::string_view text) noexcept;
+
+/// Shapes with their figures.
+struct Colliders {
+    std::string name;
+    struct Item {
+        std::string name;
+        Shape shape;
+        Figures figures;            ///< beside the part's own solid
+        std::vector<Vec3d> points;  ///< which the shape holds
+    };
+    std::vector<Item> items;
+    Figures whole;  ///< of all shapes beside the whole solid
+};
+
+/// Shapes that hold the pieces. threads: 0 one a core; the result does not depend on it.
+/// @throw mesh::InvalidInput for superquadrics that a piece lacks, and for spheres of a thing without a solid
+/// Cost: as enclosing, covering_spheres and figures_of.
+[[nodiscard]] Colliders colliders_of(const Pieces& pieces, const ShapeChoice& choice, unsigned threads = 0);
+
+/// A file to be written.
+struct ExportFile {
+    std::filesystem::path path;
+    std::string bytes;
+};
+/// The files of a format: the one that path names comes last, meshes that it refers to before it. The shapes in them are those that a
+/// reader finds, to the last bit: as_hull stands for a shape that the format lacks.
+/// @throw mesh::InvalidInput for another shape than spheres where the format has nothing else
+[[nodiscard]] std::vector<ExportFile> files_of(const Colliders& colliders, Format format, const std::filesystem::path& path);
+/// Writes them; each appears whole or not at all, the one that refers to the others last. @throw io::ModelFileError
+void write(const std::vector<ExportFile>& files);
+
+/// Figures of each shape and of the whole, one object as JSON text.
+[[nodiscard]] std::string report_json(const Colliders& colliders);
+
+/// The model's parts in shapes, written to a file. @throw as pieces_of, colliders_of, files_of and write
+struct ExportOptions {
+    Format format = Format::Json;
+    ShapeChoice shape{};
+    unsigned threads = 0;
+};
+[[nodiscard]] Colliders export_model(const model::ModelView& model, const std::filesystem::path& path,
+                                     const ExportOptions& options = {});
+
+}  // namespace sqmap::collider

@@ -1,0 +1,164 @@
+#include "sqmap/collider/pieces.h"
+
+#include "bake/parts/part.h"
+#include "bake/parts/refinement.h"
+#include "sqmap/bake/rebake.h"
+#include "sqmap/mesh/bvh.h"
+#include "sqmap/mesh/error.h"
+#include "sqmap/mesh/self_intersection.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sqmap::collider {
+namespace {
+
+/// A superquadric of model space in mesh units.
+shape::Superquadricd in_mesh_units(shape::Superquadricd sq, Vec3d origin, double unit)
+{
+    sq.a = unit * sq.a;
+    sq.translation = unit * sq.translation + origin;
+    sq.bend /= unit;
+    return sq;
+}
+
+double volume_of(const mesh::Mesh& mesh)
+{
+    double six = 0;
+    const Vec3d on = mesh.vertices.front();  // far from the origin products would cancel
+    for (const mesh::Triangle& t : mesh.triangles)
+        six += dot(mesh.vertices[t[0]] - on, cross(mesh.vertices[t[1]] - on, mesh.vertices[t[2]] - on));
+    return six / 6;
+}
+
+/// Triangles that share no vertices, as a mesh.
+mesh::Mesh soup_mesh(std::span<const std::array<Vec3d, 3>> triangles)
+{
+    mesh::Mesh out;
+    for (const std::array<Vec3d, 3>& t : triangles) {
+        const auto first = static_cast<std::uint32_t>(out.vertices.size());
+        out.vertices.insert(out.vertices.end(), t.begin(), t.end());
+        out.triangles.push_back({first, first + 1, first + 2});
+    }
+    return out;
+}
+
+std::vector<std::uint32_t> all_of(std::size_t count)
+{
+    std::vector<std::uint32_t> out(count);
+    for (std::uint32_t i = 0; i < count; ++i) out[i] = i;
+    return out;
+}
+
+/// The triangles in the model space of a normalization.
+std::vector<std::array<Vec3d, 3>> scaled(std::span<const std::array<Vec3d, 3>> triangles, const mesh::Normalization& n)
+{
+    std::vector<std::array<Vec3d, 3>> out(triangles.begin(), triangles.end());
+    for (std::array<Vec3d, 3>& t : out)
+        for (Vec3d& v : t) v = (v - n.origin) / n.unit;
+    return out;
+}
+
+Pieces uncut(const CutInput& input, const CutOptions& options)
+{
+    Pieces out{.name = input.name, .surface = {}};
+    Piece& piece = out.pieces.emplace_back(Piece{.name = input.name, .points = {}});
+    for (const std::array<Vec3d, 3>& t : input.triangles) piece.points.insert(piece.points.end(), t.begin(), t.end());
+    if (input.solid != nullptr) {
+        out.surface = *input.solid;
+        out.is_solid = true;
+        out.crossed.assign(input.crossed.begin(), input.crossed.end());
+        piece.points.insert(piece.points.end(), input.solid->vertices.begin(), input.solid->vertices.end());
+        piece.volume = volume_of(*input.solid);
+    }
+    if (options.superquadrics) {
+        mesh::Mesh mesh = input.solid != nullptr ? *input.solid : soup_mesh(input.triangles);
+        const mesh::Normalization n = mesh::normalization_of(mesh);
+        mesh = mesh::normalized(mesh, n);
+        const fit::FitReport fit = fit::fit_bounding(mesh, all_of(mesh.triangles.size()), scaled(input.triangles, n));
+        piece.superquadric = in_mesh_units(fit.superquadric, n.origin, n.unit);
+    }
+    return out;
+}
+
+/// For each part the input's triangles whose middle is nearest to it.
+std::vector<std::vector<std::array<Vec3d, 3>>> nearest_parts(const CutInput& input, const decompose::Partition& partition)
+{
+    const mesh::Bvh bvh(*input.solid);
+    std::vector<std::vector<std::array<Vec3d, 3>>> out(partition.part_count);
+    for (const std::array<Vec3d, 3>& t : input.triangles) {
+        const Vec3d middle = (t[0] + t[1] + t[2]) / 3.;
+        out[partition.part_of_triangle[bvh.closest_point(middle).triangle]].push_back(t);
+    }
+    return out;
+}
+
+}  // namespace
+
+Piece Pieces::whole() const
+{
+    Piece out{.name = name, .points = {}};
+    for (const Piece& p : pieces) {
+        out.points.insert(out.points.end(), p.points.begin(), p.points.end());
+        out.volume += p.volume;
+    }
+    if (is_solid) out.volume = volume_of(surface);
+    return out;
+}
+
+Pieces pieces_of(const model::ModelView& model, const std::string& name)
+{
+    if (!model::has_exact(model))
+        throw mesh::InvalidInput("the model was baked without its triangles, which say what a part is; bake it with --exact");
+    Pieces out{.name = name, .surface = bake::baked_mesh(model), .is_solid = model.header.solid != 0};
+    decompose::Partition partition;
+    partition.part_count = static_cast<std::uint32_t>(model.parts.size());
+    for (std::uint32_t t = 0; t < out.surface.triangles.size(); ++t)
+        partition.part_of_triangle.push_back(model::part_of_triangle(model, t));
+    const std::vector<bake::Patch> patches = bake::patches_of(out.surface, partition);
+    const auto mesh_units = [&](Vec3d p) {
+        return model.header.unit * p + Vec3d{model.header.origin[0], model.header.origin[1], model.header.origin[2]};
+    };
+    for (std::size_t i = 0; i < patches.size(); ++i) {
+        Piece piece{.name = "part_" + std::to_string(i), .points = bake::corners_of(out.surface, patches[i])};
+        for (Vec3d& p : piece.points) p = mesh_units(p);
+        if (out.is_solid) piece.volume = bake::enclosed_volume(out.surface, patches[i]) * std::pow(model.header.unit, 3);
+        piece.superquadric = in_mesh_units(shape::cast<double>(model::superquadric_of(model.parts[i])), mesh_units({}), model.header.unit);
+        out.pieces.push_back(std::move(piece));
+    }
+    for (Vec3d& v : out.surface.vertices) v = mesh_units(v);
+    if (model.header.self_intersecting != 0) out.crossed = mesh::find_self_intersections(out.surface).crossed;
+    return out;
+}
+
+Pieces pieces_of(const CutInput& input, const CutOptions& options)
+{
+    if (options.max_parts <= 1 || input.solid == nullptr) return uncut(input, options);
+    Pieces out{.name = input.name, .surface = *input.solid, .is_solid = true};
+    out.crossed.assign(input.crossed.begin(), input.crossed.end());
+    const mesh::Normalization n = mesh::normalization_of(*input.solid);
+    const mesh::Mesh mesh = mesh::normalized(*input.solid, n);
+    bake::BakeOptions bake{.max_parts = options.max_parts, .threads = options.threads};
+    bake.decompose.max_parts = options.max_parts;
+    const mesh::Solid solid(mesh, input.crossed);
+    const bake::FittedPartition fitted =
+        bake::refine_partition(solid, bake::canonical_mesh(mesh), decompose::decompose(mesh, bake.decompose), bake);
+    const auto held = nearest_parts(input, fitted.partition);
+    for (std::size_t i = 0; i < fitted.parts.size(); ++i) {
+        const bake::Patch& patch = fitted.parts[i].fitted.patch;
+        Piece piece{.name = input.name + "_part_" + std::to_string(i), .points = bake::corners_of(mesh, patch)};
+        for (Vec3d& p : piece.points) p = n.unit * p + n.origin;
+        for (const std::array<Vec3d, 3>& t : held[i]) piece.points.insert(piece.points.end(), t.begin(), t.end());
+        piece.volume = bake::enclosed_volume(mesh, patch) * n.unit * n.unit * n.unit;
+        if (options.superquadrics) {
+            std::vector<std::array<Vec3d, 3>> caps = scaled(held[i], n);
+            caps.insert(caps.end(), patch.caps.begin(), patch.caps.end());
+            piece.superquadric =
+                in_mesh_units(fit::fit_bounding(mesh, patch.triangles, caps).superquadric, n.origin, n.unit);
+        }
+        out.pieces.push_back(std::move(piece));
+    }
+    return out;
+}
+
+}  // namespace sqmap::collider

@@ -1,0 +1,281 @@
+// Greedy splitting of the cluster whose ball reaches out farthest, then rounds in the manner of S. Lloyd, "Least squares quantization
+// in PCM", 1982: cells go to the ball that has to grow least for them, where balls that reach out far count as smaller than they
+// are, and each ball becomes the smallest about its cells.
+#include "sqmap/collider/spheres.h"
+
+#include "collider/numbers.h"
+#include "collider/searches.h"
+#include "sqmap/math/box.h"
+#include "sqmap/mesh/error.h"
+#include "sqmap/mesh/solid.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+namespace sqmap::collider {
+namespace {
+
+constexpr int k_cells_along = 44;  ///< of the longest side of the box
+constexpr int k_rounds = 30;
+constexpr int k_directions = 40;      ///< of a half sphere, in which a ball's protrusion is probed
+constexpr double k_rounding = 1e-12;  ///< of the greatest coordinate
+
+/// A piece of the solid by its corners.
+struct GridPiece {
+    std::vector<Vec3d> corners;
+    Vec3d middle{};
+};
+
+using Index = std::array<int, 3>;
+
+class Grid {
+public:
+    Grid(const mesh::Mesh& mesh, const mesh::Solid& solid) : mesh_(mesh), solid_(solid), box_(box_of(mesh.vertices))
+    {
+        const Vec3d s = size(box_);
+        side_ = std::max({s.x, s.y, s.z}) / k_cells_along;
+        for (int k = 0; k < 3; ++k) count_[k] = std::max(1, static_cast<int>(std::ceil(s[k] / side_)));
+    }
+
+    std::vector<GridPiece> pieces()
+    {
+        for (const mesh::Triangle& t : mesh_.triangles) clip(t);
+        add_inner();
+        std::vector<GridPiece> out;
+        for (auto& [index, corners] : cells_) {
+            GridPiece piece{.corners = std::move(corners)};
+            for (const Vec3d& p : piece.corners) piece.middle += p;
+            piece.middle = piece.middle / static_cast<double>(piece.corners.size());
+            out.push_back(std::move(piece));
+        }
+        return out;
+    }
+
+private:
+    [[nodiscard]] Vec3d corner(const Index& i) const
+    {
+        return box_.lo + side_ * Vec3d{static_cast<double>(i[0]), static_cast<double>(i[1]), static_cast<double>(i[2])};
+    }
+    [[nodiscard]] int cell_of(double v, int k) const
+    {
+        return std::clamp(static_cast<int>(std::floor((v - box_.lo[k]) / side_)), 0, count_[k] - 1);
+    }
+
+    void clip(const mesh::Triangle& t)
+    {
+        Box box;
+        for (const std::uint32_t v : t) extend(box, mesh_.vertices[v]);
+        Index lo, hi, i;
+        for (int k = 0; k < 3; ++k) {
+            lo[static_cast<std::size_t>(k)] = std::max(0, cell_of(box.lo[k], k) - 1);
+            hi[static_cast<std::size_t>(k)] = cell_of(box.hi[k], k);
+        }
+        for (i[0] = lo[0]; i[0] <= hi[0]; ++i[0])
+            for (i[1] = lo[1]; i[1] <= hi[1]; ++i[1])
+                for (i[2] = lo[2]; i[2] <= hi[2]; ++i[2]) clip(t, i);
+    }
+    void clip(const mesh::Triangle& t, const Index& i)
+    {
+        std::vector<Vec3d> polygon{mesh_.vertices[t[0]], mesh_.vertices[t[1]], mesh_.vertices[t[2]]}, next;
+        const Vec3d lo = corner(i), hi = corner({i[0] + 1, i[1] + 1, i[2] + 1});
+        for (int k = 0; k < 3; ++k)
+            for (const double sign : {1., -1.}) {
+                const double limit = sign > 0 ? hi[k] : -lo[k];
+                next.clear();
+                for (std::size_t j = 0; j < polygon.size(); ++j) {
+                    const Vec3d &a = polygon[j], &b = polygon[(j + 1) % polygon.size()];
+                    const double da = sign * a[k] - limit, db = sign * b[k] - limit;
+                    if (da <= 0) next.push_back(a);
+                    if ((da < 0 && db > 0) || (da > 0 && db < 0)) next.push_back(a + da / (da - db) * (b - a));
+                }
+                polygon.swap(next);
+                if (polygon.empty()) return;
+            }
+        std::vector<Vec3d>& corners = cells_[i];
+        corners.insert(corners.end(), polygon.begin(), polygon.end());
+    }
+
+    /// Corners of cells that lie in the solid: to each cell that has them.
+    void add_inner()
+    {
+        Index i;
+        for (i[0] = 0; i[0] <= count_[0]; ++i[0])
+            for (i[1] = 0; i[1] <= count_[1]; ++i[1])
+                for (i[2] = 0; i[2] <= count_[2]; ++i[2]) {
+                    const Vec3d p = corner(i);
+                    if (!solid_.inside(p)) continue;
+                    for (int c = 0; c < 8; ++c) {
+                        const Index cell{i[0] - (c & 1), i[1] - ((c >> 1) & 1), i[2] - ((c >> 2) & 1)};
+                        bool is_cell = true;
+                        for (std::size_t k = 0; k < 3; ++k) is_cell = is_cell && cell[k] >= 0 && cell[k] < count_[k];
+                        if (is_cell) cells_[cell].push_back(p);
+                    }
+                }
+    }
+
+    const mesh::Mesh& mesh_;
+    const mesh::Solid& solid_;
+    Box box_;
+    double side_ = 0;
+    int count_[3] = {};
+    std::map<Index, std::vector<Vec3d>> cells_;
+};
+
+/// Pieces and the smallest ball about them.
+struct Cluster {
+    std::vector<std::size_t> pieces;
+    Sphere ball{};
+    double protrusion = 0;
+};
+
+class Cover {
+public:
+    Cover(const std::vector<GridPiece>& pieces, const mesh::Solid& solid) : pieces_(pieces), solid_(solid)
+    {
+        directions_ = half_sphere(k_directions);
+        Cluster all;
+        all.pieces.resize(pieces.size());
+        std::iota(all.pieces.begin(), all.pieces.end(), std::size_t{0});
+        fit(all);
+        clusters_.push_back(all);
+    }
+
+    std::vector<Cluster> run(std::size_t count)
+    {
+        while (clusters_.size() < count && split_worst()) {
+        }
+        std::vector<Cluster> best = clusters_;
+        for (int round = 0; round < k_rounds && clusters_.size() > 1; ++round) {
+            reassign();
+            if (worst(clusters_) < worst(best)) best = clusters_;
+        }
+        return best;
+    }
+
+private:
+    static double worst(const std::vector<Cluster>& clusters)
+    {
+        double out = 0;
+        for (const Cluster& c : clusters) out = std::max(out, c.protrusion);
+        return out;
+    }
+
+    void fit(Cluster& c) const
+    {
+        std::vector<Vec3d> points;
+        for (const std::size_t i : c.pieces) points.insert(points.end(), pieces_[i].corners.begin(), pieces_[i].corners.end());
+        c.ball = least_ball(points);
+        c.protrusion = 0;
+        for (const Vec3d& d : directions_)
+            for (const double sign : {1., -1.}) {
+                const Vec3d p = c.ball.centre + sign * c.ball.radius * d;
+                if (!solid_.inside(p)) c.protrusion = std::max(c.protrusion, solid_.bvh().closest_point(p).distance);
+            }
+    }
+
+    /// The direction in which the cluster's pieces spread most but for `skip` others: powers of the covariance.
+    [[nodiscard]] std::array<Vec3d, 3> spread(const Cluster& c) const
+    {
+        std::vector<Vec3d> middles;
+        for (const std::size_t i : c.pieces) middles.push_back(pieces_[i].middle);
+        Box box = box_of(middles);
+        if (middles.size() < 4 || !(norm(size(box)) > 0)) return {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}};
+        for (Vec3d& m : middles) m = (m - centre(box)) / norm(size(box));
+        const Candidate e = least_ellipsoid(middles);
+        const Mat3d axes = transpose(e.axes);
+        return {axes.row[2], axes.row[1], axes.row[0]};
+    }
+
+    bool split_worst()
+    {
+        std::size_t at = clusters_.size();
+        for (std::size_t i = 0; i < clusters_.size(); ++i)
+            if (clusters_[i].pieces.size() > 1 && (at == clusters_.size() || clusters_[i].protrusion > clusters_[at].protrusion)) at = i;
+        if (at == clusters_.size()) return false;
+        std::array<Cluster, 2> best;
+        double least = -1;
+        const std::array<Vec3d, 3> axes = spread(clusters_[at]);
+        for (const Vec3d& axis : axes)
+            for (const double share : {0.5, 0.4, 0.6}) {
+                if (share != 0.5 && !(axis == axes[0])) continue;
+                std::array<Cluster, 2> halves;
+                double lo = dot(axis, pieces_[clusters_[at].pieces[0]].middle), hi = lo;
+                for (const std::size_t i : clusters_[at].pieces) {
+                    lo = std::min(lo, dot(axis, pieces_[i].middle));
+                    hi = std::max(hi, dot(axis, pieces_[i].middle));
+                }
+                for (const std::size_t i : clusters_[at].pieces)
+                    halves[dot(axis, pieces_[i].middle) < lo + share * (hi - lo) ? 0 : 1].pieces.push_back(i);
+                if (halves[0].pieces.empty() || halves[1].pieces.empty()) continue;
+                for (Cluster& h : halves) fit(h);
+                const double cost = std::max(halves[0].protrusion, halves[1].protrusion);
+                if (least >= 0 && cost >= least) continue;
+                least = cost;
+                best = halves;
+            }
+        if (least < 0) return false;
+        clusters_[at] = best[0];
+        clusters_.push_back(best[1]);
+        return true;
+    }
+
+    void reassign()
+    {
+        double mean = 0;
+        for (const Cluster& c : clusters_) mean += c.protrusion / static_cast<double>(clusters_.size());
+        std::vector<std::vector<std::size_t>> pieces(clusters_.size());
+        for (std::size_t i = 0; i < pieces_.size(); ++i) {
+            std::size_t best = 0;
+            double least = INFINITY;
+            for (std::size_t k = 0; k < clusters_.size(); ++k) {
+                const Cluster& c = clusters_[k];
+                const double allowed = c.ball.radius - 0.3 * (c.protrusion - mean);
+                if (norm(pieces_[i].middle - c.ball.centre) - allowed > least) continue;
+                double reach = 0;
+                for (const Vec3d& p : pieces_[i].corners) reach = std::max(reach, norm(p - c.ball.centre));
+                if (reach - allowed < least) {
+                    least = reach - allowed;
+                    best = k;
+                }
+            }
+            pieces[best].push_back(i);
+        }
+        for (std::size_t k = 0; k < clusters_.size(); ++k) {
+            if (pieces[k].empty()) continue;  // it keeps its ball, which holds nothing more than others do
+            clusters_[k].pieces = std::move(pieces[k]);
+            fit(clusters_[k]);
+        }
+    }
+
+    const std::vector<GridPiece>& pieces_;
+    const mesh::Solid& solid_;
+    std::vector<Vec3d> directions_;
+    std::vector<Cluster> clusters_;
+};
+
+}  // namespace
+
+std::vector<Shape> covering_spheres(const mesh::Mesh& surface, std::span<const std::uint8_t> crossed, std::size_t count)
+{
+    if (surface.triangles.empty() || count == 0) throw mesh::InvalidInput("spheres: give a closed mesh and a number from 1 on");
+    const mesh::Solid solid(surface, crossed);
+    const std::vector<GridPiece> pieces = Grid(surface, solid).pieces();
+    double reach = 0;
+    for (const Vec3d& v : surface.vertices) reach = std::max(reach, norm(v));
+    std::vector<Shape> out;
+    for (const Cluster& c : Cover(pieces, solid).run(count)) {
+        Shape ball{.kind = Kind::Sphere, .xyz = rounded(c.ball.centre)};
+        double radius = 0;
+        for (const std::size_t i : c.pieces)
+            for (const Vec3d& p : pieces[i].corners) radius = std::max(radius, norm(p - ball.xyz));
+        radius = rounded_up(radius + k_rounding * reach);
+        ball.size = {radius, radius, radius};
+        out.push_back(ball);
+    }
+    return out;
+}
+
+}  // namespace sqmap::collider

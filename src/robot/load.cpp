@@ -1,0 +1,77 @@
+#include "sqmap/robot/rewrite.h"
+
+#include "sqmap/io/read.h"
+#include "sqmap/mesh/error.h"
+
+#include <algorithm>
+#include <fstream>
+#include <utility>
+
+namespace sqmap::robot {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// True for a DAE file whose up axis is z. The reader turns such a file to y up; robots want it as it stands.
+bool has_z_up(const fs::path& path)
+{
+    std::string extension = path.extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    if (extension != ".dae") return false;
+    constexpr std::size_t k_head = 1 << 20;
+    std::string head(k_head, '\0');
+    std::ifstream file(path, std::ios::binary);
+    file.read(head.data(), static_cast<std::streamsize>(k_head));
+    head.resize(static_cast<std::size_t>(file.gcount()));
+    return head.find("<up_axis>Z_UP</up_axis>") != std::string::npos;
+}
+
+/// Polygons turned round, for a scale that mirrors.
+void reverse_polygons(io::PolygonSoup& soup)
+{
+    for (std::size_t i = 0; i + 1 < soup.polygon_offsets.size(); ++i)
+        std::reverse(soup.indices.begin() + soup.polygon_offsets[i], soup.indices.begin() + soup.polygon_offsets[i + 1]);
+}
+
+/// Fans of the polygons whose corners are there. Convex shapes that hold the corners hold the polygons, whatever the fans.
+mesh::Mesh fans_of(const io::PolygonSoup& soup)
+{
+    mesh::Mesh out{.vertices = soup.positions, .triangles = {}};
+    const auto is_corner = [&](std::int64_t i) { return i >= 0 && static_cast<std::size_t>(i) < soup.positions.size(); };
+    for (std::size_t i = 0; i + 1 < soup.polygon_offsets.size(); ++i)
+        for (std::size_t k = soup.polygon_offsets[i] + 1; k + 1 < soup.polygon_offsets[i + 1]; ++k) {
+            const std::int64_t a = soup.indices[soup.polygon_offsets[i]], b = soup.indices[k], c = soup.indices[k + 1];
+            if (is_corner(a) && is_corner(b) && is_corner(c))
+                out.triangles.push_back(
+                    {static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b), static_cast<std::uint32_t>(c)});
+        }
+    return out;
+}
+
+}  // namespace
+
+LinkMesh load_mesh(const fs::path& path, const CollisionMesh& as, const MeshOptions& options)
+{
+    const auto refuse = [&](mesh::Refusal code, const std::string& message, const char* cure) {
+        throw mesh::RefusedMesh({code, path.string(), message, cure});
+    };
+    std::error_code ignored;
+    if (!fs::is_regular_file(path, ignored))
+        refuse(mesh::Refusal::Format, "there is no such file", "correct the name, or give its package's folder: --package NAME=DIR");
+    io::ReadResult read = io::read_mesh_file(path, options.limits);
+    if (read.error) refuse(mesh::Refusal::Format, read.error->message, "give a mesh that 'sqmap check' reads");
+    io::PolygonSoup& soup = read.soup;
+    const bool z_up = has_z_up(path);
+    for (Vec3d& p : soup.positions) {
+        if (z_up) p = {p.x, -p.z, p.y};
+        p = apply(as.pose, Vec3d{as.scale.x * p.x, as.scale.y * p.y, as.scale.z * p.z});
+        if (!is_finite(p)) refuse(mesh::Refusal::NonFinite, "a coordinate is not finite", "repair the file");
+    }
+    if (as.scale.x * as.scale.y * as.scale.z < 0) reverse_polygons(soup);
+    LinkMesh out{.soup = fans_of(soup), .admitted = {}};
+    if (out.soup.triangles.empty()) refuse(mesh::Refusal::Empty, "it has no faces", "export the mesh again");
+    out.admitted = admit_mesh(mesh::PolygonView{soup.positions, soup.polygon_offsets, soup.indices}, options);
+    return out;
+}
+
+}  // namespace sqmap::robot

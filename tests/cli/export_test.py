@@ -1,0 +1,376 @@
+#!/usr/bin/env python3
+"""sqmap export: every shape, as a reader finds it in the file, holds its part; an oracle of 50 decimal digits decides.
+
+usage: export_test.py PROGRAM
+"""
+import csv
+import decimal
+import fractions
+import json
+import math
+import os
+import pathlib
+import re
+import shutil
+import struct
+import subprocess
+import sys
+import tempfile
+import unittest
+import xml.etree.ElementTree as ElementTree
+
+PROGRAM = os.path.abspath(sys.argv.pop(1))
+decimal.getcontext().prec = 50
+D = decimal.Decimal
+F = fractions.Fraction
+PRIMITIVES = ("box", "sphere", "ellipsoid", "capsule", "cylinder")
+SHAPES = (*PRIMITIVES, "hull", "superquadric")
+
+
+def run(*arguments, code=0):
+    result = subprocess.run([PROGRAM, *arguments], capture_output=True, text=True, timeout=300)
+    assert result.returncode == code, (arguments, result.stdout, result.stderr)
+    return result
+
+
+def sine(x):
+    """Taylor's series to the last digit of the context, for |x| up to some turns."""
+    term = total = x
+    n = 1
+    while abs(term) > D(10) ** -48:
+        term *= -x * x / ((n + 1) * (n + 2))
+        n += 2
+        total += term
+    return total
+
+
+PI = D("3.14159265358979323846264338327950288419716939937510582097494459")
+
+
+def cosine(x):
+    return sine(PI / 2 - x)
+
+
+def lines(path):
+    return pathlib.Path(path).read_text().splitlines()
+
+
+def exact(word):
+    """The double that a reader makes of a word, exactly."""
+    return D(float(word))
+
+
+def numbers(text):
+    return [exact(word) for word in text.split()]
+
+
+def rotation_of_rpy(rpy):
+    (cr, sr), (cp, sp), (cy, sy) = ((cosine(a), sine(a)) for a in rpy)
+    return [[cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr], [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr]]
+
+
+def rotation_of_quaternion(q):
+    n = sum(v * v for v in q).sqrt()
+    w, x, y, z = (v / n for v in q)
+    return [[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]]
+
+
+class Primitive:
+    """A shape as its file has it; half lengths, or radius and half length."""
+
+    def __init__(self, kind, at, rotation, size):
+        self.kind, self.at, self.rotation, self.size = kind, at, rotation, size
+
+    def holds(self, p):
+        d = [a - b for a, b in zip(p, self.at)]
+        x, y, z = (sum(self.rotation[i][k] * d[i] for i in range(3)) for k in range(3))
+        s = self.size
+        if self.kind == "box":
+            return abs(x) <= s[0] and abs(y) <= s[1] and abs(z) <= s[2]
+        if self.kind == "sphere":
+            return x * x + y * y + z * z <= s[0] ** 2
+        if self.kind == "ellipsoid":
+            return (x / s[0]) ** 2 + (y / s[1]) ** 2 + (z / s[2]) ** 2 <= 1
+        if self.kind == "capsule":
+            return x * x + y * y + max(abs(z) - s[1], 0) ** 2 <= s[0] ** 2
+        return x * x + y * y <= s[0] ** 2 and abs(z) <= s[1]
+
+
+class Hull:
+    """Planes of a convex mesh as its file has it; rational arithmetic."""
+
+    def __init__(self, vertices, triangles):
+        self.planes = []
+        for t in triangles:
+            a, b, c = (vertices[i] for i in t)
+            u, v = [q - p for p, q in zip(a, b)], [q - p for p, q in zip(a, c)]
+            n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
+            self.planes.append((n, sum(p * q for p, q in zip(n, a))))
+        self.is_convex = all(self.holds(v) for v in vertices)
+
+    def holds(self, p):
+        return all(n[0] * p[0] + n[1] * p[1] + n[2] * p[2] <= offset for n, offset in self.planes)
+
+
+def read_obj(path):
+    """{name of an object: Hull}"""
+    vertices, faces, name = [], {}, None
+    for line in pathlib.Path(path).read_text().splitlines():
+        words = line.split()
+        if words[:1] == ["o"]:
+            name = words[1]
+            faces[name] = []
+        elif words[:1] == ["v"]:
+            vertices.append([F(float(w)) for w in words[1:]])
+        elif words[:1] == ["f"]:
+            faces[name].append([int(w) - 1 for w in words[1:]])
+    out = {}
+    for name, triangles in faces.items():
+        used = sorted({v for t in triangles for v in t})
+        index = {v: i for i, v in enumerate(used)}
+        out[name] = Hull([vertices[v] for v in used], [[index[v] for v in t] for t in triangles])
+    return out
+
+
+def halves(text):
+    return [v / 2 for v in numbers(text)]
+
+
+def read_urdf(path):
+    out = {}
+    for collision in ElementTree.parse(path).getroot().iter("collision"):
+        shape = collision.find("geometry")[0]
+        if shape.tag == "mesh":
+            out.update(read_obj(pathlib.Path(path).parent / shape.get("filename")))
+            continue
+        origin = collision.find("origin")
+        size = {"box": lambda: halves(shape.get("size")),
+                "sphere": lambda: numbers(shape.get("radius")),
+                "cylinder": lambda: [exact(shape.get("radius")), exact(shape.get("length")) / 2]}[shape.tag]()
+        out[collision.get("name")] = Primitive(shape.tag, numbers(origin.get("xyz")),
+                                               rotation_of_rpy(numbers(origin.get("rpy"))), size)
+    return out
+
+
+def read_sdf(path):
+    out = {}
+    for collision in ElementTree.parse(path).getroot().iter("collision"):
+        shape = collision.find("geometry")[0]
+        if shape.tag == "mesh":
+            out.update(read_obj(pathlib.Path(path).parent / shape.find("uri").text))
+            continue
+        pose = numbers(collision.find("pose").text)
+        find = lambda tag: numbers(shape.find(tag).text)
+        size = {"box": lambda: halves(shape.find("size").text), "sphere": lambda: find("radius"),
+                "ellipsoid": lambda: find("radii")}.get(shape.tag, lambda: [find("radius")[0], find("length")[0] / 2])()
+        out[collision.get("name")] = Primitive(shape.tag, pose[:3], rotation_of_rpy(pose[3:]), size)
+    return out
+
+
+def read_mjcf(path):
+    root = ElementTree.parse(path).getroot()
+    meshes = {m.get("name"): [[F(float(w)) for w in m.get("vertex").split()][i:i + 3] for i in range(0, len(m.get("vertex").split()), 3)]
+              for m in root.iter("mesh")}
+    out = {}
+    for geom in root.iter("geom"):
+        if geom.get("type") != "mesh":
+            out[geom.get("name")] = Primitive(geom.get("type"), numbers(geom.get("pos")),
+                                              rotation_of_quaternion(numbers(geom.get("quat"))), numbers(geom.get("size")))
+    return out, meshes
+
+
+def read_json(path):
+    out = {}
+    for part in json.loads(pathlib.Path(path).read_text(), parse_float=exact, parse_int=D)["parts"]:
+        kind = part["shape"]
+        if kind == "hull":
+            out[part["name"]] = Hull([[F(v) for v in p] for p in part["vertices"]], [[int(i) for i in t] for t in part["triangles"]])
+        elif kind == "superquadric":
+            out[part["name"]] = part
+        elif kind == "sphere":
+            out[part["name"]] = Primitive(kind, part["xyz"], rotation_of_rpy([D(0)] * 3), [part["radius"]])
+        else:
+            size = part["half_lengths"] if "half_lengths" in part else [part["radius"], part["half_length"]]
+            out[part["name"]] = Primitive(kind, part["xyz"], rotation_of_rpy(part["rpy"]), size)
+    return out
+
+
+def read_glb(path):
+    data = pathlib.Path(path).read_bytes()
+    length = struct.unpack_from("<I", data, 12)[0]
+    gltf, binary = json.loads(data[20:20 + length]), data[28 + length:]
+
+    def accessor(i):
+        a = gltf["accessors"][i]
+        view = gltf["bufferViews"][a["bufferView"]]
+        start = view.get("byteOffset", 0) + a.get("byteOffset", 0)
+        size = {"SCALAR": 1, "VEC3": 3}[a["type"]]
+        code = {5126: "f", 5125: "I", 5123: "H"}[a["componentType"]]
+        return struct.unpack_from(f"<{size * a['count']}{code}", binary, start)
+
+    out = {}
+    for node in gltf["nodes"]:
+        if "mesh" not in node:
+            continue
+        primitive = gltf["meshes"][node["mesh"]]["primitives"][0]
+        flat, indices = accessor(primitive["attributes"]["POSITION"]), accessor(primitive["indices"])
+        out[node["name"]] = Hull([[F(v) for v in flat[i:i + 3]] for i in range(0, len(flat), 3)],
+                                 [indices[i:i + 3] for i in range(0, len(indices), 3)])
+    return out
+
+
+class Export(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        os.chdir(cls.folder.name)
+        run("shapes", "hand", "-o", "hand.obj")
+        run("bake", "hand.obj", "-o", "hand.sqmap", "--max-parts", "8", "--target-error", "2")
+        # The model's triangles by part: from a hull of each, whose corners are those of the part and of what closes it.
+        run("export", "hand.sqmap", "--as", "json", "--shape", "hull", "-o", "hulls.json")
+        parts = json.loads(pathlib.Path("hulls.json").read_text(), parse_float=exact, parse_int=D)["parts"]
+        cls.points = {p["name"]: p["vertices"] for p in parts}
+
+    @classmethod
+    def tearDownClass(cls):
+        os.chdir("/")
+        cls.folder.cleanup()
+
+    def check(self, shapes, context):
+        self.assertEqual(set(shapes), set(self.points), context)
+        for name, shape in shapes.items():
+            if isinstance(shape, Hull):
+                self.assertTrue(shape.is_convex, (context, name))
+            for p in self.points[name]:
+                p = [F(v) for v in p] if isinstance(shape, Hull) else p
+                self.assertTrue(shape.holds(p), (context, name, p))
+
+    def test_every_vertex_of_the_mesh_is_in_the_hull_of_some_part(self):
+        hulls = read_json("hulls.json")
+        self.check(hulls, "hulls")
+        mesh = [[F(float(w)) for w in line.split()[1:]] for line in lines("hand.obj") if line.startswith("v ")]
+        # The model keeps vertices in float: half a unit of their last place off.
+        planes = {name: [([float(v) for v in n], float(o)) for n, o in h.planes] for name, h in hulls.items()}
+        for p in mesh[::7]:
+            q = [float(v) for v in p]
+            def outside(sides):
+                return max((sum(a * b for a, b in zip(n, q)) - o) / math.hypot(*n) for n, o in sides)
+            self.assertLess(min(outside(sides) for sides in planes.values()), 1e-6)
+
+    def test_every_shape_of_every_format_holds_its_part(self):
+        for shape in SHAPES:
+            for format, read in (("urdf", read_urdf), ("sdf", read_sdf), ("obj", read_obj), ("glb", read_glb)):
+                path = f"{shape}.{format}"
+                run("export", "hand.sqmap", "--as", format, "--shape", shape, "-o", path)
+                self.check(read(path), (shape, format))
+        for shape in (*PRIMITIVES, "hull"):
+            run("export", "hand.sqmap", "--shape", shape, "-o", f"{shape}.json")
+            self.check(read_json(f"{shape}.json"), (shape, "json"))
+
+    def test_mjcf_holds_the_parts_or_lists_the_vertices_of_the_obj(self):
+        for shape in SHAPES:
+            run("export", "hand.sqmap", "--as", "mjcf", "--shape", shape, "-o", f"{shape}.xml")
+            primitives, meshes = read_mjcf(f"{shape}.xml")
+            if shape in PRIMITIVES:
+                self.check(primitives, shape)
+                continue
+            run("export", "hand.sqmap", "--as", "obj", "--shape", shape, "-o", "same.obj")
+            written = [[F(float(w)) for w in line.split()[1:]] for line in lines("same.obj") if line.startswith("v ")]
+            self.assertEqual([v for m in meshes.values() for v in m], written)
+
+    def test_superquadrics_hold_their_parts_by_their_equation(self):
+        run("export", "hand.sqmap", "--shape", "superquadric", "-o", "superquadrics.json")
+        parts = {p["name"]: p for p in json.loads(pathlib.Path("superquadrics.json").read_text())["parts"]}
+        for name, s in parts.items():
+            self.assertTrue(s["certified"])
+            for point in self.points[name]:
+                p = [float(v) - t for v, t in zip(point, s["translation"])]
+                x, y, z = (sum(a * b for a, b in zip(row, p)) for row in s["rotation"])
+                if s["bend"] > 0:
+                    k, ca, sa = s["bend"], math.cos(s["bend_angle"]), math.sin(s["bend_angle"])
+                    along = ca * x + sa * y
+                    shift = along - (1 / k - math.hypot(z, 1 / k - along))
+                    x, y, z = x - ca * shift, y - sa * shift, math.atan2(z, 1 / k - along) / k
+                a1, a2, a3 = s["a"]
+                x, y = x / (1 + s["taper"][0] * z / a3), y / (1 + s["taper"][1] * z / a3)
+                e1, e2 = s["eps1"], s["eps2"]
+                f = ((abs(x / a1) ** (2 / e2) + abs(y / a2) ** (2 / e2)) ** (e2 / e1) + abs(z / a3) ** (2 / e1)) ** e1
+                self.assertLessEqual(f, 1 + 1e-9, name)
+
+    def test_spheres_hold_the_whole_solid(self):
+        run("export", "hand.sqmap", "--as", "spheres", "--shape", "spheres:24", "-o", "hand.yaml", "--report", "report.json")
+        text = pathlib.Path("hand.yaml").read_text()
+        balls = [([exact(v) for v in c.split(",")], exact(r))
+                 for c, r in re.findall(r'- "center": \[([^\]]*)\]\n      "radius": (\S+)', text)]
+        self.assertEqual(len(balls), 24)
+        run("export", "hand.sqmap", "--as", "srdf", "--shape", "spheres:24", "-o", "hand.srdf")
+        approximation = ElementTree.parse("hand.srdf").getroot().find("link_sphere_approximation")
+        self.assertEqual(approximation.get("link"), "hand")
+        self.assertEqual([(numbers(s.get("center")), exact(s.get("radius"))) for s in approximation], balls)
+        # Points of a grid over the box of the mesh: those inside the solid are in a ball.
+        rows = [[float(w) for w in line.split()[1:]] for line in lines("hand.obj") if line.startswith("v ")]
+        lo, hi = [min(c) for c in zip(*rows)], [max(c) for c in zip(*rows)]
+        n = 40
+        grid = [[lo[k] + (hi[k] - lo[k]) * (i[k] + 0.5) / n for k in range(3)]
+                for i in ((a, b, c) for a in range(n) for b in range(n) for c in range(n))]
+        with open("grid.csv", "w") as out:
+            out.write("x,y,z\n" + "".join(",".join(map(repr, p)) + "\n" for p in grid))
+        run("query", "hand.sqmap", "grid.csv", "-o", "answers.csv", "--layer", "exact")
+        with open("answers.csv", newline="") as text:
+            inside = [p for p, row in zip(grid, csv.DictReader(text)) if row["contact"] == "1"]
+        self.assertGreater(len(inside), 1000)
+        near = [([float(v) for v in c], float(r)) for c, r in balls]
+        for p in inside + rows:
+            self.assertTrue(any(math.dist(p, c) <= r * (1 + 1e-6) for c, r in near), p)
+        whole = json.loads(pathlib.Path("report.json").read_text())["whole"]
+        self.assertEqual(whole["coverage"], 1)
+        self.assertGreater(whole["protrusion"], 0)
+
+    def test_figures_are_those_of_the_shapes(self):
+        figures = {}
+        for shape in SHAPES:
+            out = run("export", "hand.sqmap", "--shape", shape, "-o", "f.json", "--report", "r.json").stdout
+            self.assertIn("support excess", out)
+            figures[shape] = json.loads(pathlib.Path("r.json").read_text())["whole"]
+        self.assertLess(figures["hull"]["support_excess"], 1e-9)
+        for shape in SHAPES:
+            self.assertGreaterEqual(figures[shape]["volume_ratio"], 0.999 * figures["hull"]["volume_ratio"], shape)
+            self.assertGreaterEqual(figures[shape]["support_excess"], figures["hull"]["support_excess"], shape)
+        self.assertGreater(figures["sphere"]["volume_ratio"], figures["ellipsoid"]["volume_ratio"])
+
+    def test_the_same_model_gives_the_same_bytes_on_any_number_of_threads(self):
+        for threads in ("1", "3"):
+            run("export", "hand.sqmap", "--shape", "capsule", "-o", f"t{threads}.json", "--threads", threads)
+        self.assertEqual(*(pathlib.Path(f"t{t}.json").read_text() for t in "13"))
+
+    def test_wrong_input_is_named_and_writes_nothing(self):
+        before = sorted(os.listdir("."))
+        for arguments, code, words in (
+                (("hand.sqmap", "-o", "a.xyz"), 64, "does not say which file it is"),
+                (("hand.sqmap", "--as", "usd", "-o", "a"), 64, "'usd' is none of urdf|mjcf"),
+                (("hand.sqmap", "--shape", "cone", "-o", "a.json"), 64, "'cone' is none of superquadric|"),
+                (("hand.sqmap", "--shape", "spheres:0", "-o", "a.json"), 64, "N from 1 to 4096"),
+                (("hand.sqmap", "--as", "spheres", "--shape", "box", "-o", "a.yaml"), 2, "take --shape sphere or spheres:N"),
+                (("hand.sqmap", "--as", "json", "-o", "hand.sqmap"), 2, "hand.sqmap"),
+                (("hand.obj", "-o", "a.json"), 2, "hand.obj")):
+            result = run("export", *arguments, code=code)
+            self.assertIn(words, result.stderr)
+        run("bake", "hand.obj", "-o", "small.sqmap", "--max-parts", "2", "--target-error", "5", "--no-exact")
+        self.assertIn("bake it with --exact", run("export", "small.sqmap", "-o", "a.json", code=2).stderr)
+        os.remove("small.sqmap")
+        self.assertEqual(sorted(os.listdir(".")), before)
+
+    @unittest.skipUnless(shutil.which("check_urdf"), "check_urdf is missing: apt-get install liburdfdom-tools")
+    def test_check_urdf_takes_the_file(self):
+        for shape in SHAPES:
+            run("export", "hand.sqmap", "--as", "urdf", "--shape", shape, "-o", "check.urdf")
+            result = subprocess.run(["check_urdf", "check.urdf"], capture_output=True, text=True, timeout=60)
+            self.assertEqual(result.returncode, 0, result.stderr + result.stdout)
+            self.assertIn("Successfully Parsed XML", result.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()
