@@ -1,8 +1,10 @@
 include(CMakePackageConfigHelpers)
 install(TARGETS ${SQMAP_LIBRARIES} EXPORT sqmapTargets FILE_SET HEADERS)
-if(TARGET sqmap_sim)
-  install(TARGETS sqmap_sim EXPORT sqmapTargets FILE_SET HEADERS)
-endif()
+foreach(target sqmap_robot sqmap_sim)
+  if(TARGET ${target})
+    install(TARGETS ${target} EXPORT sqmapTargets FILE_SET HEADERS)
+  endif()
+endforeach()
 if(TARGET sqmap_c)
   # The prefix by way of the file itself: what is installed may be moved.
   file(RELATIVE_PATH SQMAP_PREFIX_OF_PC /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)

@@ -73,7 +73,7 @@ docs/guide/c
 docs/guide/javascript
 docs/guide/anywhere
 docs/guide/view
-docs/guide/pictures
+docs/guide/robots
 docs/guide/dress
 docs/guide/paper
 {guides}

@@ -1,6 +1,7 @@
 #include "commands.h"
 #include "common/program_words.h"
 #include "load_options.h"
+#include "sqmap/collider/figures.h"
 
 #include <unistd.h>
 #include <nlohmann/json.hpp>
@@ -90,6 +91,58 @@ void print(const std::string& file, const AdmittedMesh& loaded)
     else
         std::printf("  open, %llu boundary edges, area %.6g\n", static_cast<unsigned long long>(f.boundary_edge_count), f.area);
     std::printf("  box %.6g x %.6g x %.6g\n", size.x, size.y, size.z);
+}
+
+/// The loss when a convex shape stands for the mesh in contacts.
+struct ColliderRow {
+    collider::Kind kind;
+    collider::Figures figures;
+};
+
+std::vector<ColliderRow> collider_rows(const AdmittedMesh& loaded)
+{
+    std::vector<ColliderRow> rows;
+    for (const collider::Kind kind : {collider::Kind::Hull, collider::Kind::Box, collider::Kind::Capsule}) {
+        const collider::Shape shape = collider::enclosing(kind, loaded.mesh.vertices);
+        rows.push_back({kind, collider::figures_of({&shape, 1}, {.points = loaded.mesh.vertices,
+                                                                 .volume = loaded.solid ? loaded.facts.volume : 0,
+                                                                 .solid = loaded.solid ? &loaded.mesh : nullptr,
+                                                                 .crossed = loaded.crossed})});
+    }
+    return rows;
+}
+
+/// Shells inside others, which every convex shape fills.
+std::uint64_t cavities_of(const AdmittedMesh& loaded)
+{
+    for (const mesh::Warning& w : loaded.warnings)
+        if (w.kind == mesh::WarningKind::Cavities) return w.count;
+    return 0;
+}
+
+ordered_json colliders_json(const AdmittedMesh& loaded)
+{
+    ordered_json out;
+    for (const ColliderRow& row : collider_rows(loaded))
+        out[collider::name_of(row.kind)] = {
+            {"volume", row.figures.volume},
+            {"volume_ratio", loaded.solid ? ordered_json(row.figures.volume_ratio) : ordered_json(nullptr)},
+            {"support_excess", row.figures.support_excess},
+            {"protrusion", loaded.solid ? ordered_json(row.figures.protrusion) : ordered_json(nullptr)},
+            {"cavities_filled", cavities_of(loaded)},
+            {"handles_filled", loaded.solid ? ordered_json(loaded.facts.genus) : ordered_json(nullptr)}};
+    return out;
+}
+
+void print_colliders(const AdmittedMesh& loaded)
+{
+    std::printf("  as a collider, certified to hold the mesh; each fills %llu cavities and %lld handles\n",
+                static_cast<unsigned long long>(cavities_of(loaded)),
+                static_cast<long long>(loaded.solid ? loaded.facts.genus : 0));
+    std::printf("    %-8s %14s %15s %15s\n", "shape", "volume / solid", "support excess", "protrusion");
+    for (const ColliderRow& row : collider_rows(loaded))
+        std::printf("    %-8s %14.4g %15.5g %15.5g\n", collider::name_of(row.kind), row.figures.volume_ratio,
+                    row.figures.support_excess, row.figures.protrusion);
 }
 
 // --- a folder -----------------------------------------------------------------------------------------------------
@@ -189,7 +242,7 @@ void add_check(CommandLine& line)
     struct Options {
         std::string file;
         MeshOptions load;
-        bool json = false;
+        bool json = false, collider = false;
     };
     const auto options = std::make_shared<Options>();
     Command command = line.add("check", "Say whether a mesh can be used, what would be repaired, or why not");
@@ -199,15 +252,23 @@ void add_check(CommandLine& line)
         .required()
         .existing_path();
     command.flag("--json", options->json, "Answer as JSON; of a folder a line for each file");
+    command.flag(
+        "--collider", options->collider,
+        "Say what a hull, a box and a capsule of the mesh would lose as its collider: volume, excess, cavities; of a file");
     add_load_options(command, options->load);
     command.footer("Exit code: 0 usable, 2 refused (of a folder: some file), 64 wrong usage, 70 internal error.");
     command.run([options] {
         if (fs::is_directory(options->file)) return check_folder(options->file, options->load, options->json);
         const AdmittedMesh loaded = admit_mesh(options->file, options->load);
-        if (options->json)
-            std::printf("%s\n", dumped(as_json(options->file, loaded), 2).c_str());
-        else
+        const bool collides = options->collider && !loaded.refused();
+        if (options->json) {
+            ordered_json out = as_json(options->file, loaded);
+            if (collides) out["colliders"] = colliders_json(loaded);
+            std::printf("%s\n", dumped(out, 2).c_str());
+        } else {
             print(options->file, loaded);
+            if (collides) print_colliders(loaded);
+        }
         return loaded.refused() ? 2 : 0;
     });
 }

@@ -20,6 +20,7 @@ void add_replay(CommandLine& line);
 void add_rtcheck(CommandLine& line);
 void add_shapes(CommandLine& line);
 void add_touch(CommandLine& line);
+void add_urdf(CommandLine& line);  // where sqmap::robot is built
 void add_view(CommandLine& line);
 
 }  // namespace sqmap::app

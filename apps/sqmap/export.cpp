@@ -33,8 +33,9 @@ collider::Format format_of(const ExportArguments& o)
         {".glb", collider::Format::Glb}};
     for (const auto& [ending, format] : k_extensions)
         if (extension == ending) return format;
-    throw WrongUsage("--as", "the name '" + o.output + "' does not say which file it is: give urdf, mjcf, sdf, srdf, spheres, json, "
-                             "obj or glb");
+    throw WrongUsage("--as", "the name '" + o.output +
+                                 "' does not say which file it is: give urdf, mjcf, sdf, srdf, spheres, json, "
+                                 "obj or glb");
 }
 
 int run(const ExportArguments& o)

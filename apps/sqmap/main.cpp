@@ -43,6 +43,9 @@ int main(int argc, char** argv)
 #ifdef SQMAP_WITH_SIM
     sqmap::app::add_dress(line);
 #endif
+#ifdef SQMAP_WITH_ROBOTS
+    sqmap::app::add_urdf(line);
+#endif
 #ifdef SQMAP_WITH_DEVICES
     sqmap::app::add_view(line);
 #endif

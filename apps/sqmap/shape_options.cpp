@@ -21,14 +21,16 @@ void add_shape_option(Command& command, collider::ShapeChoice& choice)
     const auto take = [&choice](const std::string& text) {
         const std::optional<collider::ShapeChoice> named = collider::choice_named(text);
         if (!named)
-            throw WrongUsage("--shape", "'" + text + "' is none of superquadric|ellipsoid|capsule|box|sphere|cylinder|hull|spheres:N, "
-                                                     "N from 1 to 4096");
+            throw WrongUsage("--shape", "'" + text +
+                                            "' is none of superquadric|ellipsoid|capsule|box|sphere|cylinder|hull|spheres:N, "
+                                            "N from 1 to 4096");
         choice = *named;
     };
     command
-        .text("--shape", take,
-              "Shape of each part; spheres:N are N balls for the whole, whose greatest protrusion is small. A file that lacks the "
-              "shape gets convex meshes")
+        .text(
+            "--shape", take,
+            "Shape of each part; spheres:N are N balls for the whole, whose greatest protrusion is small. A file that lacks the "
+            "shape gets convex meshes")
         .type_name("superquadric|ellipsoid|capsule|box|sphere|cylinder|hull|spheres:N")
         .shows_default("hull");
 }

@@ -86,10 +86,9 @@ Colliders colliders_of(const Pieces& pieces, const ShapeChoice& choice, unsigned
         });
         for (const Colliders::Item& item : out.items) shapes.push_back(item.shape);
     }
-    out.whole = figures_of(shapes, {.points = all,
-                                    .volume = whole.volume,
-                                    .solid = pieces.is_solid ? &pieces.surface : nullptr,
-                                    .crossed = pieces.crossed});
+    out.whole = figures_of(
+        shapes,
+        {.points = all, .volume = whole.volume, .solid = pieces.is_solid ? &pieces.surface : nullptr, .crossed = pieces.crossed});
     return out;
 }
 

@@ -40,11 +40,20 @@ std::string escaped(std::string_view text)
     std::string out;
     for (const char c : text) {
         switch (c) {
-        case '&': out += "&amp;"; break;
-        case '<': out += "&lt;"; break;
-        case '>': out += "&gt;"; break;
-        case '"': out += "&quot;"; break;
-        default: out += static_cast<unsigned char>(c) < 0x20 ? '_' : c;
+            case '&':
+                out += "&amp;";
+                break;
+            case '<':
+                out += "&lt;";
+                break;
+            case '>':
+                out += "&gt;";
+                break;
+            case '"':
+                out += "&quot;";
+                break;
+            default:
+                out += static_cast<unsigned char>(c) < 0x20 ? '_' : c;
         }
     }
     return out;
@@ -102,9 +111,9 @@ std::string parameters_json(const Shape& s, std::string_view name)
     out["rotation"] = as_json(rotation_of_rpy(s.rpy));
     if (s.kind == Kind::Box || s.kind == Kind::Ellipsoid) {
         out["half_lengths"] = as_json(s.size);
-        out["equation"] = std::string(s.kind == Kind::Box ? "max(|x/h1|, |y/h2|, |z/h3|) <= 1"
-                                                          : "(x/h1)^2 + (y/h2)^2 + (z/h3)^2 <= 1") +
-                          k_local;
+        out["equation"] =
+            std::string(s.kind == Kind::Box ? "max(|x/h1|, |y/h2|, |z/h3|) <= 1" : "(x/h1)^2 + (y/h2)^2 + (z/h3)^2 <= 1") +
+            k_local;
     } else {
         out["radius"] = s.size.x;
         out["half_length"] = s.size.z;

@@ -9,10 +9,7 @@
 namespace sqmap::collider {
 
 /// True where URDF has the shape.
-[[nodiscard]] constexpr bool is_in_urdf(Kind kind)
-{
-    return kind == Kind::Box || kind == Kind::Cylinder || kind == Kind::Sphere;
-}
+[[nodiscard]] constexpr bool is_in_urdf(Kind kind) { return kind == Kind::Box || kind == Kind::Cylinder || kind == Kind::Sphere; }
 /// True where MuJoCo and SDFormat have it.
 [[nodiscard]] constexpr bool is_primitive(Kind kind) { return kind != Kind::Hull && kind != Kind::Superquadric; }
 

@@ -14,8 +14,8 @@
 namespace sqmap::collider {
 namespace {
 
-constexpr double k_rounding = 1e-12;  ///< of the greatest coordinate: what a reader's arithmetic may be off by
-constexpr double k_thin = 1e-6;       ///< half the thickness of flat points, of their extent
+constexpr double k_rounding = 1e-12;         ///< of the greatest coordinate: what a reader's arithmetic may be off by
+constexpr double k_thin = 1e-6;              ///< half the thickness of flat points, of their extent
 constexpr std::size_t k_max_searched = 400;  ///< corners of a hull that a search looks at
 
 /// The hull of points; of points in one plane, of six about each.
@@ -57,14 +57,18 @@ mesh::Mesh fewer_corners(const mesh::Mesh& hull, std::size_t count)
 Candidate search(Kind kind, const mesh::Mesh& hull)
 {
     switch (kind) {
-    case Kind::Box: return least_box(hull);
-    case Kind::Ellipsoid: return least_ellipsoid(hull.vertices);
-    case Kind::Capsule: return least_capsule(hull);
-    case Kind::Cylinder: return least_cylinder(hull);
-    default: {
-        const Sphere ball = least_ball(hull.vertices);
-        return {{}, ball.centre, {ball.radius, ball.radius, ball.radius}, 0};
-    }
+        case Kind::Box:
+            return least_box(hull);
+        case Kind::Ellipsoid:
+            return least_ellipsoid(hull.vertices);
+        case Kind::Capsule:
+            return least_capsule(hull);
+        case Kind::Cylinder:
+            return least_cylinder(hull);
+        default: {
+            const Sphere ball = least_ball(hull.vertices);
+            return {{}, ball.centre, {ball.radius, ball.radius, ball.radius}, 0};
+        }
     }
 }
 
@@ -82,34 +86,34 @@ void measure_about(Shape& shape, std::span<const Vec3d> points, double margin)
     };
     const auto up = [&](double length) { return rounded_up(length + margin); };
     switch (shape.kind) {
-    case Kind::Box:
-        for (int k = 0; k < 3; ++k) s[k] = up(greatest([&](Vec3d q) { return std::abs(q[k]); }));
-        break;
-    case Kind::Ellipsoid: {
-        const double f = greatest([&](Vec3d q) { return norm(Vec3d{q.x / s.x, q.y / s.y, q.z / s.z}); });
-        const double least = std::min({s.x, s.y, s.z});
-        for (int k = 0; k < 3; ++k) s[k] = rounded_up(s[k] * f * (1 + margin / least) * (1 + k_rounding));
-        break;
-    }
-    case Kind::Capsule: {
-        const double radius = up(std::max(s.x, greatest([](Vec3d q) { return std::hypot(q.x, q.y); })));
-        const double inner = radius - margin;
-        const double half = greatest([&](Vec3d q) {
-            const double around = std::hypot(q.x, q.y);
-            return std::abs(q.z) - std::sqrt(std::max(0.0, inner * inner - around * around));
-        });
-        s = {radius, radius, std::max(up(half), rounded_up(k_thin * radius))};  // readers want an axis with a length
-        break;
-    }
-    case Kind::Cylinder: {
-        const double radius = up(greatest([](Vec3d q) { return std::hypot(q.x, q.y); }));
-        s = {radius, radius, up(greatest([](Vec3d q) { return std::abs(q.z); }))};
-        break;
-    }
-    default: {
-        const double radius = up(greatest([](Vec3d q) { return norm(q); }));
-        s = {radius, radius, radius};
-    }
+        case Kind::Box:
+            for (int k = 0; k < 3; ++k) s[k] = up(greatest([&](Vec3d q) { return std::abs(q[k]); }));
+            break;
+        case Kind::Ellipsoid: {
+            const double f = greatest([&](Vec3d q) { return norm(Vec3d{q.x / s.x, q.y / s.y, q.z / s.z}); });
+            const double least = std::min({s.x, s.y, s.z});
+            for (int k = 0; k < 3; ++k) s[k] = rounded_up(s[k] * f * (1 + margin / least) * (1 + k_rounding));
+            break;
+        }
+        case Kind::Capsule: {
+            const double radius = up(std::max(s.x, greatest([](Vec3d q) { return std::hypot(q.x, q.y); })));
+            const double inner = radius - margin;
+            const double half = greatest([&](Vec3d q) {
+                const double around = std::hypot(q.x, q.y);
+                return std::abs(q.z) - std::sqrt(std::max(0.0, inner * inner - around * around));
+            });
+            s = {radius, radius, std::max(up(half), rounded_up(k_thin * radius))};  // readers want an axis with a length
+            break;
+        }
+        case Kind::Cylinder: {
+            const double radius = up(greatest([](Vec3d q) { return std::hypot(q.x, q.y); }));
+            s = {radius, radius, up(greatest([](Vec3d q) { return std::abs(q.z); }))};
+            break;
+        }
+        default: {
+            const double radius = up(greatest([](Vec3d q) { return norm(q); }));
+            s = {radius, radius, radius};
+        }
     }
 }
 

@@ -1,5 +1,5 @@
-// Both figures are greatest values of functions that are Lipschitz, found by branch and bound: a cell whose value at the middle, plus the
-// most by which it can rise within the cell, is not above the best value seen is left; others are halved.
+// Both figures are greatest values of functions that are Lipschitz, found by branch and bound: a cell whose value at the middle,
+// plus the most by which it can rise within the cell, is not above the best value seen is left; others are halved.
 #include "sqmap/collider/figures.h"
 
 #include "sqmap/math/box.h"
@@ -16,7 +16,7 @@ namespace sqmap::collider {
 namespace {
 
 constexpr double k_support_accuracy = 0.002, k_protrusion_accuracy = 0.01;  ///< of the extent
-constexpr std::size_t k_max_cells = 200'000;  ///< beyond, the bound is what is left
+constexpr std::size_t k_max_cells = 200'000;                                ///< beyond, the bound is what is left
 
 /// A triangle on the sphere of directions.
 struct Directions {
@@ -47,8 +47,8 @@ private:
     std::vector<std::pair<Vec3d, Vec3d>> planes_;
 };
 
-/// A shape that is the hull of points, each thickened to a ball of one radius. Its greatest excess is at one of the points, because
-/// the signed distance from a convex body is convex: exact, no search.
+/// A shape that is the hull of points, each thickened to a ball of one radius. Its greatest excess is at one of the points,
+/// because the signed distance from a convex body is convex: exact, no search.
 struct Thickened {
     std::vector<Vec3d> points;
     double radius = 0;
@@ -56,14 +56,18 @@ struct Thickened {
 std::optional<Thickened> thickened(const Shape& s)
 {
     switch (s.kind) {
-    case Kind::Hull: return Thickened{s.hull.vertices, 0};
-    case Kind::Box: return Thickened{surface_of(s).vertices, 0};
-    case Kind::Sphere: return Thickened{{s.xyz}, s.size.x};
-    case Kind::Capsule: {
-        const Vec3d half = rotation_of_rpy(s.rpy) * Vec3d{0, 0, s.size.z};
-        return Thickened{{s.xyz - half, s.xyz + half}, s.size.x};
-    }
-    default: return std::nullopt;
+        case Kind::Hull:
+            return Thickened{s.hull.vertices, 0};
+        case Kind::Box:
+            return Thickened{surface_of(s).vertices, 0};
+        case Kind::Sphere:
+            return Thickened{{s.xyz}, s.size.x};
+        case Kind::Capsule: {
+            const Vec3d half = rotation_of_rpy(s.rpy) * Vec3d{0, 0, s.size.z};
+            return Thickened{{s.xyz - half, s.xyz + half}, s.size.x};
+        }
+        default:
+            return std::nullopt;
     }
 }
 

@@ -1,5 +1,5 @@
-// E. Welzl, "Smallest enclosing disks (balls and ellipsoids)", 1991, on few points: B. Gaertner, "Fast and robust smallest enclosing
-// balls", 1999, adds the farthest point again and again until none is outside.
+// E. Welzl, "Smallest enclosing disks (balls and ellipsoids)", 1991, on few points: B. Gaertner, "Fast and robust smallest
+// enclosing balls", 1999, adds the farthest point again and again until none is outside.
 #include "collider/searches.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // J. O'Rourke, "Finding minimal enclosing boxes", 1985, shows that two adjacent faces of the least box hold edges of the hull.
-// Here boxes with a face in a facet of the hull are tried at all turns about its normal, beside boxes of evenly spread attitudes; the
-// best are turned freely, by a pattern search, until no turn makes them smaller (C.-T. Chang, B. Gorissen, S. Melchior,
-// "Fast oriented bounding box optimization on the rotation group", 2011, search the same way).
+// Here boxes with a face in a facet of the hull are tried at all turns about its normal, beside boxes of evenly spread attitudes;
+// the best are turned freely, by a pattern search, until no turn makes them smaller (C.-T. Chang, B. Gorissen, S. Melchior, "Fast
+// oriented bounding box optimization on the rotation group", 2011, search the same way).
 #include "collider/searches.h"
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 namespace sqmap::collider {
 namespace {
 
-constexpr int k_turns = 45;         ///< of a quarter about a facet's normal
+constexpr int k_turns = 45;  ///< of a quarter about a facet's normal
 constexpr std::size_t k_facets = 60, k_starts = 12;
 constexpr int k_spread = 24;  ///< attitudes that do not depend on the hull, times k_turns
 

@@ -1,6 +1,6 @@
 // Capsules and cylinders of least volume. For each direction the smallest circle about the points' shadow gives the thinnest one;
-// the best of many directions are improved by a pattern search: of a cylinder over the direction, of a capsule also over the axis's
-// position and the radius, since a thicker capsule may be shorter.
+// the best of many directions are improved by a pattern search: of a cylinder over the direction, of a capsule also over the
+// axis's position and the radius, since a thicker capsule may be shorter.
 #include "collider/searches.h"
 
 #include <algorithm>
@@ -47,7 +47,8 @@ Shadow shadow_of(std::span<const Vec3d> points, const Mat3d& axes)
 Candidate cylinder_about(std::span<const Vec3d> points, const Mat3d& axes)
 {
     const Shadow s = shadow_of(points, axes);
-    return {axes, axes * s.centre, {s.radius, s.radius, s.half_length}, 2 * std::numbers::pi * s.radius * s.radius * s.half_length};
+    return {
+        axes, axes * s.centre, {s.radius, s.radius, s.half_length}, 2 * std::numbers::pi * s.radius * s.radius * s.half_length};
 }
 
 /// The shortest capsule about an axis through `on` (coordinates along the axes, two of them count) that is at least so thick.
@@ -61,12 +62,15 @@ Candidate capsule_about(std::span<const Vec3d> points, const Mat3d& axes, Vec3d 
     double lo = std::numeric_limits<double>::infinity(), hi = -lo;
     for (const Vec3d& p : points) {
         const Vec3d q = transpose_mul(axes, p);
-        const double around = std::hypot(q.x - on.x, q.y - on.y), cap = std::sqrt(std::max(0.0, radius * radius - around * around));
+        const double around = std::hypot(q.x - on.x, q.y - on.y),
+                     cap = std::sqrt(std::max(0.0, radius * radius - around * around));
         lo = std::min(lo, q.z + cap);
         hi = std::max(hi, q.z - cap);
     }
     const double half = std::max(0.0, 0.5 * (hi - lo));
-    return {axes, axes * Vec3d{on.x, on.y, 0.5 * (lo + hi)}, {radius, radius, half},
+    return {axes,
+            axes * Vec3d{on.x, on.y, 0.5 * (lo + hi)},
+            {radius, radius, half},
             std::numbers::pi * radius * radius * (2 * half + 4 * radius / 3)};
 }
 

@@ -123,7 +123,8 @@ Pieces pieces_of(const model::ModelView& model, const std::string& name)
         Piece piece{.name = "part_" + std::to_string(i), .points = bake::corners_of(out.surface, patches[i])};
         for (Vec3d& p : piece.points) p = mesh_units(p);
         if (out.is_solid) piece.volume = bake::enclosed_volume(out.surface, patches[i]) * std::pow(model.header.unit, 3);
-        piece.superquadric = in_mesh_units(shape::cast<double>(model::superquadric_of(model.parts[i])), mesh_units({}), model.header.unit);
+        piece.superquadric =
+            in_mesh_units(shape::cast<double>(model::superquadric_of(model.parts[i])), mesh_units({}), model.header.unit);
         out.pieces.push_back(std::move(piece));
     }
     for (Vec3d& v : out.surface.vertices) v = mesh_units(v);
@@ -153,8 +154,7 @@ Pieces pieces_of(const CutInput& input, const CutOptions& options)
         if (options.superquadrics) {
             std::vector<std::array<Vec3d, 3>> caps = scaled(held[i], n);
             caps.insert(caps.end(), patch.caps.begin(), patch.caps.end());
-            piece.superquadric =
-                in_mesh_units(fit::fit_bounding(mesh, patch.triangles, caps).superquadric, n.origin, n.unit);
+            piece.superquadric = in_mesh_units(fit::fit_bounding(mesh, patch.triangles, caps).superquadric, n.origin, n.unit);
         }
         out.pieces.push_back(std::move(piece));
     }

@@ -44,7 +44,8 @@ std::vector<Vec3d> facet_normals(const mesh::Mesh& hull, std::size_t count)
     for (const Vec3d& v : scaled) {
         if (out.size() == count) break;
         const Vec3d n = normalized(v);
-        if (norm(n) > 0.5 && std::none_of(out.begin(), out.end(), [&](Vec3d o) { return std::abs(dot(o, n)) > k_same_direction; }))
+        if (norm(n) > 0.5 &&
+            std::none_of(out.begin(), out.end(), [&](Vec3d o) { return std::abs(dot(o, n)) > k_same_direction; }))
             out.push_back(n);
     }
     return out;

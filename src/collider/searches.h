@@ -1,5 +1,5 @@
-// Searches for the enclosing shape of least volume of each kind. Points: few, those of a convex hull; scaled so that lengths are about
-// one. Attitudes are matrices whose columns are the shape's axes.
+// Searches for the enclosing shape of least volume of each kind. Points: few, those of a convex hull; scaled so that lengths are
+// about one. Attitudes are matrices whose columns are the shape's axes.
 #pragma once
 
 #include "sqmap/collider/shape.h"

@@ -58,8 +58,7 @@ Mat3d rotation_of_rpy(Vec3d rpy) noexcept
 Vec3d rpy_of(const Mat3d& r) noexcept
 {
     const double sp = std::clamp(-r.row[2].x, -1.0, 1.0);
-    if (std::hypot(r.row[2].y, r.row[2].z) < 1e-9)
-        return {0, std::copysign(k_pi / 2, sp), std::atan2(-r.row[0].y, r.row[1].y)};
+    if (std::hypot(r.row[2].y, r.row[2].z) < 1e-9) return {0, std::copysign(k_pi / 2, sp), std::atan2(-r.row[0].y, r.row[1].y)};
     return {std::atan2(r.row[2].y, r.row[2].z), std::asin(sp), std::atan2(r.row[1].x, r.row[0].x)};
 }
 
@@ -76,13 +75,19 @@ double volume(const Shape& s)
 {
     const double r = s.size.x;
     switch (s.kind) {
-    case Kind::Box: return 8 * s.size.x * s.size.y * s.size.z;
-    case Kind::Sphere:
-    case Kind::Ellipsoid: return 4 * k_pi / 3 * s.size.x * s.size.y * s.size.z;
-    case Kind::Capsule: return k_pi * r * r * (2 * s.size.z + 4 * r / 3);
-    case Kind::Cylinder: return 2 * k_pi * r * r * s.size.z;
-    case Kind::Hull: return mesh_volume(s.hull);
-    case Kind::Superquadric: return fit::volume(s.superquadric);
+        case Kind::Box:
+            return 8 * s.size.x * s.size.y * s.size.z;
+        case Kind::Sphere:
+        case Kind::Ellipsoid:
+            return 4 * k_pi / 3 * s.size.x * s.size.y * s.size.z;
+        case Kind::Capsule:
+            return k_pi * r * r * (2 * s.size.z + 4 * r / 3);
+        case Kind::Cylinder:
+            return 2 * k_pi * r * r * s.size.z;
+        case Kind::Hull:
+            return mesh_volume(s.hull);
+        case Kind::Superquadric:
+            return fit::volume(s.superquadric);
     }
     return 0;
 }
@@ -104,10 +109,14 @@ double Support::operator()(Vec3d u) const noexcept
     const Vec3d q = transpose_mul(axes_, u), s = shape_.size;
     const double along = dot(u, shape_.xyz), around = std::hypot(q.x, q.y);
     switch (shape_.kind) {
-    case Kind::Box: return along + s.x * std::abs(q.x) + s.y * std::abs(q.y) + s.z * std::abs(q.z);
-    case Kind::Capsule: return along + s.x + s.z * std::abs(q.z);
-    case Kind::Cylinder: return along + s.x * around + s.z * std::abs(q.z);
-    default: return along + norm(Vec3d{s.x * q.x, s.y * q.y, s.z * q.z});
+        case Kind::Box:
+            return along + s.x * std::abs(q.x) + s.y * std::abs(q.y) + s.z * std::abs(q.z);
+        case Kind::Capsule:
+            return along + s.x + s.z * std::abs(q.z);
+        case Kind::Cylinder:
+            return along + s.x * around + s.z * std::abs(q.z);
+        default:
+            return along + norm(Vec3d{s.x * q.x, s.y * q.y, s.z * q.z});
     }
 }
 
@@ -135,12 +144,16 @@ double Outside::operator()(Vec3d p) const noexcept
     const Vec3d q = transpose_mul(axes_, p - shape_.xyz), s = shape_.size;
     const double around = std::hypot(q.x, q.y), above = std::max(0.0, std::abs(q.z) - s.z);
     switch (shape_.kind) {
-    case Kind::Box:
-        return norm(Vec3d{std::max(0.0, std::abs(q.x) - s.x), std::max(0.0, std::abs(q.y) - s.y), above});
-    case Kind::Capsule: return std::max(0.0, std::hypot(around, above) - s.x);
-    case Kind::Cylinder: return std::hypot(std::max(0.0, around - s.x), above);
-    case Kind::Sphere: return std::max(0.0, norm(q) - s.x);
-    default: return std::max(0.0, norm(Vec3d{q.x / s.x, q.y / s.y, q.z / s.z}) - 1) * std::min({s.x, s.y, s.z});
+        case Kind::Box:
+            return norm(Vec3d{std::max(0.0, std::abs(q.x) - s.x), std::max(0.0, std::abs(q.y) - s.y), above});
+        case Kind::Capsule:
+            return std::max(0.0, std::hypot(around, above) - s.x);
+        case Kind::Cylinder:
+            return std::hypot(std::max(0.0, around - s.x), above);
+        case Kind::Sphere:
+            return std::max(0.0, norm(q) - s.x);
+        default:
+            return std::max(0.0, norm(Vec3d{q.x / s.x, q.y / s.y, q.z / s.z}) - 1) * std::min({s.x, s.y, s.z});
     }
 }
 
@@ -152,8 +165,8 @@ mesh::Mesh surface_of(const Shape& s)
     std::vector<Vec3d> points;
     if (s.kind == Kind::Box) {
         for (int i = 0; i < 8; ++i)
-            points.push_back({(i & 1) != 0 ? s.size.x : -s.size.x, (i & 2) != 0 ? s.size.y : -s.size.y,
-                              (i & 4) != 0 ? s.size.z : -s.size.z});
+            points.push_back(
+                {(i & 1) != 0 ? s.size.x : -s.size.x, (i & 2) != 0 ? s.size.y : -s.size.y, (i & 4) != 0 ? s.size.z : -s.size.z});
     } else if (s.kind == Kind::Cylinder) {
         constexpr int k_around = 32;
         for (int i = 0; i < 2 * k_around; ++i) {

@@ -1,6 +1,6 @@
-// Greedy splitting of the cluster whose ball reaches out farthest, then rounds in the manner of S. Lloyd, "Least squares quantization
-// in PCM", 1982: cells go to the ball that has to grow least for them, where balls that reach out far count as smaller than they
-// are, and each ball becomes the smallest about its cells.
+// Greedy splitting of the cluster whose ball reaches out farthest, then rounds in the manner of S. Lloyd, "Least squares
+// quantization in PCM", 1982: cells go to the ball that has to grow least for them, where balls that reach out far count as
+// smaller than they are, and each ball becomes the smallest about its cells.
 #include "sqmap/collider/spheres.h"
 
 #include "collider/numbers.h"
@@ -193,7 +193,8 @@ private:
     {
         std::size_t at = clusters_.size();
         for (std::size_t i = 0; i < clusters_.size(); ++i)
-            if (clusters_[i].pieces.size() > 1 && (at == clusters_.size() || clusters_[i].protrusion > clusters_[at].protrusion)) at = i;
+            if (clusters_[i].pieces.size() > 1 && (at == clusters_.size() || clusters_[i].protrusion > clusters_[at].protrusion))
+                at = i;
         if (at == clusters_.size()) return false;
         std::array<Cluster, 2> best;
         double least = -1;

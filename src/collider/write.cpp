@@ -105,13 +105,17 @@ std::string sdf_geometry(Draft& d, const Colliders::Item& item)
         return '<' + std::string(name) + '>' + value + "</" + name + '>';
     };
     switch (s.kind) {
-    case Kind::Box: return element("box", element("size", text(2. * s.size)));
-    case Kind::Sphere: return element("sphere", element("radius", text(s.size.x)));
-    case Kind::Ellipsoid: return element("ellipsoid", element("radii", text(s.size)));
-    case Kind::Capsule:
-    case Kind::Cylinder:
-        return element(name_of(s.kind), element("radius", text(s.size.x)) + element("length", text(2 * s.size.z)));
-    default: return element("mesh", element("uri", escaped(d.mesh_file(item))));
+        case Kind::Box:
+            return element("box", element("size", text(2. * s.size)));
+        case Kind::Sphere:
+            return element("sphere", element("radius", text(s.size.x)));
+        case Kind::Ellipsoid:
+            return element("ellipsoid", element("radii", text(s.size)));
+        case Kind::Capsule:
+        case Kind::Cylinder:
+            return element(name_of(s.kind), element("radius", text(s.size.x)) + element("length", text(2 * s.size.z)));
+        default:
+            return element("mesh", element("uri", escaped(d.mesh_file(item))));
     }
 }
 
@@ -136,7 +140,8 @@ void srdf(Draft& d)
     d.comment("  ", d.header());
     d.text += "  <link_sphere_approximation" + attribute("link", escaped(d.colliders.name)) + ">\n";
     for (const Colliders::Item& item : d.colliders.items)
-        d.text += "    <sphere" + attribute("center", text(item.shape.xyz)) + attribute("radius", text(item.shape.size.x)) + "/>\n";
+        d.text +=
+            "    <sphere" + attribute("center", text(item.shape.xyz)) + attribute("radius", text(item.shape.size.x)) + "/>\n";
     d.text += "  </link_sphere_approximation>\n</robot>\n";
 }
 
@@ -160,8 +165,9 @@ ordered_json as_json(const Figures& f)
 void json(Draft& d)
 {
     ordered_json out{{"name", d.colliders.name},
-                     {"units", "those of the mesh; angles in radians; rotation of a superquadric: rows that turn the mesh's axes into "
-                               "the part's"},
+                     {"units",
+                      "those of the mesh; angles in radians; rotation of a superquadric: rows that turn the mesh's axes into "
+                      "the part's"},
                      {"figures", as_json(d.colliders.whole)},
                      {"parts", ordered_json::array()}};
     for (const Colliders::Item& item : d.colliders.items) {
@@ -210,7 +216,8 @@ std::vector<ExportFile> files_of(const Colliders& colliders, Format format, cons
     if (format == Format::Srdf || format == Format::Spheres)
         for (const Colliders::Item& item : colliders.items)
             if (item.shape.kind != Kind::Sphere)
-                throw mesh::InvalidInput(std::string("--as ") + name_of(format) + " holds spheres alone: take --shape sphere or spheres:N");
+                throw mesh::InvalidInput(std::string("--as ") + name_of(format) +
+                                         " holds spheres alone: take --shape sphere or spheres:N");
     constexpr void (*k_writers[])(Draft&) = {urdf, mjcf, sdf, srdf, spheres, json, obj, glb};
     Draft draft{colliders, path};
     k_writers[static_cast<std::size_t>(format)](draft);

@@ -49,7 +49,8 @@ private:
                             .pose = origin_of(collision),
                             .line = xml_.line_of(collision)};
             if (m.scale.x == 0 || m.scale.y == 0 || m.scale.z == 0)
-                xml_.refuse(mesh, "link '" + link.name + "': a scale of zero leaves nothing of its mesh", "write a scale that is not zero");
+                xml_.refuse(mesh, "link '" + link.name + "': a scale of zero leaves nothing of its mesh",
+                            "write a scale that is not zero");
             link.meshes.push_back(std::move(m));
         }
         out_.links.push_back(std::move(link));
@@ -59,11 +60,13 @@ private:
     {
         const pugi::xml_node node = joint.child(role);
         const std::string joint_name = joint.attribute("name").value();
-        if (!node) xml_.refuse(joint, "joint '" + joint_name + "' has no " + role, std::string("give it <") + role + " link=\"...\"/>");
+        if (!node)
+            xml_.refuse(joint, "joint '" + joint_name + "' has no " + role, std::string("give it <") + role + " link=\"...\"/>");
         const std::string name = xml_.needed(node, "link");
         const auto found = links_.find(name);
         if (found == links_.end())
-            xml_.refuse(node, "joint '" + joint_name + "': there is no link '" + name + "'", "name a link of the robot, or add it");
+            xml_.refuse(node, "joint '" + joint_name + "': there is no link '" + name + "'",
+                        "name a link of the robot, or add it");
         return found->second;
     }
 
@@ -87,7 +90,8 @@ private:
         joint.origin = origin_of(node);
         const Vec3d axis = xml_.vector(node.child("axis"), "xyz", {1, 0, 0});
         const bool moves = joint.kind != JointKind::Fixed && joint.kind != JointKind::Other;
-        if (moves && !(norm(axis) > 1e-9)) xml_.refuse(node, "joint '" + joint.name + "' has an axis of no length", "write a direction");
+        if (moves && !(norm(axis) > 1e-9))
+            xml_.refuse(node, "joint '" + joint.name + "' has an axis of no length", "write a direction");
         joint.axis = normalized(axis);
         const pugi::xml_node limit = node.child("limit");
         const bool is_limited = joint.kind == JointKind::Revolute || joint.kind == JointKind::Prismatic;
@@ -110,7 +114,8 @@ private:
         const std::string name = xml_.needed(mimic, "joint");
         const auto found = joints_.find(name);
         if (found == joints_.end())
-            xml_.refuse(mimic, "joint '" + joint.name + "' mimics '" + name + "', which is no joint", "name a joint of the robot");
+            xml_.refuse(mimic, "joint '" + joint.name + "' mimics '" + name + "', which is no joint",
+                        "name a joint of the robot");
         if (found->second == index)
             xml_.refuse(mimic, "joint '" + joint.name + "' mimics itself", "name another joint, or remove <mimic>");
         joint.mimic = {found->second, xml_.number(mimic, "multiplier", 1), xml_.number(mimic, "offset", 0)};
@@ -121,7 +126,8 @@ private:
             std::size_t steps = 0;
             for (std::size_t j = i; out_.joints[j].mimics(); j = out_.joints[j].mimic.joint)
                 if (++steps > out_.joints.size())
-                    xml_.refuse(joint_nodes_[i], "joint '" + out_.joints[i].name + "' mimics joints that mimic one another in a circle",
+                    xml_.refuse(joint_nodes_[i],
+                                "joint '" + out_.joints[i].name + "' mimics joints that mimic one another in a circle",
                                 "let one of them move by itself");
         }
     }
@@ -133,8 +139,9 @@ private:
         for (std::size_t i = 0; i < out_.joints.size(); ++i) {
             const Joint& joint = out_.joints[i];
             if (joint_to[joint.child] != k_none)
-                xml_.refuse(joint_nodes_[i], "link '" + out_.links[joint.child].name + "' is the child of joint '" +
-                                                 out_.joints[joint_to[joint.child]].name + "' and of '" + joint.name + "'",
+                xml_.refuse(joint_nodes_[i],
+                            "link '" + out_.links[joint.child].name + "' is the child of joint '" +
+                                out_.joints[joint_to[joint.child]].name + "' and of '" + joint.name + "'",
                             "a link has one parent: remove one of the joints");
             joint_to[joint.child] = i;
         }
@@ -144,11 +151,11 @@ private:
             std::size_t at = l, steps = 0;
             for (; joint_to[at] != k_none; at = out_.joints[joint_to[at]].parent)
                 if (++steps > out_.joints.size())
-                    xml_.refuse(joint_nodes_[joint_to[l]], "joint '" + out_.joints[joint_to[l]].name + "' is in a circle of joints, or below one",
+                    xml_.refuse(joint_nodes_[joint_to[l]],
+                                "joint '" + out_.joints[joint_to[l]].name + "' is in a circle of joints, or below one",
                                 "a robot is a tree: remove one of the joints");
             if (root == k_none) root = at;
-            if (root != at)
-                throw DescriptionError(xml_error_of(at, root));
+            if (root != at) throw DescriptionError(xml_error_of(at, root));
         }
         out_.root = root;
     }

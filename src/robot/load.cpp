@@ -16,7 +16,8 @@ namespace fs = std::filesystem;
 bool has_z_up(const fs::path& path)
 {
     std::string extension = path.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     if (extension != ".dae") return false;
     constexpr std::size_t k_head = 1 << 20;
     std::string head(k_head, '\0');
@@ -57,7 +58,8 @@ LinkMesh load_mesh(const fs::path& path, const CollisionMesh& as, const MeshOpti
     };
     std::error_code ignored;
     if (!fs::is_regular_file(path, ignored))
-        refuse(mesh::Refusal::Format, "there is no such file", "correct the name, or give its package's folder: --package NAME=DIR");
+        refuse(mesh::Refusal::Format, "there is no such file",
+               "correct the name, or give its package's folder: --package NAME=DIR");
     io::ReadResult read = io::read_mesh_file(path, options.limits);
     if (read.error) refuse(mesh::Refusal::Format, read.error->message, "give a mesh that 'sqmap check' reads");
     io::PolygonSoup& soup = read.soup;

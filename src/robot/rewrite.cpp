@@ -41,8 +41,8 @@ void make_shapes(Task& task, const fs::path& robot_file, const RewriteOptions& o
         const LinkMesh loaded = load_mesh(mesh_path(task.mesh->filename, robot_file, options.packages), *task.mesh, options.mesh);
         task.row.triangles = loaded.soup.triangles.size();
         const bool is_solid = !loaded.admitted.refused() && loaded.admitted.solid;
-        task.row.verdict = loaded.admitted.refused() ? mesh::name_of(loaded.admitted.diagnosis.code)
-                                                     : mesh::name_of(loaded.admitted.admission);
+        task.row.verdict =
+            loaded.admitted.refused() ? mesh::name_of(loaded.admitted.diagnosis.code) : mesh::name_of(loaded.admitted.admission);
         // A mesh that was taken unchanged, or with repairs that leave its surface, is its own solid: nothing more is to be held.
         std::vector<std::array<Vec3d, 3>> held;
         for (const mesh::Triangle& t : loaded.soup.triangles)
@@ -128,7 +128,8 @@ private:
         const std::string words = " sqmap: certified to hold its part; " + collider::words(item.figures) + ' ';
         collision.prepend_child(pugi::node_comment).set_value(words.c_str());
         collision.prepend_child(pugi::node_pcdata).set_value(inner.c_str());
-        if (collision.last_child().type() != pugi::node_pcdata) collision.append_child(pugi::node_pcdata).set_value(indent.c_str());
+        if (collision.last_child().type() != pugi::node_pcdata)
+            collision.append_child(pugi::node_pcdata).set_value(indent.c_str());
     }
 
     void put_shape(pugi::xml_node& geometry, const Colliders::Item& item)

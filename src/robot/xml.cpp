@@ -36,8 +36,8 @@ RobotXml::RobotXml(std::string_view text, std::string file) : text_(text), file_
     const unsigned how = pugi::parse_full | pugi::parse_ws_pcdata;
     const pugi::xml_parse_result result = document_.load_buffer(text_.data(), text_.size(), how);
     if (!result)
-        throw DescriptionError(file_ + ':' + std::to_string(line_at(result.offset)) + ": this is no XML: " + result.description() +
-                               "; correct the file there");
+        throw DescriptionError(file_ + ':' + std::to_string(line_at(result.offset)) +
+                               ": this is no XML: " + result.description() + "; correct the file there");
     const pugi::xml_node root = document_.document_element();
     if (std::string_view(root.name()) != "robot")
         refuse(root, "the file's element is '" + std::string(root.name()) + "', not 'robot'", "give a URDF file");
@@ -63,7 +63,8 @@ void RobotXml::refuse(const pugi::xml_node& node, const std::string& message, co
 std::string RobotXml::needed(const pugi::xml_node& node, const char* attribute) const
 {
     const std::string value = node.attribute(attribute).value();
-    if (value.empty()) refuse(node, std::string("<") + node.name() + "> has no " + attribute, std::string("give it ") + attribute + "=\"...\"");
+    if (value.empty())
+        refuse(node, std::string("<") + node.name() + "> has no " + attribute, std::string("give it ") + attribute + "=\"...\"");
     return value;
 }
 

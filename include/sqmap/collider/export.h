@@ -64,8 +64,8 @@ struct ExportFile {
     std::filesystem::path path;
     std::string bytes;
 };
-/// The files of a format: the one that path names comes last, meshes that it refers to before it. The shapes in them are those that a
-/// reader finds, to the last bit: as_hull stands for a shape that the format lacks.
+/// The files of a format: the one that path names comes last, meshes that it refers to before it. The shapes in them are those
+/// that a reader finds, to the last bit: as_hull stands for a shape that the format lacks.
 /// @throw mesh::InvalidInput for another shape than spheres where the format has nothing else
 [[nodiscard]] std::vector<ExportFile> files_of(const Colliders& colliders, Format format, const std::filesystem::path& path);
 /// Writes them; each appears whole or not at all, the one that refers to the others last. @throw io::ModelFileError

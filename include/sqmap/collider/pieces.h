@@ -25,7 +25,7 @@ struct Piece {
 /// A thing and its pieces, whose solids together are the thing's.
 struct Pieces {
     std::string name;
-    mesh::Mesh surface;                 ///< closed where is_solid
+    mesh::Mesh surface;  ///< closed where is_solid
     bool is_solid = false;
     std::vector<std::uint8_t> crossed{};  ///< as mesh::AdmitResult has it
     std::vector<Piece> pieces{};

@@ -24,8 +24,8 @@ struct Shape {
     Kind kind = Kind::Box;
     Vec3d xyz{};   ///< the shape's centre
     Vec3d rpy{};   ///< its attitude, radians: about the fixed axes x, then y, then z, as URDF and SDF have it
-    Vec3d size{};  ///< half lengths along the shape's own axes: box, ellipsoid; radius three times: ball; radius twice, then half the
-                   ///< length of the axis, caps not counted: capsule, cylinder. Hull, superquadric: unused
+    Vec3d size{};  ///< half lengths along the shape's own axes: box, ellipsoid; radius three times: ball; radius twice, then half
+                   ///< the length of the axis, caps not counted: capsule, cylinder. Hull, superquadric: unused
     mesh::Mesh hull{};                    ///< Kind::Hull: closed, convex, counter-clockwise outward
     shape::Superquadricd superquadric{};  ///< Kind::Superquadric
 };
@@ -42,8 +42,9 @@ struct Quaternion {
 
 /// The volume that the shape holds.
 [[nodiscard]] double volume(const Shape& shape);
-/// Support: the greatest dot product of a unit direction and a point of the shape. Of a tapered or bent superquadric it is that of
-/// 900 points of its surface, some 0.3 % of its size too small. Prepared once, since hulls and superquadrics need more than arithmetic.
+/// Support: the greatest dot product of a unit direction and a point of the shape. Of a tapered or bent superquadric it is that
+/// of 900 points of its surface, some 0.3 % of its size too small. Prepared once, since hulls and superquadrics need more than
+/// arithmetic.
 class Support {
 public:
     explicit Support(const Shape& shape);
