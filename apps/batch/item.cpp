@@ -84,7 +84,7 @@ ordered_json baked_outcome(const BakedModel& baked, std::size_t bytes)
     ordered_json out;
     out["verdict"] = lower(mesh::name_of(baked.mesh.admission));
     out["format"] = baked.mesh.format;
-    out["notes"] = app::notes_of(baked.mesh);
+    out["notes"] = words(baked.notes, app::k_program_settings);
     out["moved"] = ordered_json::parse(io::cure_json(baked.model.common.cure));
     out["triangles"] = baked.model.common.header.triangle_count;
     out["r_max"] = baked.model.common.header.r_max * baked.model.common.header.unit;

@@ -8,8 +8,6 @@ const mesh::SettingNames k_program_settings{
               "--max-parts", "--target-error", "--exact"},
 };
 
-std::vector<std::string> notes_of(const AdmittedMesh& mesh) { return words(mesh.notes(), k_program_settings); }
-
 std::string report(const AdmittedMesh& mesh)
 {
     std::string out = mesh::name_of(mesh.admission);
@@ -18,7 +16,7 @@ std::string report(const AdmittedMesh& mesh)
         out += std::string(" ") + mesh::name_of(d.code) + " at " + d.element + ": " + d.message +
                "\n  cure: " + d.cure.text(k_program_settings);
     out += "\n";
-    for (const std::string& note : notes_of(mesh)) out += "  " + note + "\n";
+    for (const std::string& note : words(mesh.notes(), k_program_settings)) out += "  " + note + "\n";
     return out;
 }
 

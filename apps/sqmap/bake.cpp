@@ -53,7 +53,7 @@ ordered_json report_json(const BakedModel& baked)
     for (const auto& [stage, seconds] : baked.report.seconds) out["cpu_seconds"][stage] = seconds;
     out["target_met"] = baked.report.target_met;
     out["verdict"] = mesh::name_of(baked.mesh.admission);
-    out["notes"] = notes_of(baked.mesh);
+    out["notes"] = words(baked.notes, k_program_settings);
     out["cure"] = ordered_json::parse(io::cure_json(baked.model.common.cure));
     out["measured"] = ordered_json::parse(io::measured_json(baked.model.common.measured));
     return out;
@@ -82,9 +82,8 @@ void print(const BakedModel& baked, const BakeArguments& o)
     const std::size_t bytes = std::filesystem::file_size(o.model);
     double seconds = 0;
     for (const auto& [stage, s] : baked.report.seconds) seconds += s;
-    print_doubt(baked.view());
     for (const Note& note : baked.notes)
-        if (std::holds_alternative<OffTargetNote>(note)) std::printf("%s\n", words(note, k_program_settings).c_str());
+        if (is_about_model(note)) std::printf("%s\n", words(note, k_program_settings).c_str());
     std::printf("%s: %zu parts, %.0f kB, baked in %.2f s of CPU time\n", o.model.c_str(), baked.report.parts.size(),
                 static_cast<double>(bytes) / 1000, seconds);
     print_measured(baked.model.common.measured);

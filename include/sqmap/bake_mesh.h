@@ -66,6 +66,9 @@ struct DoubtNote {
 /// One thing that a caller should know about a mesh or its model.
 using Note = std::variant<mesh::RepairNote, MovedNote, MovedBoundaryNote, MadeUpNote, mesh::Warning, OffTargetNote, DoubtNote>;
 
+/// True of a note about the model, false of one about its mesh.
+[[nodiscard]] bool is_about_model(const Note& note) noexcept;
+
 /// One line, with settings as the door names them. @throw std::bad_alloc
 [[nodiscard]] std::string words(const Note& note, const mesh::SettingNames& names = mesh::k_cpp_settings);
 /// The same of each. @throw std::bad_alloc

@@ -94,6 +94,11 @@ std::string doubt_text(const DoubtNote& doubt, const mesh::SettingNames& names)
 
 }  // namespace
 
+bool is_about_model(const Note& note) noexcept
+{
+    return std::holds_alternative<OffTargetNote>(note) || std::holds_alternative<DoubtNote>(note);
+}
+
 std::string words(const Note& note, const mesh::SettingNames& names)
 {
     char text[128];

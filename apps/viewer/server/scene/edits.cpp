@@ -11,11 +11,6 @@
 namespace sqmap::viewer {
 namespace {
 
-bool is_of_model(const Note& note)
-{
-    return std::holds_alternative<OffTargetNote>(note) || std::holds_alternative<DoubtNote>(note);
-}
-
 /// #parts: the triangles of each, ascending.
 std::vector<std::vector<std::uint32_t>> triangles_of_parts(const decompose::Partition& partition)
 {
@@ -135,9 +130,9 @@ std::shared_ptr<Object> rebaked(const Object& object, const Parts& parts, BakeMe
     out->admission = object.admission;
     out->notes.clear();
     for (const Note& note : object.notes)
-        if (!is_of_model(note)) out->notes.push_back(note);
+        if (!is_about_model(note)) out->notes.push_back(note);
     for (const Note& note : baked.notes)
-        if (is_of_model(note)) out->notes.push_back(note);
+        if (is_about_model(note)) out->notes.push_back(note);
     return out;
 }
 
