@@ -6,8 +6,7 @@
 2. Knots: no two folders include one another, directly or through others, however deep they are. Files that stand in a
    folder beside its sub-folders count one by one (headers that the sub-folders share, sources that join them). A header
    counts with its source wherever that lies, since who includes the one needs the other. The source bears the header's name,
-   or else it defines what the header declares. (A public header whose source joins sub-folders stands alone: these share its
-   types.) Modules of the Python package and of the page count one by one.
+   or else it defines what the header declares. Modules of the Python package and of the page count one by one.
 3. Targets: a CMakeLists.txt compiles files of its own folder only, no file is compiled by two targets, and no two libraries
    link one another.
 usage: check_layers.py [ROOT]     exit 0 when all is in order, 1 with a list when not
@@ -196,7 +195,7 @@ def nodes_of(tree):
     for header in filter(lambda name: name.endswith(".h"), tree.files):
         sources = sources_of(header, including[header], functions)
         homes = {node[f] for f in sources} - {node[header]}
-        if node[header] == header and len(homes) == 1 and not (header.startswith("include/") and homes <= tree.files.keys()):
+        if node[header] == header and len(homes) == 1:
             node[header] = homes.pop()
         elif node[header] != header:
             node.update((f, node[header]) for f in sources if node[f] == f)

@@ -382,11 +382,4 @@ model::ModelData Bake::assembled(const std::vector<CentralMapData>& maps) const
     return assemble(header_, assembly);
 }
 
-mesh::Mesh model_space(const mesh::Mesh& mesh)
-{
-    mesh::Mesh out = mesh::normalized(mesh, mesh::normalization_of(mesh));
-    for (Vec3d& v : out.vertices) v = cast<double>(cast<float>(v));
-    return out;
-}
-
 }  // namespace sqmap::bake

@@ -7,7 +7,7 @@
 #include "bake/exact/candidate_lists.h"
 #include "bake/locator/locator.h"
 #include "bake/parts/refinement.h"
-#include "sqmap/bake/bake.h"
+#include "sqmap/bake/bake_types.h"
 #include "sqmap/bake/evaluate.h"
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-#include "sqmap/device/network.h"
+#include "device/network.h"
 
 #include "device/families.h"
 #include "device/threaded.h"

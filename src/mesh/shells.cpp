@@ -1,5 +1,5 @@
 // Winding numbers by solid angles: A. Van Oosterom and J. Strackee, "The solid angle of a plane triangle", 1983.
-#include "admit_steps.h"
+#include "shells.h"
 
 #include "sqmap/math/assert.h"
 #include "sqmap/math/box.h"

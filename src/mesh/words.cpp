@@ -1,5 +1,5 @@
 // The printed names and words of an admission: scripts and users read them, so they stay.
-#include "sqmap/mesh/admit.h"
+#include "sqmap/mesh/admission.h"
 
 #include <algorithm>
 #include <cctype>

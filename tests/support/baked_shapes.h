@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sqmap/bake/bake.h"
+#include "sqmap/bake/evaluate.h"
 #include "sqmap/io/read.h"
 #include "sqmap/math/random.h"
 #include "sqmap/mesh/admit.h"

@@ -44,8 +44,12 @@ struct Evaluation {
     std::vector<Vec3d> worst;   ///< model space: the points of greatest depth error
 };
 
-/// Measures a model on pseudo-random points: 3/4 near the surface, 1/4 in the bounding box. solid: of bake::model_space of the
-/// mesh that was baked. The same result for the same seed. Cost: about 10 microseconds per point. Thread-safe.
+/// The mesh in model space with every coordinate as the float runtime sees it: what maps and certificates are about. mesh: in
+/// mesh units, not empty. Linear.
+[[nodiscard]] mesh::Mesh model_space(const mesh::Mesh& mesh);
+
+/// Measures a model on pseudo-random points: 3/4 near the surface, 1/4 in the bounding box. solid: of model_space of the mesh
+/// that was baked. The same result for the same seed. Cost: about 10 microseconds per point. Thread-safe.
 [[nodiscard]] Evaluation evaluate(const model::ModelView& model, const mesh::Solid& solid, const EvaluateOptions& options);
 
 /// Depth errors of the layers, measured as probes compute.
@@ -63,7 +67,7 @@ struct Containment {
     std::uint32_t outside =
         0;  ///< triangles with a corner, edge middle or centroid outside every part's superquadric or polytope
 };
-/// mesh: bake::model_space of the mesh that was baked. Cost: grows with triangles times parts. Thread-safe.
+/// mesh: model_space of the mesh that was baked. Cost: grows with triangles times parts. Thread-safe.
 [[nodiscard]] Containment check_containment(const model::ModelView& model, const mesh::Mesh& mesh);
 
 /// The sample points alone, model space. mesh: in model space, not empty; r_max: its largest vertex distance.

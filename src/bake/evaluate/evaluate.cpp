@@ -88,6 +88,13 @@ AlongProjection compare_along_ray(const model::ModelView& model, std::uint32_t i
 
 }  // namespace
 
+mesh::Mesh model_space(const mesh::Mesh& mesh)
+{
+    mesh::Mesh out = mesh::normalized(mesh, mesh::normalization_of(mesh));
+    for (Vec3d& v : out.vertices) v = cast<double>(cast<float>(v));
+    return out;
+}
+
 std::vector<Vec3d> sample_points(const mesh::Mesh& mesh, double r_max, const EvaluateOptions& options)
 {
     SplitMix64 random(options.seed);

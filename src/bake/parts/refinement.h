@@ -3,7 +3,7 @@
 #pragma once
 
 #include "bake/parts/part.h"
-#include "sqmap/bake/bake.h"
+#include "sqmap/bake/bake_types.h"
 #include "sqmap/decompose/decompose.h"
 #include "sqmap/mesh/solid.h"
 

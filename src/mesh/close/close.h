@@ -2,7 +2,7 @@
 #pragma once
 
 #include "../surface.h"
-#include "sqmap/mesh/admit.h"
+#include "sqmap/mesh/admission.h"
 
 #include <string>
 #include <vector>

@@ -2,7 +2,7 @@
 // orientation as in visibility.cpp.
 #include "steps.h"
 
-#include "../admit_steps.h"
+#include "../shells.h"
 
 #include <cmath>
 #include <tuple>

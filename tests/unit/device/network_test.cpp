@@ -1,5 +1,5 @@
 // The network device against a client written from docs/network-device.md, byte by byte, with nothing of the device's own code.
-#include "sqmap/device/network.h"
+#include "device/network.h"
 
 #include "sqmap/haptic/safety.h"
 

@@ -1,0 +1,145 @@
+// Admission takes these polygons and options and gives this result: repairs, warnings, facts, a mesh.
+// Plain data and its printed names: any number of threads.
+#pragma once
+
+#include "sqmap/math/box.h"
+#include "sqmap/mesh/error.h"
+#include "sqmap/mesh/mesh.h"
+#include "sqmap/mesh/words.h"
+#include "sqmap/mesh/wrap.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace sqmap::mesh {
+
+/// The answer to a mesh: the first rung of the ladder that gives a solid, or none.
+enum class Admission {
+    Accept,    ///< taken unchanged
+    Repaired,  ///< after repairs that leave no doubt about the surface that was meant
+    Closed,    ///< with holes filled, cracks stitched, edges with more than two faces resolved
+    Wrapped,   ///< as a new surface around the volume that the input encloses
+    Refused,
+};
+
+/// As printed: "ACCEPT", "REPAIRED", "CLOSED", "WRAPPED" or "REFUSED". Never null.
+[[nodiscard]] const char* name_of(Admission admission) noexcept;
+
+/// The highest rung that may be taken. None: nothing is changed.
+enum class Repair { None, Safe, Close, Wrap };
+
+/// Polygons as read; the spans belong to the caller.
+struct PolygonView {
+    std::span<const Vec3d> positions;
+    std::span<const std::uint32_t> offsets;  ///< #polygons + 1: polygon i is indices[offsets[i] .. offsets[i+1])
+    std::span<const std::int64_t> indices;   ///< zero-based; anything may stand here
+};
+
+/// How far admission may change a mesh that bounds no solid.
+struct AdmitOptions {
+    Repair repair = Repair::Wrap;
+    bool accept_surface = false;  ///< an open mesh is taken as a surface without inside (solid is false then)
+    double thickness = 0;  ///< > 0: open meshes and flat ones, also closed, become plates this thick, in units of the result
+    std::optional<double> unit{};               ///< metres per unit of the file: the result is in metres; absent: as in the file
+    double max_filled = 0.25;                   ///< share of the area that fillings may have where a mesh is closed
+    bool refine_fillings = true;                ///< fillings get points of their own, and go on from the surface around
+    std::uint64_t max_cured_faces = 2'000'000;  ///< larger meshes are not closed or wrapped
+    WrapOptions wrap{};
+    std::uint64_t max_components = 1000;          ///< connected pieces of the surface: each becomes a part at least
+    std::uint64_t max_intersections = 1'000'000;  ///< counting of intersecting pairs stops here
+};
+
+/// A kind of repair.
+enum class RepairKind : std::uint8_t {
+    Triangulated,
+    UnusedVertices,
+    WeldedVertices,
+    DegenerateFaces,
+    DuplicateFaces,
+    Reoriented,
+    Flipped,
+    SplitVertices,
+    FilledHoles,
+    Thickened,
+    Stitched,
+    DroppedWalls,
+    DroppedFaces,
+    CutEdges,
+    DroppedSheets,
+    Wrapped,
+};
+
+/// As printed: "welded_vertices". Never null.
+[[nodiscard]] const char* name_of(RepairKind kind) noexcept;
+
+/// Something that was done to the mesh.
+struct RepairNote {
+    RepairKind kind{};
+    std::uint64_t count = 0;  ///< polygons, vertices, edges, faces or holes that it changed
+};
+
+/// A kind of doubt about a mesh that was taken.
+enum class WarningKind : std::uint8_t {
+    SelfIntersections,  ///< faces intersect: the solid is where the winding number is positive
+    Cavities,           ///< shells lie inside others
+    Flipped,            ///< faces were inside out and have been turned
+    Unit,               ///< so large that the unit may be another than metres
+    Degenerate,         ///< faces without area are left
+    Surface,            ///< open, and taken as a surface without inside
+    Thickness,          ///< a thickness was given and not used
+    DroppedSurface,     ///< closing dropped polygons that stand out of the solid
+    Tolerance,          ///< a wrapped mesh is farther from the input than the options allow, or has more triangles
+};
+
+/// As printed: "W_SELFX". Never null.
+[[nodiscard]] const char* name_of(WarningKind kind) noexcept;
+
+/// Something a user should know about.
+struct Warning {
+    WarningKind kind{};
+    std::uint64_t count = 0;  ///< pairs, shells, faces, edges or triangles it is about
+    bool at_least = false;    ///< SelfIntersections: counting stopped at max_intersections
+    /// DroppedSurface: area and greatest distance of what stands out, units of the result. Tolerance: the share of R_max that
+    /// was reached and the one that was wanted.
+    double first = 0, second = 0;
+    std::uint64_t triangles = 0, wanted = 0;  ///< Tolerance: of the wrapped mesh, and at most
+};
+
+/// "2 shells are cavities inside others". @throw std::bad_alloc
+[[nodiscard]] std::string words(const Warning& warning, const SettingNames& names = k_cpp_settings);
+/// "welded_vertices (12)". @throw std::bad_alloc
+[[nodiscard]] std::string words(const RepairNote& repair);
+
+/// Facts of the mesh, as far as admission looked at it before a refusal.
+struct MeshFacts {
+    std::uint64_t vertex_count = 0, triangle_count = 0;
+    std::uint64_t component_count = 0;
+    std::uint64_t boundary_edge_count = 0;
+    std::uint64_t nonmanifold_edge_count = 0;
+    std::uint64_t self_intersecting_pairs = 0;
+    bool intersections_complete = true;  ///< false: counting stopped at max_intersections
+    bool is_closed = false;
+    std::int64_t genus = 0;       ///< sum over the components; closed meshes only
+    Box box;                      ///< of the vertices in use, units of the result
+    double area = 0, volume = 0;  ///< volume: signed, closed meshes only
+};
+
+/// A mesh that was taken and its repairs, or the reason of a refusal.
+struct AdmitResult {
+    Admission admission = Admission::Refused;
+    Diagnosis diagnosis;  ///< of a refusal
+    std::vector<RepairNote> repairs;
+    std::vector<Warning> warnings;
+    MeshFacts facts;
+    Mesh mesh;                           ///< canonical; empty after a refusal
+    bool solid = false;                  ///< the mesh bounds a volume: where its winding number is positive
+    std::vector<std::uint8_t> crossed;   ///< #triangles, 1 where another one cuts it (for mesh/solid.h); empty if none is cut
+    std::vector<std::uint8_t> made_up;   ///< #triangles, 1 where nothing of the input stood; empty below Closed
+    std::optional<Deviation> deviation;  ///< from the input, units of the result; from Closed up
+};
+
+}  // namespace sqmap::mesh
