@@ -16,11 +16,6 @@ using BodyId = std::uint32_t;
 /// Names none.
 inline constexpr BodyId k_no_body = 0xffffffffu;
 
-/// A bit of a scene's result, beside those of Status.
-enum SceneStatus : std::uint8_t {
-    k_pairs_full = 16,  ///< more pairs than fit, the rest is counted only: give a longer span of pairs
-};
-
 /// Bodies that are near each other, and which of the contacts are theirs.
 struct ScenePair {
     BodyId a = k_no_body;
@@ -33,7 +28,8 @@ struct ScenePair {
 struct SceneResult {
     std::size_t pairs = 0;       ///< of near bodies, written or not
     std::size_t contacts = 0;    ///< written, of all pairs
-    std::uint8_t status = k_ok;  ///< bits of Status and SceneStatus
+    std::uint8_t status = k_ok;  ///< bits of Status
+    bool pairs_full = false;     ///< more pairs than fit, the rest is counted and not queried: give a longer span of pairs
 };
 
 /// Bodies in one world. Adding and removing them may allocate and belongs outside the tick; all the rest is total, noexcept and

@@ -42,7 +42,7 @@ struct Scene::PairList {
         if (const std::size_t at = result.pairs++; at < out.size())
             out[at] = {std::min(a, b), std::max(a, b)};
         else
-            result.status |= k_pairs_full;
+            result.pairs_full = true;
     }
     void sort()
     {

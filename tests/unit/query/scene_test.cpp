@@ -157,11 +157,13 @@ TEST(Scene, FullSpansAreFlagged)
     EXPECT_EQ(whole.pairs, 9u);
     ASSERT_GT(whole.contacts, 9u);
     const SceneResult few_pairs = scene.query_pairs({}, std::span(pairs).first(4), contacts);
-    EXPECT_EQ(few_pairs.status, k_pairs_full);
+    EXPECT_TRUE(few_pairs.pairs_full);
+    EXPECT_EQ(few_pairs.status, k_ok);
     EXPECT_EQ(few_pairs.pairs, 9u);
     EXPECT_EQ(scene.pairs({}).pairs, 9u);
     const SceneResult few_contacts = scene.query_pairs({}, pairs, std::span(contacts).first(whole.contacts - 1));
     EXPECT_EQ(few_contacts.status, k_full);
+    EXPECT_FALSE(few_contacts.pairs_full);
     EXPECT_LE(few_contacts.contacts, whole.contacts - 1);
     EXPECT_EQ(pairs[8].status, k_full);
     EXPECT_EQ(pairs[0].status, k_ok);
