@@ -189,9 +189,9 @@ typedef enum sqmap_layer {
 /// Bits of the status of answers.
 enum sqmap_status {
     SQMAP_NOT_FINITE = 1,  ///< the point is NaN or infinite: it is not answered, depth and distance are NaN
-    SQMAP_NO_EXACT = 2,    ///< baked without the exact layer: layer 3 answered
+    SQMAP_NO_EXACT = 2,    ///< baked without the exact layer, so layer 3 answered: bake with without_exact = 0
     SQMAP_NO_SURFACE = 4,  ///< inside, but no surface is known above: depth 0, normal zero
-    SQMAP_FULL = 8,        ///< more contacts than there was space for: the rest is counted
+    SQMAP_FULL = 8,        ///< more contacts than there was space for, the rest is counted: raise sqmap_contact_list::capacity
     SQMAP_MADE_UP = 16,    ///< the mesh was closed or wrapped, and the surface here made up
     SQMAP_NOT_GIVEN = 128  ///< the model's projection does not give what the options name
 };

@@ -4,6 +4,7 @@
 #include "sqmap/haptic/safety.h"
 
 #include "haptic/sane.h"
+#include "sqmap/math/rotation.h"
 #include "sqmap/math/trigonometry.h"
 
 #include <algorithm>
@@ -32,18 +33,6 @@ constexpr double k_bad_window = 0.1;                  // s
 constexpr double k_duty_slack = 0.01;                 // share lost to whole ticks
 constexpr double k_grain = 1e-6;                      // s, a clock's rounding: zero comes this much early rather than late
 constexpr double k_finest_rate_share = 0.5;  // a sample is never taken to be younger than this share of the sample period
-
-/// Rows orthonormal and right-handed; false for NaN. A matrix that is merely finite may scale or mirror a tool.
-bool is_rotation(const Mat3d& m)
-{
-    const auto& r = m.row;
-    if (!std::islessequal(std::fabs(norm_sq(r[0]) - 1), k_rotation)) return false;  // rows of zeros pass the products below
-    for (int i = 0; i < 3; ++i) {
-        const Vec3d off = cross(r[i], r[(i + 1) % 3]) - r[(i + 2) % 3];
-        if (!std::islessequal(norm_sq(off), k_rotation * k_rotation)) return false;
-    }
-    return true;
-}
 
 bool is_zero(const Wrench& w) { return w == Wrench{}; }
 double power(const Wrench& w, const Vec3d& velocity, const Vec3d& turn) { return dot(w.force, velocity) + dot(w.torque, turn); }
@@ -249,7 +238,7 @@ void SafetyFilter::finite(const SafetyInput& in, Tick& tick) noexcept
 {
     bool ok = sane(in.time) && sane(in.sample_time) && tick.dt >= 0;
     for (std::size_t z = 0; z < tick.zones; ++z)
-        ok = ok && sane(in.poses[z]) && is_rotation(in.poses[z].rotation) && sane(in.commanded[z]);
+        ok = ok && sane(in.poses[z]) && is_rotation(in.poses[z].rotation, k_rotation) && sane(in.commanded[z]);
     for (std::size_t z = 0; z < std::min(tick.zones, in.twists.size()); ++z) ok = ok && sane(in.twists[z]);
     for (std::size_t z = 0; z < std::min(tick.zones, in.pushes.size()); ++z) ok = ok && sane(in.pushes[z]);
     if (ok) return;

@@ -36,7 +36,7 @@ struct RebakeResult {
 /// would for the same parts and superquadrics: parts whose superquadric, with its certificate, still holds their patch and caps
 /// keep it, others are fitted again; model space and the locator's grid stay; the model's figures are not measured
 /// (measured.points is 0).
-/// @pre the moved mesh is one that mesh::admit would accept: no triangle without area, not turned inside out
+/// @pre the moved mesh is one that mesh::admit would accept: no triangle without area, not turned inside out (not checked)
 /// @throw mesh::InvalidInput where before is not of that kind, or a vertex is not finite; mesh::RefusedMesh as bake. Thread-safe
 /// Cost: grows with the parts that are reached and the surface that has moved; see docs/algorithms/articulated.md.
 [[nodiscard]] RebakeResult rebake(const model::ModelData& before, std::span<const Vec3d> vertices,

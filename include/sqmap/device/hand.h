@@ -48,7 +48,7 @@ struct GloveMotion {
 /// A HandScript; its context is a GloveMotion.
 HandTarget glove_script(const void* motion, double time, std::size_t zone) noexcept;
 
-/// A SimulatedDevice of six zones, held by a hand that follows the motion. @pre motion outlives it
+/// A SimulatedDevice of six zones, held by a hand that follows the motion. @pre motion outlives it (not checked)
 [[nodiscard]] std::unique_ptr<SimulatedDevice> simulated_glove(const GloveMotion& motion, MotorRecord* motors = nullptr);
 
 /// WebXR's names of the joints, in the order of hand_joints; "" beyond them. Any thread.

@@ -21,7 +21,7 @@ struct OwnProcessOptions {
 /// zeroes it timeout after the last wrench, and at once when the program ends in whatever way, killed included. Keyboard
 /// interrupts do not reach the keeper: it leaves when the program has left. Adds up to a period to the delay, and
 /// capabilities() says so. Thread safety of the device: as every Device.
-/// @pre no other thread runs yet: a forked process has only the thread that forked. Linux.
+/// @pre no other thread runs yet: a forked process has only the thread that forked (not checked). Linux.
 /// @throw std::invalid_argument for options out of range; std::runtime_error where the device cannot be opened, with the reason;
 /// std::system_error where the process cannot be made.
 [[nodiscard]] std::unique_ptr<Device> keep_in_own_process(OpenDevice open, void* context, const OwnProcessOptions& options = {});

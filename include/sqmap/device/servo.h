@@ -77,7 +77,7 @@ class Servo {
 public:
     /// @throw std::invalid_argument for limits that the filter refuses, with its reason, or a period or priority out of range;
     /// std::system_error where a thread cannot be made or the priority is not granted.
-    /// @pre device and context outlive the servo
+    /// @pre device and context outlive the servo (not checked)
     Servo(Device& device, const ServoOptions& options, TickFunction tick, void* context);
     ~Servo();
     Servo(const Servo&) = delete;

@@ -25,7 +25,7 @@ struct PatchPoints {
                                        double spacing, std::size_t max_points = 100000);
 
 /// Sets of patch_points of 2.5, 2 and 1.5 mm, for Zone::denser; those with no more points than the one before, or with more
-/// than max_points, are left out. Made outside the loop: the constructor allocates. @pre vertices in metres
+/// than max_points, are left out. Made outside the loop: the constructor allocates. @pre vertices in metres (not checked)
 /// Thread safety: immutable once made; any number of threads may read it.
 class DenserSets {
 public:

@@ -81,7 +81,7 @@ StepResult step(State& state, const StepInput& input, std::span<Wrench> wrenches
 /// Thread safety: one thread at a time, const functions included.
 class State {
 public:
-    /// Allocates all that step() needs. @pre every probe outlives the state @throw std::bad_alloc
+    /// Allocates all that step() needs. @pre every probe outlives the state (not checked) @throw std::bad_alloc
     explicit State(std::span<const Zone> zones, const StateOptions& options = {});
     State(State&&) noexcept;
     State& operator=(State&&) noexcept;

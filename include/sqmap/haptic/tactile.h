@@ -31,7 +31,7 @@ struct Taxel {
 /// One tick. Slip is the motion of a taxel over the touched model since the tick before; the first tick, one with dt 0 and one
 /// after restart() have none.
 struct TactileTick {
-    query::Body touched{};  ///< a model and its pose. @pre the model came from model::parse
+    query::Body touched{};  ///< a model and its pose. @pre the model came from model::parse (not checked)
     Pose pose{};            ///< of the pad, in the same frame
     double dt = 0;          ///< since the tick before, s
 };

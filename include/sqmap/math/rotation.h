@@ -50,6 +50,19 @@ namespace sqmap {
     return {{x, cross(z, x), z}};
 }
 
+/// True where the rows are orthonormal within the tolerance and right-handed; false for NaN. A matrix that is merely finite may
+/// scale or mirror. The default lets numbers of four digits pass.
+[[nodiscard]] inline bool is_rotation(const Mat3d& m, double tolerance = 1e-3) noexcept
+{
+    const auto& r = m.row;
+    if (!std::islessequal(std::fabs(norm_sq(r[0]) - 1), tolerance)) return false;  // rows of zeros pass the products below
+    for (int i = 0; i < 3; ++i) {
+        const Vec3d off = cross(r[i], r[(i + 1) % 3]) - r[(i + 2) % 3];
+        if (!std::islessequal(norm_sq(off), tolerance * tolerance)) return false;
+    }
+    return true;
+}
+
 /// Rotation of a unit quaternion with real part w.
 [[nodiscard]] constexpr Mat3d rotation_of(double w, double x, double y, double z) noexcept
 {

@@ -139,6 +139,7 @@ template <template <class> class Array>
 {
     CentralArrays<ArrayView> own;
     const auto cut = [](const Slice& slice, std::size_t values, auto& span, const auto& array) {
+        SQMAP_ASSERT(values * slice.first <= array.size() && values * slice.count <= array.size() - values * slice.first);
         span = std::span(array).subspan(values * slice.first, values * slice.count);
     };
     CentralArrays<ArrayView>::each_slice(cut, part, own, all);

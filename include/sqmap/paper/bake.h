@@ -131,7 +131,7 @@ struct Map : MapGrid, MapArrays<model::ArrayData> {
 
 /// Bakes one part. The superquadric's parameters are narrowed to float first; rays meet the whole mesh, triangles are the
 /// part's own and serve step 3 and the Q2 share. Thread-safe. Cost: about 3 rays per sample, 1 per vertex.
-/// @pre the superquadric bounds the triangles and, if bent, bend a.z < pi
+/// @pre the superquadric bounds the triangles and, if bent, bend a.z < pi (not checked)
 [[nodiscard]] Map bake_map(const MapRays& rays, std::span<const std::uint32_t> triangles,
                            const shape::Superquadricd& superquadric, const MapOptions& options = {});
 

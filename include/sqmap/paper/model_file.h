@@ -27,7 +27,7 @@ public:
     /// Verifies 8-byte aligned bytes that outlive this. Failures: any status but Ok, this as it was. Allocates.
     [[nodiscard]] model::ParseStatus parse(std::span<const std::byte> bytes);
 
-    /// Answers queries whichever kind it is. Valid as long as this, wherever it is moved. @pre parse was Ok
+    /// Answers queries whichever kind it is. Valid as long as this, wherever it is moved. @pre parse was Ok (not checked)
     [[nodiscard]] const model::ModelView& view() const { return reading_ ? reading_->view() : central_; }
     /// The paper model; null for a central one.
     [[nodiscard]] const ModelView* paper() const { return reading_ ? &reading_->model() : nullptr; }

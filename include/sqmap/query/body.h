@@ -22,7 +22,7 @@ struct ProbeResult;
 struct Body {
     const model::ModelView* model = nullptr;  ///< from model::parse
     const Probe* probe = nullptr;             ///< the mesh's vertices, or other points of its surface
-    Pose pose{};                              ///< mesh frame -> the caller's. @pre its rotation is proper
+    Pose pose{};                              ///< mesh frame -> the caller's. @pre its rotation is proper (not checked)
 };
 
 /// How a library with maps of its own answers queries of its models (ModelView::answers), as sqmap::paper does; what the core

@@ -36,7 +36,7 @@ struct [[nodiscard]] SignedDistance {
 /// object's sphere (paper::k_not_given). A point or a pose that is not finite: distance 0, LowerBound, k_not_finite. A body
 /// without a model is nowhere: the greatest double, LowerBound. Total, noexcept, no allocation, the same bits on every
 /// instruction set; thread-safe. Cost: about a microsecond within the band, a fifth of it beyond.
-/// @pre touched.model came from model::parse
+/// @pre touched.model came from model::parse (not checked)
 [[nodiscard]] SignedDistance distance(const Body& touched, Vec3d point, double band = k_baked_band) noexcept;
 
 /// The same in the mesh's own frame and units.

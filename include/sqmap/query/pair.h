@@ -65,7 +65,7 @@ struct PairResult {
 /// sides only the deeper one. Swapping the bodies swaps the witness points and turns the normals round. With first_only the first
 /// contact of either direction ends it. Total, noexcept, no allocation. Several threads may query the same bodies, each with its
 /// workspace.
-/// @pre a.model, b.model came from model::parse.
+/// @pre a.model, b.model came from model::parse (not checked)
 /// Cost: two query_probe, and merging linear in what they find.
 [[nodiscard]] PairResult query_pair(const Body& a, const Body& b, const PairOptions& options, PairWorkspace& workspace) noexcept;
 

@@ -29,7 +29,7 @@ struct PointResult {
 /// called certain. A body without a model: free. Total, noexcept, no allocation; thread-safe. Cost: with a locator 0.1 to 1
 /// microseconds; without one, a sphere and a box test a part, and where the point is inside, a search bounded by the part's
 /// cells.
-/// @pre the model came from model::parse
+/// @pre the model came from model::parse (not checked)
 [[nodiscard]] PointResult query_point(const Body& touched, Vec3d point, const QueryOptions& options = {}) noexcept;
 
 /// The same in the mesh's own frame.
@@ -58,7 +58,7 @@ struct SurfacePoint {
 
 /// Distance to the surface along the projection of one part at a point (eq. 35): signed, positive outwards, to the nearest
 /// crossing on its ray; the mesh's frame and units. Nothing where the part's map has none on that ray.
-/// Total, noexcept, no allocation; thread-safe. @pre the model came from model::parse and the part exists
+/// Total, noexcept, no allocation; thread-safe. @pre the model came from model::parse (not checked), and the part exists
 [[nodiscard]] std::optional<double> distance_along_projection(const model::ModelView& model, std::uint32_t part, Vec3d point,
                                                               Layer layer) noexcept;
 

@@ -87,7 +87,7 @@ struct ProbeResult {
 /// the frame in which the poses are given (see Body). Where either is missing, none. A model without a locator (a surface)
 /// is queried point by point. Total, noexcept, no allocation, the same bits on every instruction set;
 /// thread-safe.
-/// @pre the model came from model::parse: its arrays lie in one blob
+/// @pre the model came from model::parse, so that its arrays lie in one blob (not checked)
 [[nodiscard]] ProbeResult query_probe(const Body& touched, const Body& collider, const QueryOptions& options,
                                       std::span<Contact> contacts) noexcept;
 

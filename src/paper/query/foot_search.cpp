@@ -62,6 +62,7 @@ struct RecordTo {
 
 std::size_t record_foot_search(const MapView& map, Vec3f p, Projector projector, std::span<FootSearchStep> steps) noexcept
 {
+    SQMAP_ASSERT(is_consistent(map));
     const OnePoint point(map, p, {.projector = projector});
     if (!point.is_held) return 0;
     Recorder recorder(point.part.shape(), point.held.q, steps);

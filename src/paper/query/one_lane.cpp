@@ -2,6 +2,7 @@
 #undef HWY_COMPILE_ONLY_STATIC
 #define HWY_COMPILE_ONLY_SCALAR
 #include "job.h"
+#include "sqmap/math/assert.h"
 #include "sqmap/paper/projection.h"
 
 #include <hwy/highway.h>
@@ -25,6 +26,7 @@ ProbeResult run_one_lane(const PaperJob& job) noexcept { return PaperKernel(job)
 
 PartAnswer project(const MapView& map, Vec3f p, const ProjectionOptions& options) noexcept
 {
+    SQMAP_ASSERT(is_consistent(map));
     PartAnswer answer;
     const OnePoint point(map, p, options);
     if (!point.is_held) return answer;

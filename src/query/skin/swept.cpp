@@ -11,6 +11,7 @@ namespace sqmap::query {
 
 Pose between(const Pose& from, const Pose& to, double share) noexcept
 {
+    SQMAP_ASSERT(is_rotation(from.rotation) && is_rotation(to.rotation));
     if (!(share > 0)) return from;
     if (!(share < 1)) return to;
     const Vec3d turn = rotation_vector(to.rotation * transpose(from.rotation));
