@@ -15,11 +15,8 @@ try {
     const haptic::TouchedBody touched{.model = &ball};
 
     // The tool is a point: samples about it smooth the force.
-    haptic::Zone tip;
-    tip.options.averaging = haptic::Averaging::Stencil;
-    const query::Probe probe(haptic::stencil_points(tip.options.smoothing));
-    tip.probe = &probe;
-    haptic::State state(std::span(&tip, 1));
+    const haptic::Tool tip({.shape = haptic::ToolShape::Point});
+    haptic::State state = tip.state();
     haptic::SafetyFilter filter({.max_force = 3, .continuous_force = 1},
                                 {.force_limit = 1});  // N: what the device can, and what the user wants
 

@@ -32,9 +32,9 @@ try {
     // Section 6: the spring of eqs. 21 and 32 along the normal of eq. 26, on the smoothed map. In N and m: a ball of 5 cm.
     const model::ModelView ball = haptic::in_metres(file.view(), 0.05);
     const haptic::TouchedBody touched{.model = &ball, .material = {.friction = Friction::None}};
-    const query::Probe point(std::vector<Vec3d>(1));
-    const haptic::Zone tip{.probe = &point, .options = paper::with_paper_force({.layer = query::Layer::Three, .stiffness = 300})};
-    haptic::State state(std::span(&tip, 1));
+    const haptic::Tool tip(
+        {.force = paper::with_paper_force({.layer = query::Layer::Three, .stiffness = 300}), .shape = haptic::ToolShape::Point});
+    haptic::State state = tip.state();
     const Pose pose{{}, {0, 0, 0.048}};
     haptic::Wrench force;
     (void)haptic::step(state, {.touched = {&touched, 1}, .poses = {&pose, 1}}, {&force, 1});

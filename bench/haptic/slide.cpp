@@ -45,11 +45,8 @@ private:
     {
         haptic::ZoneOptions o = options.zone;
         o.stiffness = options.stiffness;
-        if (force == Force::Full) {
-            o.averaging = options.sphere ? haptic::Averaging::Ball : haptic::Averaging::Stencil;
-            if (options.sphere) o.smoothing = haptic::ball_of(k_sphere);
-            return {.force = o};
-        }
+        const haptic::ToolShape shape = options.sphere ? haptic::ToolShape::Ball : haptic::ToolShape::Point;
+        if (force == Force::Full) return {.force = o, .shape = shape, .ball_radius = k_sphere};
         o.blend_time = 0;
         o.layer = query::Layer::Three;
         o = paper::with_paper_force(o);

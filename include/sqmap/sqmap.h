@@ -8,6 +8,7 @@
 #include "sqmap/haptic/step.h"
 #include "sqmap/haptic/stiffness.h"
 #include "sqmap/haptic/tactile.h"
+#include "sqmap/haptic/tool.h"
 #include "sqmap/math/pose.h"
 #include "sqmap/math/rotation.h"
 #include "sqmap/model/model.h"

@@ -55,13 +55,12 @@ haptic::Tool tool_of(const sqmap_session_options& o)
     z.mode = mode_of(o.mode);
     z.side_path = checked(o.side_path, 0, 1, "options.side_path");
     const double radius = checked(o.radius, 0, 1, "options.radius");
-    z.averaging = radius > 0 ? haptic::Averaging::Ball : haptic::Averaging::Stencil;
-    if (radius > 0) z.smoothing = haptic::ball_of(radius);
     z.stiffness = or_default(o.stiffness, z.stiffness, 1e5, "options.stiffness");
     z.damping = checked(o.damping, 0, 1e4, "options.damping");
     z.layer = layer_of(o.layer);
     if (z.mode == haptic::Mode::Coupled) haptic::choose_coupling(z, device_of(o));
-    return haptic::Tool({.force = z});
+    return haptic::Tool(
+        {.force = z, .shape = radius > 0 ? haptic::ToolShape::Ball : haptic::ToolShape::Point, .ball_radius = radius});
 }
 
 haptic::Material material_of(double friction)

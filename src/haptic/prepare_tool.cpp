@@ -15,10 +15,35 @@ void take_surface(ToolDescription& tool, std::span<const Vec3d> vertices, std::s
     tool.weights = std::move(patch.weights);
 }
 
+namespace {
+
+/// Sets how contacts are averaged, and a point's or ball's points.
+void take_shape(ToolDescription& tool)
+{
+    ZoneOptions& force = tool.force;
+    if (tool.shape == ToolShape::Surface || force.smoothed_map) {
+        SQMAP_ASSERT(tool.shape != ToolShape::Ball);
+        force.averaging = Averaging::Patch;
+        if (tool.shape == ToolShape::Point) tool.points.assign(1, {});
+        return;
+    }
+    const bool is_ball = tool.shape == ToolShape::Ball;
+    force.averaging = is_ball ? Averaging::Ball : Averaging::Stencil;
+    if (is_ball) {
+        const Kernel kernel = force.smoothing.kernel;
+        force.smoothing = ball_of(tool.ball_radius);
+        force.smoothing.kernel = kernel;
+    }
+    if (tool.tolerance) force.smoothing.tolerance = *tool.tolerance;
+    tool.points = stencil_points(force.smoothing);
+}
+
+}  // namespace
+
 Tool::Tool(ToolDescription description) : description_(std::move(description))
 {
     ToolDescription& d = description_;
-    if (d.force.averaging != Averaging::Patch) d.points = stencil_points(d.force.smoothing);
+    take_shape(d);
     probe_ = std::make_unique<query::Probe>(d.points);
     const Zone zone{.probe = probe_.get(),
                     .in_world = !d.first.empty(),

@@ -11,10 +11,9 @@ haptic::Tool held_point()
 {
     haptic::ZoneOptions o;
     o.mode = haptic::Mode::Proxy;
-    o.averaging = haptic::Averaging::Stencil;
     o.layer = query::Layer::Exact;
     o.stiffness = ClothTool::k_stiffness;
-    return haptic::Tool({.force = o});
+    return haptic::Tool({.force = o, .shape = haptic::ToolShape::Point});
 }
 
 }  // namespace

@@ -66,24 +66,22 @@ void TouchSetup::load_tool(const std::filesystem::path& beside)
     std::vector<Vec3d> flat;  // of a hand: the file's points
     if (!options_.touching_wished && std::any_of(views_.begin(), views_.end(), paper::is_paper))
         options_.tool_touching = std::min(options_.tool_touching, k_touching_on_normal_maps);
-    options_.zone.averaging = haptic::Averaging::Patch;
-    haptic::Smoothing ball = haptic::ball_of(k_default_radius), point;
-    if (options_.tolerance >= 0) ball.tolerance = point.tolerance = options_.tolerance;
-    ball.kernel = point.kernel = options_.kernel;
+    tool.ball_radius = k_default_radius;
+    if (options_.tolerance >= 0) tool.tolerance = options_.tolerance;
+    haptic::Smoothing& smoothing = options_.zone.smoothing;
+    smoothing.kernel = options_.kernel;
     const double max = views_.front().header.r_max * views_.front().header.unit;
     if (options_.paper_force) options_.zone = paper::with_paper_force(options_.zone);
-    if (options_.paper_force && is_shape(options_.tool, "sphere", max, ball.radius)) {
-        tool.points = mesh::sphere(ball.radius, 2).vertices;
-        reach_ = ball.radius;
-    } else if (options_.paper_force && is_shape(options_.tool, "point", max, point.radius)) {
-        tool.points = {{}};
-    } else if (is_shape(options_.tool, "sphere", max, ball.radius)) {
-        options_.zone.averaging = haptic::Averaging::Ball;
-        options_.zone.smoothing = ball;
-    } else if (is_shape(options_.tool, "point", max, point.radius)) {
-        options_.zone.averaging = haptic::Averaging::Stencil;
-        options_.zone.smoothing = point;
-        point_ = std::make_unique<query::Probe>(std::vector<Vec3d>{{}});
+    if (is_shape(options_.tool, "sphere", max, tool.ball_radius)) {
+        if (options_.paper_force) {
+            tool.points = mesh::sphere(tool.ball_radius, 2).vertices;
+            reach_ = tool.ball_radius;
+        } else {
+            tool.shape = haptic::ToolShape::Ball;
+        }
+    } else if (is_shape(options_.tool, "point", max, smoothing.radius)) {
+        tool.shape = haptic::ToolShape::Point;
+        if (!options_.paper_force) point_ = std::make_unique<query::Probe>(std::vector<Vec3d>{{}});
     } else if (std::optional<device::HandMesh> hand;
                zones_ == device::k_glove_zones && (hand = read_hand(found(options_.tool, beside)))) {
         flat = hand->points;
@@ -94,7 +92,7 @@ void TouchSetup::load_tool(const std::filesystem::path& beside)
                              (zones_ == device::k_glove_zones ? "; a glove poses a glTF hand with WebXR's 25 joints" : ""));
         load_mesh_tool(beside, tool);
     }
-    const bool patch = options_.zone.averaging == haptic::Averaging::Patch;
+    const bool patch = options_.paper_force || tool.shape == haptic::ToolShape::Surface;
     const bool doubtful =
         std::any_of(views_.begin(), views_.end(), [](const model::ModelView& v) { return model::is_doubtful(v.measured); });
     const auto bare = std::find_if_not(views_.begin(), views_.end(), model::has_exact);
@@ -106,6 +104,7 @@ void TouchSetup::load_tool(const std::filesystem::path& beside)
     tool.max_touching = static_cast<std::uint32_t>(options_.tool_touching);
     tool.force = options_.zone;
     tool_ = haptic::Tool(std::move(tool));
+    options_.zone = tool_.zones().front().options;
     const std::uint64_t hash = hash_of(hand_ ? flat : tool_.points());
     if (options_.tool_hash != 0 && options_.tool_hash != hash)
         throw BadTouch(options_.tool + " is not the tool that was recorded: its hash is " + hash_text(hash) + ", the trace has " +

@@ -10,19 +10,29 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 namespace sqmap::haptic {
 
+/// The body that touches.
+enum class ToolShape : std::uint8_t {
+    Surface,  ///< the description's points
+    Point,    ///< a point, whose force is smoothed over a sphere about it (force.smoothing). On the smoothed map of a paper model
+              ///< the point alone, which that map smooths
+    Ball,     ///< a ball about the zone's tip. A paper model's smoothed map takes a Surface in its place
+};
+
 /// The description of a tool. SI units.
 struct ToolDescription {
-    /// Mode, layer and force of all zones. averaging says what the tool is: a Stencil is a point and a Ball a ball, whose points
-    /// follow from `smoothing`; a Patch has the points below.
-    ZoneOptions force{};
-    std::vector<Vec3d> points{};        ///< Patch: m, the zone's frame
-    std::vector<float> weights{};       ///< Patch: m^2 of surface about each point; empty: all alike
-    DenserSets denser{};                ///< Patch: the same surface with more points
+    ZoneOptions force{};  ///< mode, layer and force of all zones; the shape sets averaging, a Ball also smoothing
+    ToolShape shape = ToolShape::Surface;
+    double ball_radius = 0.005;         ///< Ball: m
+    std::optional<double> tolerance{};  ///< Point, Ball: Smoothing::tolerance, m; absent: 0.2 mm of a point, 0.3 mm of a ball
+    std::vector<Vec3d> points{};        ///< Surface: m, the zone's frame
+    std::vector<float> weights{};       ///< Surface: m^2 about each point; empty: all alike
+    DenserSets denser{};                ///< Surface: the same surface with more points
     std::uint32_t max_touching = 1200;  ///< points of a denser set in contact
     double radius = 0;                  ///< m, of the impact sphere about a zone's pose; 0: the whole tool is felt
     std::size_t zones = 1;              ///< each carries the whole tool at a pose of its own, where `first` is empty

@@ -49,21 +49,19 @@ Forces::Forces(std::vector<ObjectPtr> objects, const Settings& settings) : objec
         Tool tool = make_tool(settings, tool_object.get());
         description.weights = std::move(tool.weights);
         description.points = std::move(tool.mesh.vertices);
+    } else if (settings.smoothing > 0) {
+        description.shape = haptic::ToolShape::Point;
+        zone.smoothing.radius = settings.smoothing;
     } else if (zone.smoothed_map) {
-        description.points =
-            settings.smoothing > 0 ? std::vector<Vec3d>{{}} : mesh::sphere(settings.tool_radius, k_sphere_divisions).vertices;
+        description.points = mesh::sphere(settings.tool_radius, k_sphere_divisions).vertices;
     } else {
-        zone.averaging = settings.smoothing > 0 ? haptic::Averaging::Stencil : haptic::Averaging::Ball;
-        zone.smoothing = haptic::ball_of(settings.tool_radius);
-        if (settings.smoothing > 0) {
-            zone.smoothing = {};
-            zone.smoothing.radius = settings.smoothing;
-        }
+        description.shape = haptic::ToolShape::Ball;
+        description.ball_radius = settings.tool_radius;
     }
-    patch_ = zone.averaging == haptic::Averaging::Patch;
     for (const ObjectPtr& object : objects_)
         doubtful_ = doubtful_ || (object != nullptr && model::is_doubtful(object->metres.measured));
     tool_ = haptic::Tool(std::move(description));
+    patch_ = tool_.zones().front().options.averaging == haptic::Averaging::Patch;
     if (settings.texture > 0)
         texture_ = haptic::gaussian_texture({.amplitude = settings.texture, .wavelength = 0.003}, texture_values_);
     for (const ObjectPtr& object : objects_)
