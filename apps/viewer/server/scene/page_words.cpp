@@ -4,7 +4,7 @@ namespace sqmap::viewer {
 
 const mesh::SettingNames k_page_settings{
     .names = {"“Repair”", nullptr, "“take it as a surface”", "“Sheets are”", "“Sheets are”", "“Unit of the file”", nullptr,
-              nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr},
+              nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, "“Parts at most”", "“Depth error at most”", nullptr},
     .equals = ": ",
     .value =
         [](mesh::Setting setting, std::string_view word) {

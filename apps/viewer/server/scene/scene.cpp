@@ -101,11 +101,16 @@ void Scene::change(Entry& entry, std::shared_ptr<const Parts> parts)
     send();
 }
 
-BakeMeshOptions Scene::bake_options(const Job& job, bool is_paper)
+BakeMeshOptions SceneOptions::bake_options(bool is_paper) const
 {
-    BakeMeshOptions options = options_.bake;
+    BakeMeshOptions options = bake;
     if (!is_paper) options.paper_maps.reset();
     if (is_paper && !options.paper_maps) options.paper_maps.emplace();
+    return options;
+}
+
+BakeMeshOptions Scene::watched(BakeMeshOptions options, const Job& job)
+{
     options.bake.progress = [this, job](const char* stage, double done) {
         if (bakes_.quits()) throw Cancelled{};
         if (cancelled_.has(job.upload)) {
@@ -134,7 +139,7 @@ void Scene::bake_edited(const Entry& entry)
 {
     if (entry.at == 0 || bakes_.busy()) return;
     bakes_.work([this, object = entry.object, parts = entry.parts(), words = entry.words] {
-        const BakeMeshOptions options = bake_options({object->name}, paper::is_paper(object->view));
+        const BakeMeshOptions options = watched(options_.bake_options(paper::is_paper(object->view)), {object->name});
         try {
             const auto after = rebaked(*object, *parts, options, words);
             audience_.post([this, object, after] {
@@ -156,7 +161,7 @@ void Scene::bake_twin(const Entry& entry)
     bakes_.work([this, object = entry.object, parts = entry.parts(), words = entry.words] {
         const bool to_paper = !paper::is_paper(object->view);
         const std::string name = object->name + (to_paper ? ", paper's maps" : ", central maps");
-        const BakeMeshOptions options = bake_options({name}, to_paper);
+        const BakeMeshOptions options = watched(options_.bake_options(to_paper), {name});
         try {
             const auto twin = rebaked(*object, *parts, options, words);
             twin->name = name;

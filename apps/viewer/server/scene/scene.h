@@ -23,6 +23,9 @@ struct SceneOptions {
     BakeMeshOptions bake{};
     std::size_t max_objects = 16;
     io::ReadLimits limits{.max_bytes = 64u << 20, .max_faces = 500'000};  ///< of an uploaded mesh
+
+    /// Options of a bake with the paper's maps or central ones.
+    [[nodiscard]] BakeMeshOptions bake_options(bool is_paper) const;
 };
 
 /// All is called on the server's thread.
@@ -84,8 +87,9 @@ private:
     [[nodiscard]] HttpReply take_names(const std::string& file, const std::string& text);
     // On the worker's thread.
     void take_model(const Job& job, std::span<const std::byte> bytes, const Answer& answer);
-    void take_mesh(const Job& job, AdmittedMesh loaded, bool is_paper, const Answer& answer);
-    [[nodiscard]] BakeMeshOptions bake_options(const Job& job, bool is_paper);
+    void take_mesh(const Job& job, AdmittedMesh loaded, const BakeMeshOptions& options, const Answer& answer);
+    /// Options with the job's progress: a bake that the page takes back, or a server that quits, ends there.
+    [[nodiscard]] BakeMeshOptions watched(BakeMeshOptions options, const Job& job);
     void send_progress(const Job& job, const std::string& stage, double done = 1);
     void send_failure(const Job& job, const std::string& why);
 

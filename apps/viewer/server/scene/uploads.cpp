@@ -30,25 +30,31 @@ HttpReply refused(const Refusal& refusal, int status = 200)
                       status);
 }
 
-/// A length above 0; 0 for any other text, which then sets nothing.
-double length_in(std::string_view text)
+/// A number above 0; 0 for any other text, which then sets nothing.
+double positive_in(std::string_view text)
 {
     const double value = take_number(text).value_or(0);
     return text.empty() && value > 0 && value < 1e9 ? value : 0;
 }
 
-/// Reads the choices of the page's dialog for a mesh: repair none, safe, close or surface; thickness of sheets; metres per unit.
-MeshOptions mesh_options(std::string_view target, const io::ReadLimits& limits)
+/// The server's options with the choices of the page's dialog, by name in the request: repair (none, safe, close or surface),
+/// thickness of sheets, unit (metres per unit of the file), projection (normal: the paper's maps), target_error and max_parts.
+BakeMeshOptions chosen(std::string_view target, const SceneOptions& scene)
 {
-    MeshOptions load{.limits = limits};
+    BakeMeshOptions out = scene.bake_options(query_value(target, "projection") == "normal");
+    out.mesh.limits = scene.limits;
     const std::string_view repair = query_value(target, "repair");
-    if (repair == "surface") load.admit.accept_surface = true;
-    if (repair == "none") load.admit.repair = mesh::Repair::None;
-    if (repair == "safe") load.admit.repair = mesh::Repair::Safe;
-    if (repair == "close") load.admit.repair = mesh::Repair::Close;
-    load.admit.thickness = length_in(query_value(target, "thickness"));
-    if (const double unit = length_in(query_value(target, "unit")); unit > 0) load.admit.unit = unit;
-    return load;
+    mesh::AdmitOptions& admit = out.mesh.admit;
+    if (repair == "surface") admit.accept_surface = true;
+    if (repair == "none") admit.repair = mesh::Repair::None;
+    if (repair == "safe") admit.repair = mesh::Repair::Safe;
+    if (repair == "close") admit.repair = mesh::Repair::Close;
+    admit.thickness = positive_in(query_value(target, "thickness"));
+    if (const double unit = positive_in(query_value(target, "unit")); unit > 0) admit.unit = unit;
+    if (const double error = positive_in(query_value(target, "target_error")); error > 0) out.bake.target_error = error;
+    if (const double parts = positive_in(query_value(target, "max_parts")); parts > 0)
+        out.bake.max_parts = static_cast<std::uint32_t>(std::min(parts, 1e9));
+    return out;
 }
 
 HttpReply accepted(const char* verdict)
@@ -68,16 +74,15 @@ void Scene::upload(HttpRequest request, const Answer& answer)
     if (bakes_.busy()) return answer(refused({"E_BUSY", "scene", "other files are being baked", "wait, and send it again"}, 503));
     const std::string name = harmless(query_value(request.target, "name"));
     if (name.ends_with(".names.json")) return answer(take_names(name, request.body));
-    const MeshOptions load = mesh_options(request.target, options_.limits);
-    const bool is_paper = query_value(request.target, "projection") == "normal";
+    const BakeMeshOptions options = chosen(request.target, options_);
     const Job job{.name = name, .upload = number_of(query_value(request.target, "upload")).value_or(0)};
-    bakes_.work([this, answer, job, load, is_paper, body = std::move(request.body)] {
+    bakes_.work([this, answer, job, options, body = std::move(request.body)] {
         if (cancelled_.has(job.upload)) return answer(refused({"E_CANCELLED", "file", "the page took it back", "send it again"}));
         const std::span<const std::byte> bytes = std::as_bytes(std::span(body));
         if (job.name.ends_with(".sqmap"))
             take_model(job, bytes, answer);
         else
-            take_mesh(job, admit_mesh(MeshBytes{bytes, job.name}, load), is_paper, answer);
+            take_mesh(job, admit_mesh(MeshBytes{bytes, job.name}, options.mesh), options, answer);
     });
 }
 
@@ -109,7 +114,7 @@ void Scene::take_model(const Job& job, std::span<const std::byte> bytes, const A
 }
 
 /// Runs on the worker's thread.
-void Scene::take_mesh(const Job& job, AdmittedMesh loaded, bool is_paper, const Answer& answer)
+void Scene::take_mesh(const Job& job, AdmittedMesh loaded, const BakeMeshOptions& options, const Answer& answer)
 {
     const mesh::Diagnosis& d = loaded.diagnosis;
     answer(json_reply({{"accepted", !loaded.refused()},
@@ -122,7 +127,7 @@ void Scene::take_mesh(const Job& job, AdmittedMesh loaded, bool is_paper, const 
                        {"triangles", loaded.mesh.triangles.size()}}));
     if (loaded.refused()) return;
     try {
-        const auto object = object_from_mesh(std::move(loaded), job.name, options_.size, bake_options(job, is_paper));
+        const auto object = object_from_mesh(std::move(loaded), job.name, options_.size, watched(options, job));
         audience_.post([this, object, job] {
             if (cancelled_.has(job.upload)) return send_progress(job, "cancelled");
             send_progress(job, "done");

@@ -61,13 +61,17 @@ let busy = false;
 const repairChoice = choice('Repair', [['', 'whatever it needs'], ['close', 'close holes, no wrapping'], ['safe', 'only what moves nothing'], ['none', 'nothing'], ['surface', 'take it as a surface']], '', () => {}, 'repair');
 const unitChoice = choice('Unit of the file', [['', 'as it says, or its own'], ['1', 'metre'], ['0.01', 'centimetre'], ['0.001', 'millimetre'], ['0.0254', 'inch']], '', () => {}, 'unit');
 const projectionChoice = choice('It gets', [['central', 'Central maps'], ['normal', 'The paper’s maps']], 'central', () => {}, 'projection');
-const thicknessInput = h('input', { type: 'number', id: 'thickness', min: '0', step: 'any', placeholder: '0: no sheets', 'aria-label': 'Thickness of sheets, units of the file' });
+const numberInput = (id: string, least: string, hint: string, label: string) => h('input', { type: 'number', id, min: least, step: 'any', placeholder: hint, 'aria-label': label });
+const thicknessInput = numberInput('thickness', '0', '0: no sheets', 'Thickness of sheets, units of the file');
+const errorInput = numberInput('target-error', '0', '0.5', 'Depth error of layer 3 at most, percent of R max');
+const partsInput = numberInput('max-parts', '1', '24', 'Parts at most');
 const valueOf = (field: HTMLElement): string => field.querySelector('select')!.value;
 const queueList = h('ul', { class: 'queue', id: 'queue' });
 const verdictBox = h('div', {});
 const againButton = h('button', { id: 'read-again', hidden: true, onclick: () => { if (newest) readAgain(newest, ''); } }, '');
 const optionsBox = folded('How a file is read', 'file-options', repairChoice, h('label', { class: 'field' }, h('span', {}, 'Sheets are'), thicknessInput), unitChoice, projectionChoice,
-  h('p', { class: 'note' }, 'Sheets: open surfaces become plates of this thickness, in units of the file.'), againButton);
+  h('label', { class: 'field' }, h('span', {}, 'Depth error at most'), errorInput), h('label', { class: 'field' }, h('span', {}, 'Parts at most'), partsInput),
+  h('p', { class: 'note' }, 'Sheets: open surfaces become plates of this thickness, in units of the file. Depth error: of layer 3, percent of R_max.'), againButton);
 dialog.addEventListener('keydown', (e) => { if (e.key === 'Escape') { dialog.hidden = true; readingButton.focus(); } });
 fill(dialog, queueList, verdictBox, optionsBox, h('p', { class: 'note' }, 'A file may have 64 MB and 500,000 faces, the scene 16 objects; sqmap bake has no such limits.'),
   h('div', { class: 'row wrap' }, h('button', { id: 'close-verdict', onclick: () => { dialog.hidden = true; readingButton.focus(); } }, 'Close')));
@@ -130,7 +134,7 @@ async function check(one: Waiting): Promise<void> {
   verdictBox.replaceChildren();
   openSheet(true);
   try {
-    const options = { repair: one.repair || valueOf(repairChoice), thickness: thicknessInput.value, unit: valueOf(unitChoice), projection: valueOf(projectionChoice), upload: String(one.number) };
+    const options = { repair: one.repair || valueOf(repairChoice), thickness: thicknessInput.value, unit: valueOf(unitChoice), projection: valueOf(projectionChoice), target_error: errorInput.value, max_parts: partsInput.value, upload: String(one.number) };
     const sent = (share: number) => { if (!abort.signal.aborted) say(one, share < 1 ? `sending ${Math.round(100 * share)} %` : 'checking …'); }, records = /\.csv$/i.test(file.name);
     rows.set(one.number, one);
     const v = await (records ? openRecording(file, sent, abort.signal) : upload(file, options, sent, abort.signal));
