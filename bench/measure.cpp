@@ -15,9 +15,9 @@ struct Topic {
 };
 
 #ifdef SQMAP_MEASURE_FCL
-constexpr auto k_edge_edge = &measure_edge_edge;
+constexpr auto k_contacts = &measure_contacts;
 #else
-constexpr int (*k_edge_edge)(int, char**) = nullptr;
+constexpr int (*k_contacts)(int, char**) = nullptr;
 #endif
 #ifdef SQMAP_MEASURE_CLOTH
 constexpr auto k_cloth = &measure_cloth;
@@ -38,8 +38,14 @@ constexpr Topic k_topics[] = {
      k_cloth, "libfcl-dev libbullet-dev"},
     {"distance", "POINTS PROBE MESH...",
      "Signed distances against the exact oracle, and their time beside Embree's. Meshes are closed.", &measure_distance},
-    {"edge-edge", "POSES MESH_A MESH_B", "How many contacts of two meshes have no vertex in them, at each depth of pressing.",
-     k_edge_edge, "libfcl-dev"},
+    {"contacts", "POSES|PATH.csv MESH_A MESH_B",
+     "How many contacts of two meshes have no vertex in them, at each depth of pressing; or along a path of MESH_B, the time of\n"
+     "complete contacts beside that of vertices and of FCL's pairs of triangles.",
+     k_contacts, "libfcl-dev"},
+    {"first-touch", "SAMPLE_QUERIES",
+     "First touch of points and triangles, edges and edges, on a clone of\n"
+     "github.com/Continuous-Collision-Detection/Sample-Queries: verdicts and time.",
+     &measure_first_touch},
     {"haptic", nullptr, "The force: steps while sliding, energy around closed paths, time of a tick, density of a hand's points.",
      &measure_haptic},
     {"joints", "HAND.glb PICTURE.png [--layer 2|3|exact] [--solids LEAST_WEIGHT] [--azimuth DEGREES] [--elevation DEGREES]",

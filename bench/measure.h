@@ -7,8 +7,9 @@ namespace sqmap::bench {
 inline constexpr int k_wrong_usage = 64;
 
 int measure_cloth(int argc, char** argv);
+int measure_contacts(int argc, char** argv);
 int measure_distance(int argc, char** argv);
-int measure_edge_edge(int argc, char** argv);
+int measure_first_touch(int argc, char** argv);
 int measure_haptic(int argc, char** argv);
 int measure_joints(int argc, char** argv);
 int measure_rebake(int argc, char** argv);

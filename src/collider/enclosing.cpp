@@ -2,7 +2,7 @@
 // and rounded up.
 #include "collider/numbers.h"
 #include "collider/searches.h"
-#include "mesh/predicates.h"
+#include "math/predicates.h"
 #include "sqmap/collider/shape.h"
 #include "sqmap/math/box.h"
 #include "sqmap/mesh/convex_hull.h"
@@ -163,7 +163,7 @@ Shape as_hull(const Shape& shape, std::span<const Vec3d> points, Precision preci
     const auto holds_all = [&] {
         for (const mesh::Triangle& t : hull.triangles)
             for (const Vec3d& p : held.vertices)
-                if (mesh::orient3d(hull.vertices[t[0]], hull.vertices[t[1]], hull.vertices[t[2]], p) < 0) return false;
+                if (orient3d(hull.vertices[t[0]], hull.vertices[t[1]], hull.vertices[t[2]], p) < 0) return false;
         return true;
     };
     for (double more = precision == Precision::Float ? 1e-7 : 1e-12; more < 1e-2; more *= 4) {

@@ -4,7 +4,7 @@
 // area can arise.
 #include "sqmap/mesh/convex_hull.h"
 
-#include "predicates.h"
+#include "math/predicates.h"
 #include "sqmap/mesh/bvh.h"
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 // test using orientation predicates", 2003).
 #include "sqmap/mesh/self_intersection.h"
 
-#include "predicates.h"
+#include "math/triangle_crossing.h"
 #include "sqmap/math/box.h"
 
 #include <algorithm>
@@ -13,54 +13,7 @@
 namespace sqmap::mesh {
 namespace {
 
-struct Corners {
-    Vec3d a, b, c;
-};
-
-/// Coordinates with one axis left out: turns in a plane keep their sense, all or none reversed.
-Vec2d projected(Vec3d p, int axis) { return {p[(axis + 1) % 3], p[(axis + 2) % 3]}; }
-
-/// An axis along which the triangle is not seen edge-on; -1 if it has no area.
-int open_axis(const Corners& t)
-{
-    for (int axis = 0; axis < 3; ++axis)
-        if (orient2d(projected(t.a, axis), projected(t.b, axis), projected(t.c, axis)) != 0) return axis;
-    return -1;
-}
-
-bool between(Vec2d p, Vec2d a, Vec2d b)
-{
-    return p.x >= std::min(a.x, b.x) && p.x <= std::max(a.x, b.x) && p.y >= std::min(a.y, b.y) && p.y <= std::max(a.y, b.y);
-}
-
-bool segments_meet(Vec2d p, Vec2d q, Vec2d a, Vec2d b)
-{
-    const int pa = orient2d(p, q, a), pb = orient2d(p, q, b), ap = orient2d(a, b, p), aq = orient2d(a, b, q);
-    if (pa * pb < 0 && ap * aq < 0) return true;
-    return (pa == 0 && between(a, p, q)) || (pb == 0 && between(b, p, q)) || (ap == 0 && between(p, a, b)) ||
-           (aq == 0 && between(q, a, b));
-}
-
-/// A segment in the plane of the triangle.
-bool meets_in_plane(Vec3d p, Vec3d q, const Corners& t)
-{
-    const int axis = open_axis(t);
-    if (axis < 0) return false;
-    const Vec2d s = projected(p, axis), e = projected(q, axis);
-    const Vec2d a = projected(t.a, axis), b = projected(t.b, axis), c = projected(t.c, axis);
-    const int ab = orient2d(a, b, s), bc = orient2d(b, c, s), ca = orient2d(c, a, s);
-    const bool start_inside = !((ab > 0 || bc > 0 || ca > 0) && (ab < 0 || bc < 0 || ca < 0));
-    return start_inside || segments_meet(s, e, a, b) || segments_meet(s, e, b, c) || segments_meet(s, e, c, a);
-}
-
-bool meets(Vec3d p, Vec3d q, const Corners& t)
-{
-    const int sp = orient3d(t.a, t.b, t.c, p), sq = orient3d(t.a, t.b, t.c, q);
-    if (sp * sq > 0) return false;
-    if (sp == 0 && sq == 0) return meets_in_plane(p, q, t);
-    const int ab = orient3d(p, q, t.a, t.b), bc = orient3d(p, q, t.b, t.c), ca = orient3d(p, q, t.c, t.a);
-    return !((ab > 0 || bc > 0 || ca > 0) && (ab < 0 || bc < 0 || ca < 0));
-}
+using Corners = TriangleCorners;
 
 class Finder {
 public:
@@ -200,10 +153,10 @@ private:
         }
         if (shared == 1) {
             const Corners a = turned(p, at_p), b = turned(q, at_q);
-            return meets(a.b, a.c, b) || meets(b.b, b.c, a);
+            return segment_meets(a.b, a.c, b) || segment_meets(b.b, b.c, a);
         }
-        return meets(p.a, p.b, q) || meets(p.b, p.c, q) || meets(p.c, p.a, q) || meets(q.a, q.b, p) || meets(q.b, q.c, p) ||
-               meets(q.c, q.a, p);
+        return segment_meets(p.a, p.b, q) || segment_meets(p.b, p.c, q) || segment_meets(p.c, p.a, q) ||
+               segment_meets(q.a, q.b, p) || segment_meets(q.b, q.c, p) || segment_meets(q.c, q.a, p);
     }
 
     const Mesh& mesh_;

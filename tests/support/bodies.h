@@ -10,7 +10,7 @@ namespace sqmap::test {
 
 /// A mesh with its model and its probe; bodies point at it, so it stays where it is.
 struct Solid {
-    explicit Solid(const mesh::Mesh& m) : mesh(m), parsed(m), view(parsed.view()), probe(m.vertices) {}
+    explicit Solid(const mesh::Mesh& m) : mesh(m), parsed(m), view(parsed.view()), probe(m.vertices, m.triangles) {}
     Solid(const Solid&) = delete;
     Solid& operator=(const Solid&) = delete;
     [[nodiscard]] query::Body at(const sqmap::Pose& pose = {}) const { return {&view, &probe, pose}; }

@@ -3,6 +3,7 @@
 
 #include "sqmap/query/body.h"
 #include "sqmap/query/contact.h"
+#include "sqmap/query/triangle_tree.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -25,6 +26,9 @@ public:
 
     /// points: finite, any order. Allocates; cost n log n.
     explicit Probe(std::span<const Vec3d> points);
+    /// The same with the triangles between the points, which complete contacts need (sqmap/query/contacts.h).
+    /// @pre find_fault(points, triangles) finds nothing
+    Probe(std::span<const Vec3d> points, std::span<const ProbeTriangle> triangles);
 
     /// New positions of the same points in the same order: spheres are refitted, nothing is allocated. Clusters were chosen for
     /// the first positions, so a probe that is turned inside out is slower, never wrong.
@@ -47,6 +51,8 @@ public:
     [[nodiscard]] bool reaches(const Sphere& sphere) const noexcept;
     /// How far neighbouring points are apart, as though every cluster were spread evenly over a disc.
     [[nodiscard]] double spacing() const noexcept { return static_cast<double>(spacing_); }
+    /// Its triangles; empty where it was made without any.
+    [[nodiscard]] const TriangleTree& triangles() const noexcept { return triangles_; }
 
 private:
     friend struct ProbeJob;
@@ -63,6 +69,7 @@ private:
     std::vector<float> group_x_, group_y_, group_z_, group_radius_;
     float sphere_[4] = {};
     float spacing_ = 0;
+    TriangleTree triangles_;
 };
 
 /// Contacts of a probe.

@@ -48,8 +48,10 @@ void bound_spheres(std::size_t count, const float* x, const float* y, const floa
 std::size_t Probe::bytes() const noexcept
 {
     const auto size_of = [](const auto&... values) { return (std::span(values).size_bytes() + ...); };
-    return sizeof(*this) + size_of(slot_of_point_, x_, y_, z_, point_, centre_x_, centre_y_, centre_z_, radius_, group_x_,
-                                   group_y_, group_z_, group_radius_);
+    return sizeof(*this) +
+           size_of(slot_of_point_, x_, y_, z_, point_, centre_x_, centre_y_, centre_z_, radius_, group_x_, group_y_, group_z_,
+                   group_radius_) +
+           triangles_.bytes();
 }
 
 void Probe::move(std::span<const Vec3d> points) noexcept { move(points, {}); }
@@ -62,6 +64,7 @@ void Probe::move(std::span<const Vec3d> points, std::span<const std::uint8_t> wa
         points.data(), point_.data(), origin_, wanted.size() == size_ ? wanted.data() : nullptr, k_far,
         {x_.data(), y_.data(), z_.data(), centre_x_.data(), centre_y_.data(), centre_z_.data(), radius_.data(), clusters()});
     refit_groups();
+    if (triangles_.size() > 0) triangles_.move(points);
 }
 
 Sphere Probe::sphere() const noexcept

@@ -1,5 +1,5 @@
 #include "collider/numbers.h"
-#include "mesh/predicates.h"
+#include "math/predicates.h"
 #include "sqmap/collider/export.h"
 #include "sqmap/collider/spheres.h"
 #include "sqmap/math/random.h"
@@ -62,7 +62,7 @@ long double equation(const Shape& s, Vec3d p)
 bool hull_holds(const mesh::Mesh& hull, Vec3d p)
 {
     return std::none_of(hull.triangles.begin(), hull.triangles.end(), [&](const mesh::Triangle& t) {
-        return mesh::orient3d(hull.vertices[t[0]], hull.vertices[t[1]], hull.vertices[t[2]], p) < 0;
+        return orient3d(hull.vertices[t[0]], hull.vertices[t[1]], hull.vertices[t[2]], p) < 0;
     });
 }
 

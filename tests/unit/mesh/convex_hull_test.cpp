@@ -1,6 +1,6 @@
 #include "sqmap/mesh/convex_hull.h"
 
-#include "mesh/predicates.h"
+#include "math/predicates.h"
 #include "support/baked_shapes.h"
 
 #include <gtest/gtest.h>

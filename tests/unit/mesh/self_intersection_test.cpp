@@ -1,6 +1,6 @@
 #include "sqmap/mesh/self_intersection.h"
 
-#include "mesh/predicates.h"
+#include "math/predicates.h"
 
 #include <gtest/gtest.h>
 

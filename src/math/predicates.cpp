@@ -7,12 +7,11 @@
 #include <cstddef>
 #include <limits>
 
-namespace sqmap::mesh {
+namespace sqmap {
 namespace {
 
 constexpr double k_epsilon = std::numeric_limits<double>::epsilon() / 2;
 constexpr double k_bound_2d = (3 + 16 * k_epsilon) * k_epsilon;
-constexpr double k_bound_3d = (7 + 56 * k_epsilon) * k_epsilon;
 
 /// An exact sum of doubles that do not overlap, smallest first.
 template <std::size_t N>
@@ -66,7 +65,9 @@ Expansion<N + M> sum(const Expansion<N>& a, const Expansion<M>& b, double sign)
     return out;
 }
 
-int exact_orient3d(Vec3d a, Vec3d b, Vec3d c, Vec3d d)
+}  // namespace
+
+int exact_orient3d(Vec3d a, Vec3d b, Vec3d c, Vec3d d) noexcept
 {
     const auto ax = difference(a.x, d.x), ay = difference(a.y, d.y), az = difference(a.z, d.z);
     const auto bx = difference(b.x, d.x), by = difference(b.y, d.y), bz = difference(b.z, d.z);
@@ -77,21 +78,7 @@ int exact_orient3d(Vec3d a, Vec3d b, Vec3d c, Vec3d d)
     return sum(sum(bc, ca, 1), ab, 1).sign();
 }
 
-}  // namespace
-
-int orient3d(Vec3d a, Vec3d b, Vec3d c, Vec3d d)
-{
-    const Vec3d u = a - d, v = b - d, w = c - d;
-    const double vxwy = v.x * w.y, wxvy = w.x * v.y, wxuy = w.x * u.y, uxwy = u.x * w.y, uxvy = u.x * v.y, vxuy = v.x * u.y;
-    const double det = u.z * (vxwy - wxvy) + v.z * (wxuy - uxwy) + w.z * (uxvy - vxuy);
-    const double permanent = (std::abs(vxwy) + std::abs(wxvy)) * std::abs(u.z) +
-                             (std::abs(wxuy) + std::abs(uxwy)) * std::abs(v.z) +
-                             (std::abs(uxvy) + std::abs(vxuy)) * std::abs(w.z);
-    if (std::abs(det) > k_bound_3d * permanent) return det > 0 ? 1 : -1;
-    return permanent == 0 ? 0 : exact_orient3d(a, b, c, d);
-}
-
-int orient2d(Vec2d a, Vec2d b, Vec2d c)
+int orient2d(Vec2d a, Vec2d b, Vec2d c) noexcept
 {
     const double left = (a.x - c.x) * (b.y - c.y), right = (a.y - c.y) * (b.x - c.x);
     const double det = left - right, permanent = std::abs(left) + std::abs(right);
@@ -101,4 +88,4 @@ int orient2d(Vec2d a, Vec2d b, Vec2d c)
         .sign();
 }
 
-}  // namespace sqmap::mesh
+}  // namespace sqmap

@@ -1,0 +1,99 @@
+// The triangles of a closed mesh, prepared once so that all that meet another mesh's are found in microseconds.
+#pragma once
+
+#include "sqmap/math/box.h"
+#include "sqmap/math/vec.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace sqmap::query {
+
+/// Three points of a triangle by their numbers, counter-clockwise seen from outside.
+using ProbeTriangle = std::array<std::uint32_t, 3>;
+
+/// The first thing that forbids triangles to bound a solid.
+struct TriangleFault {
+    enum class Kind : std::uint8_t {
+        None,
+        OutOfRange,   ///< a corner is no point of the probe
+        NotFinite,    ///< a point is NaN or infinite
+        Open,         ///< nothing is on the other side of one of its sides
+        TurnedRound,  ///< a neighbour runs along their common side in the same direction: one of both is inverted
+        Inverted,     ///< the solid is inside out: all triangles are clockwise seen from outside
+        TooMany,      ///< more than TriangleTree::k_max triangles
+    };
+    Kind kind = Kind::None;
+    std::uint32_t triangle = 0;  ///< which of them; 0 where it is about all
+    std::uint32_t side = 0;      ///< of Open and TurnedRound: from this corner of the triangle to the next one
+};
+
+/// Nothing where the triangles close a solid that is not inside out; points at the same position count as one. Allocates; cost
+/// n log n.
+[[nodiscard]] TriangleFault find_fault(std::span<const Vec3d> points, std::span<const ProbeTriangle> triangles);
+
+/// Near triangles make a leaf of 16, near leaves a group of 16, each with a box. Positions stay as they are given, in double.
+/// Thread safety: any number of threads may query one tree; move() needs it alone.
+class TriangleTree {
+public:
+    static constexpr std::size_t k_leaf = 16, k_group = 16;
+    static constexpr std::size_t k_max = std::size_t{1} << 28;  ///< triangles
+
+    TriangleTree() = default;
+    /// @pre find_fault(points, triangles) finds nothing. Allocates; cost n log n.
+    TriangleTree(std::span<const Vec3d> points, std::span<const ProbeTriangle> triangles);
+
+    /// New positions of the same points: boxes are refitted, nothing is allocated. @pre as many as before
+    void move(std::span<const Vec3d> points) noexcept;
+
+    /// Number of triangles.
+    [[nodiscard]] std::size_t size() const noexcept { return triangles_.size(); }
+    /// Number of points, with or without a triangle.
+    [[nodiscard]] std::size_t points() const noexcept { return points_.size(); }
+    /// Bytes that the tree keeps in memory.
+    [[nodiscard]] std::size_t bytes() const noexcept;
+    /// The caller's triangle. @pre it exists
+    [[nodiscard]] const ProbeTriangle& triangle(std::size_t t) const noexcept { return triangles_[t]; }
+    /// The caller's position. @pre it exists
+    [[nodiscard]] Vec3d point(std::size_t i) const noexcept { return points_[i]; }
+    /// Half-edge 3 t + k runs from corner k of triangle t to the next one; its twin runs the other way, in the neighbour.
+    [[nodiscard]] std::uint32_t twin(std::uint32_t half_edge) const noexcept { return twin_[half_edge]; }
+    /// A half-edge that begins at a point; k_no_half_edge where no triangle has the point.
+    [[nodiscard]] std::uint32_t half_edge_from(std::size_t point) const noexcept { return from_[point]; }
+    static constexpr std::uint32_t k_no_half_edge = 0xffffffffu;
+    /// Holds all points; the points' own frame.
+    [[nodiscard]] const Box& box() const noexcept { return box_; }
+
+    /// Boxes side by side; those after the last one repeat it.
+    struct BoxRow {
+        float lo[3][k_group], hi[3][k_group];
+    };
+    /// Corners of the triangles of a leaf, from box()'s centre; those after the last one repeat it.
+    struct CornerRow {
+        float at[3][3][k_leaf];  ///< corner, axis, triangle
+    };
+    /// Arrays that the kernels read.
+    struct Columns {
+        std::span<const BoxRow> groups;          ///< 16 groups a row
+        std::span<const BoxRow> leaves;          ///< a row for each group
+        std::span<const CornerRow> corners;      ///< for each leaf
+        std::span<const std::uint32_t> numbers;  ///< of the leaves' triangles, the caller's
+    };
+    [[nodiscard]] Columns columns() const noexcept { return {groups_, leaves_, corners_, numbers_}; }
+
+private:
+    void refit() noexcept;
+
+    std::vector<Vec3d> points_;
+    std::vector<ProbeTriangle> triangles_;
+    std::vector<std::uint32_t> twin_, from_;
+    std::vector<std::uint32_t> numbers_;
+    std::vector<CornerRow> corners_;
+    std::vector<BoxRow> leaves_, groups_;
+    Box box_;
+};
+
+}  // namespace sqmap::query

@@ -1,0 +1,338 @@
+// Two trees of boxes against each other (S. Gottschalk, M. C. Lin, D. Manocha, OBBTree, SIGGRAPH 1996, with boxes along the axes
+// instead), sixteen boxes or triangles at a time in float. Everything is tested with a margin for what float rounds, so no pair
+// that meets is lost; pairs that remain are decided elsewhere, exactly.
+#include "candidates.h"
+
+#include <algorithm>
+#include <cmath>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "query/contacts/candidates.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "math/lanes-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace sqmap::query::HWY_NAMESPACE {
+namespace {
+
+using namespace sqmap::HWY_NAMESPACE;
+
+constexpr std::size_t k_row = TriangleTree::k_group;
+static_assert(k_row == TriangleTree::k_leaf && k_row % k_lanes == 0);
+
+using BoxRow = TriangleTree::BoxRow;
+using CornerRow = TriangleTree::CornerRow;
+
+constexpr std::uint32_t first_bits(std::size_t count) { return count >= k_row ? 0xffffu : (1u << count) - 1; }
+
+HWY_INLINE F sum_of_sizes(const V3& v) { return hn::Add(hn::Abs(v.x), hn::Add(hn::Abs(v.y), hn::Abs(v.z))); }
+HWY_INLINE V3 set3(const float* v) { return {set(v[0]), set(v[1]), set(v[2])}; }
+
+/// A box for all lanes.
+struct OneBox {
+    V3 lo, hi;
+    OneBox(const BoxRow& row, std::size_t i)
+        : lo{set(row.lo[0][i]), set(row.lo[1][i]), set(row.lo[2][i])}, hi{set(row.hi[0][i]), set(row.hi[1][i]), set(row.hi[2][i])}
+    {
+    }
+    explicit OneBox(const Boxf& box)
+        : lo{set(box.lo.x), set(box.lo.y), set(box.lo.z)}, hi{set(box.hi.x), set(box.hi.y), set(box.hi.z)}
+    {
+    }
+};
+HWY_INLINE M overlapping(const V3& lo, const V3& hi, const OneBox& box)
+{
+    const M x = hn::And(hn::Le(lo.x, box.hi.x), hn::Le(box.lo.x, hi.x)),
+            y = hn::And(hn::Le(lo.y, box.hi.y), hn::Le(box.lo.y, hi.y)),
+            z = hn::And(hn::Le(lo.z, box.hi.z), hn::Le(box.lo.z, hi.z));
+    return hn::And(x, hn::And(y, z));
+}
+HWY_INLINE V3 at(const float (&of)[3][k_row], std::size_t i)
+{
+    return {hn::LoadU(df, of[0] + i), hn::LoadU(df, of[1] + i), hn::LoadU(df, of[2] + i)};
+}
+HWY_INLINE void store(const V3& v, float (&to)[3][k_row], std::size_t i)
+{
+    hn::StoreU(v.x, df, to[0] + i);
+    hn::StoreU(v.y, df, to[1] + i);
+    hn::StoreU(v.z, df, to[2] + i);
+}
+/// Bit i: box i of the row overlaps the box.
+HWY_INLINE std::uint32_t overlapping(const BoxRow& row, const OneBox& box)
+{
+    std::uint32_t bits = 0;
+    for (std::size_t i = 0; i < k_row; i += hn::Lanes(df))
+        bits |= static_cast<std::uint32_t>(bits_of(overlapping(at(row.lo, i), at(row.hi, i), box))) << i;
+    return bits;
+}
+template <class Do>
+HWY_INLINE void each_bit(std::uint32_t bits, Do&& action)
+{
+    for (; bits != 0; bits &= bits - 1) action(static_cast<std::size_t>(std::countr_zero(bits)));
+}
+
+/// The sign of the volume between a triangle's plane and a position, where float is sure of it: n = e1 x e2.
+struct Plane {
+    V3 corner, normal;
+    F sides, product;  // |e1| + |e2| and |e1| |e2|, at least
+
+    static HWY_INLINE Plane of(const V3& a, const V3& b, const V3& c)
+    {
+        const V3 e1 = minus(b, a), e2 = minus(c, a);
+        const F s1 = sum_of_sizes(e1), s2 = sum_of_sizes(e2);
+        return {a, cross(e1, e2), hn::Add(s1, s2), hn::Mul(s1, s2)};
+    }
+    /// True where all three are surely on one side. Moving every position by at most `error` changes a volume of e1, e2 and w by
+    /// at most 2 error (|e1||e2| + |e1||w| + |e2||w|); rounding adds less than half of it, as error is 1e-6 of all sizes.
+    HWY_INLINE M is_beside(const V3& p, const V3& q, const V3& r, F error_three) const
+    {
+        const V3 wp = minus(p, corner), wq = minus(q, corner), wr = minus(r, corner);
+        const F sp = dot(normal, wp), sq = dot(normal, wq), sr = dot(normal, wr);
+        const F w = hn::Max(sum_of_sizes(wp), hn::Max(sum_of_sizes(wq), sum_of_sizes(wr)));
+        const F bound = hn::Mul(error_three, mul_add(sides, w, product));
+        const F low = hn::Min(sp, hn::Min(sq, sr)), high = hn::Max(sp, hn::Max(sq, sr));
+        return hn::Or(hn::Gt(low, bound), hn::Lt(high, hn::Neg(bound)));
+    }
+};
+
+/// Triangles of a leaf of b, moved.
+struct MovedLeaf {
+    CornerRow corners;
+    BoxRow boxes;
+    float normal[3][k_row], sides[k_row], product[k_row];
+    BoxRow all;  // one box, in its first element
+};
+
+class CandidateSearch {
+public:
+    CandidateSearch(const CandidateJob& job, TakePairs take, void* context) : job_(job), take_(take), context_(context) {}
+
+    void run()
+    {
+        const OneBox box_a(job_.box_a);
+        for (std::size_t row = 0; row < job_.b.groups.size() && !ended_; ++row) {
+            BoxRow moved;
+            move_boxes(job_.b.groups[row], moved);
+            const std::uint32_t near = overlapping(moved, box_a) & first_bits(job_.groups_b - row * k_row);
+            each_bit(near, [&](std::size_t i) HWY_ATTR {
+                if (!ended_) visit_group(row * k_row + i, OneBox(moved, i));
+            });
+        }
+        flush();
+    }
+
+private:
+    static constexpr std::size_t k_buffer = 512;
+
+    HWY_INLINE V3 moved(const V3& p) const
+    {
+        const float* r = job_.rotation;
+        return {hn::Add(row_dot(r, p), set(job_.shift[0])), hn::Add(row_dot(r + 3, p), set(job_.shift[1])),
+                hn::Add(row_dot(r + 6, p), set(job_.shift[2]))};
+    }
+
+    /// Boxes about b's boxes in a's frame, larger by what float rounds.
+    HWY_NOINLINE void move_boxes(const BoxRow& from, BoxRow& to) const
+    {
+        const F half = set(0.5f), error = set(job_.margin);
+        for (std::size_t i = 0; i < k_row; i += hn::Lanes(df)) {
+            const V3 lo = at(from.lo, i), hi = at(from.hi, i);
+            const V3 middle{hn::Mul(half, hn::Add(lo.x, hi.x)), hn::Mul(half, hn::Add(lo.y, hi.y)),
+                            hn::Mul(half, hn::Add(lo.z, hi.z))};
+            const V3 extent = minus(hi, middle), c = moved(middle);
+            const auto reach = [&](int k) HWY_ATTR {
+                const float* r = job_.rotation + 3 * k;
+                return mul_add(set(std::abs(r[0])), extent.x,
+                               mul_add(set(std::abs(r[1])), extent.y, mul_add(set(std::abs(r[2])), extent.z, error)));
+            };
+            const V3 d{reach(0), reach(1), reach(2)};
+            store(minus(c, d), to.lo, i);
+            store({hn::Add(c.x, d.x), hn::Add(c.y, d.y), hn::Add(c.z, d.z)}, to.hi, i);
+        }
+    }
+
+    /// A group of b's leaves.
+    HWY_NOINLINE void visit_group(std::size_t group, const OneBox& box)
+    {
+        is_moved_ = 0;
+        bool has_boxes = false;
+        for (std::size_t row = 0; row < job_.a.groups.size() && !ended_; ++row) {
+            const std::uint32_t near = overlapping(job_.a.groups[row], box) & first_bits(job_.groups_a - row * k_row);
+            if (near == 0) continue;
+            if (!has_boxes) move_boxes(job_.b.leaves[group], leaf_boxes_);
+            has_boxes = true;
+            each_bit(near, [&](std::size_t i) HWY_ATTR {
+                const std::size_t other = row * k_row + i;
+                const BoxRow& leaves = job_.a.leaves[other];
+                const std::uint32_t near_a = overlapping(leaves, box) & first_bits(job_.leaves_a - other * k_row);
+                if (near_a == 0) return;
+                const std::uint32_t near_b =
+                    overlapping(leaf_boxes_, OneBox(job_.a.groups[row], i)) & first_bits(job_.leaves_b - group * k_row);
+                each_bit(near_b, [&](std::size_t b) HWY_ATTR {
+                    each_bit(near_a & overlapping(leaves, OneBox(leaf_boxes_, b)),
+                             [&](std::size_t a) { visit_leaves(other, a, group, b); });
+                });
+            });
+        }
+    }
+
+    const MovedLeaf& moved_leaf(std::size_t group, std::size_t i)
+    {
+        MovedLeaf& leaf = moved_[i];
+        if ((is_moved_ >> i & 1u) != 0) return leaf;
+        is_moved_ |= 1u << i;
+        move_leaf(job_.b.corners[group * k_row + i], leaf);
+        return leaf;
+    }
+    HWY_NOINLINE void move_leaf(const CornerRow& from, MovedLeaf& to) const
+    {
+        const F error = set(job_.margin);
+        F least[3], greatest[3];
+        for (std::size_t i = 0; i < k_row; i += hn::Lanes(df)) {
+            V3 p[3];
+            for (std::size_t k = 0; k < 3; ++k) {
+                p[k] = moved(at(from.at[k], i));
+                store(p[k], to.corners.at[k], i);
+            }
+            const Plane plane = Plane::of(p[0], p[1], p[2]);
+            store(plane.normal, to.normal, i);
+            hn::StoreU(plane.sides, df, to.sides + i);
+            hn::StoreU(plane.product, df, to.product + i);
+            const V3 lo{least_of(p[0].x, p[1].x, p[2].x, error), least_of(p[0].y, p[1].y, p[2].y, error),
+                        least_of(p[0].z, p[1].z, p[2].z, error)};
+            const V3 hi{greatest_of(p[0].x, p[1].x, p[2].x, error), greatest_of(p[0].y, p[1].y, p[2].y, error),
+                        greatest_of(p[0].z, p[1].z, p[2].z, error)};
+            store(lo, to.boxes.lo, i);
+            store(hi, to.boxes.hi, i);
+            const F l[3] = {lo.x, lo.y, lo.z}, h[3] = {hi.x, hi.y, hi.z};
+            for (int k = 0; k < 3; ++k) {
+                least[k] = i == 0 ? l[k] : hn::Min(least[k], l[k]);
+                greatest[k] = i == 0 ? h[k] : hn::Max(greatest[k], h[k]);
+            }
+        }
+        for (int k = 0; k < 3; ++k) {
+            to.all.lo[k][0] = hn::GetLane(hn::MinOfLanes(df, least[k]));
+            to.all.hi[k][0] = hn::GetLane(hn::MaxOfLanes(df, greatest[k]));
+        }
+    }
+    static HWY_INLINE F least_of(F a, F b, F c, F error) { return hn::Sub(hn::Min(a, hn::Min(b, c)), error); }
+    static HWY_INLINE F greatest_of(F a, F b, F c, F error) { return hn::Add(hn::Max(a, hn::Max(b, c)), error); }
+
+    /// Triangles of a leaf of a against those of a leaf of b.
+    HWY_NOINLINE void visit_leaves(std::size_t group_a, std::size_t a, std::size_t group_b, std::size_t b)
+    {
+        const MovedLeaf& other = moved_leaf(group_b, b);
+        const OneBox leaf_box(job_.a.leaves[group_a], a), other_box(other.all, 0);
+        const std::size_t leaf_a = group_a * k_row + a, leaf_b = group_b * k_row + b;
+        const std::uint32_t near_b = overlapping(other.boxes, leaf_box) & first_bits(job_.triangles_b - leaf_b * k_row);
+        if (near_b == 0) return;
+        const CornerRow& corners = job_.a.corners[leaf_a];
+        std::uint32_t pairs[k_row] = {}, any_pairs = 0;
+        const F error = set(3 * job_.error);
+        for (std::size_t i = 0; i < k_row; i += hn::Lanes(df)) {
+            const V3 p = at(corners.at[0], i), q = at(corners.at[1], i), r = at(corners.at[2], i);
+            const V3 lo{hn::Min(p.x, hn::Min(q.x, r.x)), hn::Min(p.y, hn::Min(q.y, r.y)), hn::Min(p.z, hn::Min(q.z, r.z))};
+            const V3 hi{hn::Max(p.x, hn::Max(q.x, r.x)), hn::Max(p.y, hn::Max(q.y, r.y)), hn::Max(p.z, hn::Max(q.z, r.z))};
+            const M near = overlapping(lo, hi, other_box);
+            if (!any(near)) continue;
+            const Plane plane = Plane::of(p, q, r);
+            each_bit(near_b, [&](std::size_t t) HWY_ATTR {
+                const M touched = hn::And(near, overlapping(lo, hi, OneBox(other.boxes, t)));
+                if (!any(touched)) return;
+                if (!job_.has_planes) {
+                    pairs[t] |= static_cast<std::uint32_t>(bits_of(touched)) << i;
+                    any_pairs |= pairs[t];
+                    return;
+                }
+                const auto corner = [&](std::size_t k) HWY_ATTR {
+                    const auto& c = other.corners.at[k];
+                    return V3{set(c[0][t]), set(c[1][t]), set(c[2][t])};
+                };
+                const V3 u = corner(0), v = corner(1), w = corner(2);
+                const M left = hn::AndNot(plane.is_beside(u, v, w, error), touched);
+                if (!any(left)) return;
+                const Plane from_b{u,
+                                   {set(other.normal[0][t]), set(other.normal[1][t]), set(other.normal[2][t])},
+                                   set(other.sides[t]),
+                                   set(other.product[t])};
+                const auto bits = static_cast<std::uint32_t>(bits_of(hn::AndNot(from_b.is_beside(p, q, r, error), left))) << i;
+                pairs[t] |= bits;
+                any_pairs |= bits;
+            });
+        }
+        if ((any_pairs & first_bits(job_.triangles_a - leaf_a * k_row)) == 0) return;
+        each_bit(near_b, [&](std::size_t t) {
+            each_bit(pairs[t] & first_bits(job_.triangles_a - leaf_a * k_row),
+                     [&](std::size_t s) { add(leaf_a * k_row + s, leaf_b * k_row + t); });
+        });
+    }
+
+    void add(std::size_t slot_a, std::size_t slot_b)
+    {
+        buffer_[buffered_++] = {job_.a.numbers[slot_a], job_.b.numbers[slot_b]};
+        if (buffered_ == k_buffer) flush();
+    }
+    void flush()
+    {
+        if (buffered_ > 0 && !ended_) ended_ = !take_(context_, std::span(buffer_, buffered_));
+        buffered_ = 0;
+    }
+
+    const CandidateJob& job_;
+    TakePairs take_;
+    void* context_;
+    bool ended_ = false;
+    std::size_t buffered_ = 0;
+    std::uint32_t is_moved_ = 0;  // bit i: moved_[i] is of the group that is visited
+    BoxRow leaf_boxes_;
+    MovedLeaf moved_[k_row];
+    TrianglePair buffer_[k_buffer];
+};
+
+}  // namespace
+
+void search_candidates(const CandidateJob& job, TakePairs take, void* context) { CandidateSearch(job, take, context).run(); }
+
+}  // namespace sqmap::query::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace sqmap::query {
+
+HWY_EXPORT(search_candidates);
+
+CandidateJob::CandidateJob(const TriangleTree& tree_a, const TriangleTree& tree_b, const Affine& b_in_a, double reach) noexcept
+    : a(tree_a.columns()),
+      b(tree_b.columns()),
+      leaves_a(a.corners.size()),
+      leaves_b(b.corners.size()),
+      triangles_a(tree_a.size()),
+      triangles_b(tree_b.size())
+{
+    groups_a = a.leaves.size();
+    groups_b = b.leaves.size();
+    const Vec3d middle_a = centre(tree_a.box()), d = apply(b_in_a, centre(tree_b.box())) - middle_a;
+    const double radius_a = 0.5 * norm(size(tree_a.box())), radius_b = 0.5 * norm(size(tree_b.box()));
+    is_far = !(norm(d) <= (radius_a + radius_b + reach) * (1 + 1e-6));  // also where a number overflows
+    if (is_far) return;
+    box_a = {cast<float>(tree_a.box().lo - middle_a), cast<float>(tree_a.box().hi - middle_a)};
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) rotation[3 * i + j] = static_cast<float>(b_in_a.linear.row[i][j]);
+        shift[i] = static_cast<float>(d[i]);
+    }
+    // Seven roundings of at most 2^-24 of a position's size each lie between a point and its moved coordinate; a rotation that is
+    // not one to the last bit adds as little.
+    error = static_cast<float>(1e-6 * (2 * (radius_a + radius_b) + norm(d)));
+    margin = 3 * error + static_cast<float>(reach * (1 + 1e-6));
+    has_planes = reach == 0;
+}
+
+void find_candidates(const CandidateJob& job, TakePairs take, void* context) noexcept
+{
+    if (!job.is_far) HWY_DYNAMIC_DISPATCH(search_candidates)(job, take, context);
+}
+
+}  // namespace sqmap::query
+#endif

@@ -1,0 +1,420 @@
+// Complete contacts: vertices by the exact layer, edges and faces by all pairs of triangles that meet, each decided exactly.
+#include "sqmap/query/contacts.h"
+
+#include "candidates.h"
+#include "manifold.h"
+#include "separation.h"
+
+#include <algorithm>
+#include <bit>
+
+namespace sqmap::query {
+
+namespace {
+
+/// The kinds of things that keys of the workspace's table name.
+enum class Key : std::uint64_t { EdgeOfA, EdgeOfB, EdgePair, Vertex };
+
+std::uint64_t key_of(Key kind, std::uint32_t first, std::uint32_t second)
+{
+    static_assert(3 * TriangleTree::k_max < std::size_t{1} << 31);
+    return static_cast<std::uint64_t>(kind) << 62 | std::uint64_t{first} << 31 | second;
+}
+
+/// The part of a triangle, where the probe has the model's triangles.
+std::int16_t part_of(const Body& body, std::uint32_t triangle)
+{
+    const bool is_same = body.model != nullptr && body.model->triangle_part.size() == body.probe->triangles().size();
+    return is_same ? static_cast<std::int16_t>(model::part_of_triangle(*body.model, triangle)) : std::int16_t{-1};
+}
+
+Vec3d turned(const Pose& pose, Vec3d direction) { return pose.rotation * direction; }
+
+}  // namespace
+
+Affine b_in_a(const Body& a, const Body& b) noexcept
+{
+    const Pose pose = compose(inverse(a.pose), b.pose);
+    return {pose.rotation, pose.translation};
+}
+
+class ContactQuery {
+public:
+    ContactQuery(const Body& a, const Body& b, const ContactOptions& options, ContactWorkspace& workspace) noexcept
+        : a_(a), b_(b), options_(options), workspace_(workspace), b_in_a_(b_in_a(a, b))
+    {
+    }
+
+    ContactResult run() noexcept
+    {
+        if (!is_finite(a_.pose) || !is_finite(b_.pose)) {
+            result_.status |= k_not_finite;
+            return result_;
+        }
+        if (++workspace_.round_ == 0) {  // once in four thousand million queries
+            for (ContactWorkspace::Entry& e : workspace_.table_) e.round = 0;
+            workspace_.round_ = 1;
+        }
+        add_vertices(a_, b_, Side::B);
+        if (!is_done()) add_vertices(b_, a_, Side::A);
+        if (!is_done()) add_meetings();
+        if (!is_done()) finish_regions();
+        result_.contacts = std::span(workspace_.contacts_).first(count_);
+        return result_;
+    }
+
+private:
+    using Meeting = ContactWorkspace::Meeting;
+
+    [[nodiscard]] bool is_done() const { return options_.first_only && result_.found > 0; }
+
+    void add(const SurfaceContact& contact)
+    {
+        ++result_.found;
+        if (count_ < workspace_.contacts_.size())
+            workspace_.contacts_[count_++] = contact;
+        else
+            result_.status |= k_full;
+    }
+
+    /// Vertices of the collider in the touched body.
+    void add_vertices(const Body& touched, const Body& collider, Side vertex_of)
+    {
+        const ProbeResult found =
+            query_probe(touched, collider, {.layer = Layer::Exact, .first_only = options_.first_only}, workspace_.found_);
+        result_.status |= found.status;
+        result_.found += found.contacts - found.written(workspace_.found_).size();
+        for (const Contact& c : found.written(workspace_.found_)) {
+            const Vec3d surface = found.position(c), vertex = surface - static_cast<double>(c.depth) * cast<double>(c.normal);
+            const bool of_b = vertex_of == Side::B;
+            SurfaceContact contact{.witness = {of_b ? surface : vertex, of_b ? vertex : surface},
+                                   .normal = of_b ? c.normal : -c.normal,
+                                   .depth = c.depth,
+                                   .certain = c.certain,
+                                   .status = c.status};
+            (of_b ? contact.feature_b : contact.feature_a) = Feature::Vertex;
+            (of_b ? contact.index_b : contact.index_a) = c.index;
+            (of_b ? contact.part_a : contact.part_b) = c.part;
+            add(contact);
+        }
+    }
+
+    void add_meetings()
+    {
+        if (a_.probe == nullptr || b_.probe == nullptr || a_.probe->triangles().size() == 0 ||
+            b_.probe->triangles().size() == 0) {
+            result_.status |= k_no_triangles;
+            return;
+        }
+        const CandidateJob job(a_.probe->triangles(), b_.probe->triangles(), b_in_a_);
+        find_candidates(
+            job,
+            [](void* self, std::span<const TrianglePair> pairs) noexcept {
+                return static_cast<ContactQuery*>(self)->take(pairs);
+            },
+            this);
+    }
+
+    [[nodiscard]] Vec3d point_a(std::uint32_t i) const { return a_.probe->triangles().point(i); }
+    [[nodiscard]] Vec3d point_b(std::uint32_t i) const { return apply(b_in_a_, b_.probe->triangles().point(i)); }
+    [[nodiscard]] TriangleCorners corners_a(std::uint32_t t) const
+    {
+        const ProbeTriangle& v = a_.probe->triangles().triangle(t);
+        return {point_a(v[0]), point_a(v[1]), point_a(v[2])};
+    }
+    [[nodiscard]] TriangleCorners corners_b(std::uint32_t t) const
+    {
+        const ProbeTriangle& v = b_.probe->triangles().triangle(t);
+        return {point_b(v[0]), point_b(v[1]), point_b(v[2])};
+    }
+
+    bool take(std::span<const TrianglePair> pairs)
+    {
+        for (const TrianglePair& pair : pairs) {
+            if (pair.b != last_b_) {
+                last_b_ = pair.b;
+                last_corners_b_ = corners_b(pair.b);
+            }
+            const TriangleCorners corners = corners_a(pair.a);
+            const Crossing crossing = crossing_of(corners, last_corners_b_);
+            if (!crossing.meets()) continue;
+            meet(pair, crossing, corners);
+            if (is_done()) return false;
+        }
+        return true;
+    }
+
+    void meet(const TrianglePair& pair, const Crossing& crossing, const TriangleCorners& corners)
+    {
+        ++result_.meetings;
+        if (options_.first_only) {
+            add(contact_of(separate(corners, last_corners_b_), pair.a, pair.b));
+            return;
+        }
+        if (meetings_ == workspace_.meetings_.size()) {
+            ++result_.found;
+            result_.status |= k_full;
+            return;
+        }
+        const auto self = static_cast<std::uint32_t>(meetings_++);
+        workspace_.meetings_[self] = {pair.a, pair.b, 0, 0};
+        workspace_.parents_[self] = self;
+        const TriangleTree &tree_a = a_.probe->triangles(), &tree_b = b_.probe->triangles();
+        std::uint32_t edges_a[3], edges_b[3];
+        for (std::uint32_t k = 0; k < 3; ++k) {
+            edges_a[k] = std::min(3 * pair.a + k, tree_a.twin(3 * pair.a + k));
+            edges_b[k] = std::min(3 * pair.b + k, tree_b.twin(3 * pair.b + k));
+            if ((crossing.sides_a >> k & 1u) != 0) join(self, key_of(Key::EdgeOfA, edges_a[k], pair.b));
+            if ((crossing.sides_b >> k & 1u) != 0) join(self, key_of(Key::EdgeOfB, edges_b[k], pair.a));
+        }
+        // In special position, where more of their sides meet, neither pair of edges is what the triangles are separated by.
+        if (std::popcount(crossing.sides_a) != 1 || std::popcount(crossing.sides_b) != 1) return;
+        const auto i = static_cast<std::uint32_t>(std::countr_zero(crossing.sides_a)),
+                   j = static_cast<std::uint32_t>(std::countr_zero(crossing.sides_b));
+        add_edges(self, key_of(Key::EdgePair, edges_a[i], edges_b[j]), 3 * pair.a + i, 3 * pair.b + j);
+    }
+
+    /// The key's own entry of the table, or the empty one where it would be. A table of so many slots lies behind those that are
+    /// smaller: most queries stay in one that the caches hold.
+    ContactWorkspace::Entry& entry_of(std::uint64_t key)
+    {
+        for (std::size_t i = (key * 0x9e3779b97f4a7c15u) >> 20;; ++i) {
+            ContactWorkspace::Entry& e = workspace_.table_[slots_ + (i & (slots_ - 1))];
+            if (e.round != workspace_.round_ || e.key == key) return e;
+        }
+    }
+    /// Twice the slots.
+    void grow()
+    {
+        const std::size_t old = slots_;
+        slots_ *= 2;
+        for (std::size_t i = old; i < 2 * old; ++i)
+            if (const ContactWorkspace::Entry e = workspace_.table_[i]; e.round == workspace_.round_) entry_of(e.key) = e;
+    }
+    const ContactWorkspace::Entry* find(std::uint64_t key)
+    {
+        const ContactWorkspace::Entry& e = entry_of(key);
+        return e.round == workspace_.round_ ? &e : nullptr;
+    }
+    /// The value of a key, `value` where it is new.
+    std::uint32_t put(std::uint64_t key, std::uint32_t value)
+    {
+        ContactWorkspace::Entry& e = entry_of(key);
+        if (e.round == workspace_.round_) return e.value;
+        e = {key, value, workspace_.round_};
+        if (++used_ > slots_ / 2 && 4 * slots_ <= workspace_.table_.size()) grow();
+        return value;
+    }
+
+    std::uint32_t root_of(std::uint32_t i)
+    {
+        std::vector<std::uint32_t>& parents = workspace_.parents_;
+        while (parents[i] != i) i = parents[i] = parents[parents[i]];
+        return i;
+    }
+
+    /// The older root becomes that of both, so that regions are in the order of their first pairs.
+    void join(std::uint32_t i, std::uint32_t j)
+    {
+        const std::uint32_t p = root_of(i), q = root_of(j);
+        if (p != q) workspace_.parents_[std::max(p, q)] = std::min(p, q);
+    }
+    /// Two pairs of triangles that share where an edge meets a triangle belong together.
+    void join(std::uint32_t self, std::uint64_t key) { join(self, put(key, self)); }
+
+    template <class PointOf>
+    static Wedge wedge_of(const TriangleTree& tree, std::uint32_t half_edge, PointOf&& point)
+    {
+        const std::uint32_t twin = tree.twin(half_edge);
+        const auto corner = [&](std::uint32_t h, std::uint32_t k) { return point(tree.triangle(h / 3)[(h % 3 + k) % 3]); };
+        return {corner(half_edge, 0), corner(half_edge, 1), {corner(half_edge, 2), corner(twin, 2)}};
+    }
+
+    void add_edges(std::uint32_t self, std::uint64_t key, std::uint32_t edge_a, std::uint32_t edge_b)
+    {
+        if (put(key, self) != self) return;
+        const Wedge a = wedge_of(a_.probe->triangles(), edge_a, [&](std::uint32_t i) { return point_a(i); });
+        const Wedge b = wedge_of(b_.probe->triangles(), edge_b, [&](std::uint32_t i) { return point_b(i); });
+        std::optional<Separation> s = separate(a, b);
+        if (!s) return;
+        s->corner_a = static_cast<int>(edge_a % 3);
+        s->corner_b = static_cast<int>(edge_b % 3);
+        SurfaceContact contact = contact_of(*s, edge_a / 3, edge_b / 3);
+        contact.region = self;  // until all pairs are known
+        add(contact);
+    }
+
+    SurfaceContact contact_of(const Separation& s, std::uint32_t triangle_a, std::uint32_t triangle_b) const
+    {
+        const auto index = [](Feature feature, const Body& body, std::uint32_t triangle, int corner) {
+            const auto k = static_cast<std::uint32_t>(corner);
+            if (feature == Feature::Face) return triangle;
+            return feature == Feature::Edge ? 3 * triangle + k : body.probe->triangles().triangle(triangle)[k];
+        };
+        SurfaceContact c;
+        c.witness = {apply(a_.pose, s.on_a), apply(a_.pose, s.on_b)};
+        c.normal = cast<float>(turned(a_.pose, s.normal));
+        c.depth = static_cast<float>(s.depth);
+        c.feature_a = s.feature_a;
+        c.feature_b = s.feature_b;
+        c.index_a = index(s.feature_a, a_, triangle_a, s.corner_a);
+        c.index_b = index(s.feature_b, b_, triangle_b, s.corner_b);
+        c.part_a = part_of(a_, triangle_a);
+        c.part_b = part_of(b_, triangle_b);
+        c.certain = true;
+        return c;
+    }
+
+    /// Numbers the regions, and gives a contact to those that have no pair of edges: of their pairs of triangles the deepest.
+    void finish_regions()
+    {
+        std::vector<Meeting>& m = workspace_.meetings_;
+        for (std::size_t i = 0; i < count_; ++i)
+            if (const std::uint32_t region = workspace_.contacts_[i].region; region != k_unnamed) m[root_of(region)].contacts = 1;
+        for (std::uint32_t i = 0; i < meetings_; ++i) {
+            const std::uint32_t root = root_of(i);
+            result_.regions += root == i ? 1u : 0u;
+            if (m[root].contacts == 1) continue;
+            m[i].depth = depth_along_normals(corners_a(m[i].a), corners_b(m[i].b));
+            if (m[root].contacts == 0 || m[i].depth > m[m[root].contacts - k_deepest].depth) m[root].contacts = k_deepest + i;
+        }
+        add_deepest();
+        if (options_.per_region > 0) join_vertices();
+        number_regions();
+        if (options_.per_region > 0) reduce();
+    }
+
+    /// Contacts of regions without a pair of edges. Several pairs about one corner are as deep along their normals: of these the
+    /// one that is hardest to separate.
+    void add_deepest()
+    {
+        std::vector<Meeting>& m = workspace_.meetings_;
+        const std::size_t first = count_;
+        for (std::uint32_t i = 0; i < meetings_; ++i) {
+            const std::uint32_t root = root_of(i);
+            if (m[root].contacts == 1) continue;
+            const Meeting& deepest = m[m[root].contacts - k_deepest];
+            if (!(m[i].depth >= deepest.depth * (1 - 1e-9))) continue;
+            SurfaceContact contact = contact_of(separate(corners_a(m[i].a), corners_b(m[i].b)), m[i].a, m[i].b);
+            contact.region = root;
+            // The region's own contact, where it has one already, is near the end.
+            std::size_t own = count_;
+            while (own > first && workspace_.contacts_[own - 1].region != root) --own;
+            if (own == first)
+                add(contact);
+            else if (contact.depth > workspace_.contacts_[own - 1].depth)
+                workspace_.contacts_[own - 1] = contact;
+        }
+    }
+
+    /// A node of the union for each contact, behind the meetings: its region's, or for a vertex one of its own that is joined to
+    /// those of vertices along its edges and of the triangles that meet about it.
+    void join_vertices()
+    {
+        const auto first = static_cast<std::uint32_t>(meetings_);
+        const std::span<SurfaceContact> contacts = std::span(workspace_.contacts_).first(count_);
+        for (std::uint32_t i = 0; i < contacts.size(); ++i) {
+            SurfaceContact& c = contacts[i];
+            if (c.region != k_unnamed) continue;
+            workspace_.parents_[first + i] = c.region = first + i;
+            put(vertex_key(c), first + i);
+        }
+        for (std::uint32_t i = 0; i < contacts.size(); ++i)
+            if (contacts[i].region == first + i) join_along_edges(contacts[i], first + i);
+        for (std::uint32_t i = 0; i < meetings_; ++i) {
+            const Meeting& m = workspace_.meetings_[i];
+            for (std::size_t k = 0; k < 3; ++k) {
+                join_known(key_of(Key::Vertex, 0, a_.probe->triangles().triangle(m.a)[k]), i);
+                join_known(key_of(Key::Vertex, 1, b_.probe->triangles().triangle(m.b)[k]), i);
+            }
+        }
+    }
+    static bool is_vertex_of_b(const SurfaceContact& c) { return c.feature_b == Feature::Vertex; }
+    static std::uint64_t vertex_key(const SurfaceContact& c)
+    {
+        return is_vertex_of_b(c) ? key_of(Key::Vertex, 1, c.index_b) : key_of(Key::Vertex, 0, c.index_a);
+    }
+    void join_along_edges(const SurfaceContact& c, std::uint32_t node)
+    {
+        const bool of_b = is_vertex_of_b(c);
+        const TriangleTree& tree = (of_b ? b_ : a_).probe->triangles();
+        const std::uint32_t vertex = of_b ? c.index_b : c.index_a;
+        if (vertex >= tree.points()) return;
+        constexpr int k_max_ring = 64;  // a vertex with more neighbours is joined by theirs
+        const std::uint32_t start = tree.half_edge_from(vertex);
+        std::uint32_t h = start;
+        for (int step = 0; step < k_max_ring && h != TriangleTree::k_no_half_edge; ++step) {
+            join_known(key_of(Key::Vertex, of_b ? 1 : 0, tree.triangle(h / 3)[(h % 3 + 1) % 3]), node);
+            h = tree.twin(3 * (h / 3) + (h % 3 + 2) % 3);
+            if (h == start) break;
+        }
+    }
+    void join_known(std::uint64_t key, std::uint32_t node)
+    {
+        if (const ContactWorkspace::Entry* e = find(key)) join(node, e->value);
+    }
+
+    /// From roots to 0, 1, 2, ... in the order of the roots.
+    void number_regions()
+    {
+        const auto first = static_cast<std::uint32_t>(meetings_);
+        std::uint32_t regions = 0;
+        // A root is older than what belongs to it: its number is known when it is needed.
+        const auto number = [&](std::uint32_t node) {
+            const std::uint32_t root = root_of(node);
+            return root < first ? workspace_.meetings_[root].contacts : workspace_.contacts_[root - first].region;
+        };
+        for (std::uint32_t i = 0; i < meetings_; ++i)
+            if (root_of(i) == i) workspace_.meetings_[i].contacts = regions++;
+        for (std::uint32_t i = 0; i < count_; ++i) {
+            SurfaceContact& c = workspace_.contacts_[i];
+            if (c.region == k_unnamed) continue;
+            const bool is_root = c.region == first + i && root_of(c.region) == c.region;
+            c.region = is_root ? regions++ : number(c.region);
+        }
+        result_.regions = regions;
+    }
+
+    /// Region after region, of each what per_region allows.
+    void reduce()
+    {
+        const std::span<SurfaceContact> from = std::span(workspace_.contacts_).first(count_), to(workspace_.kept_);
+        const std::span<std::uint32_t> ends = std::span(workspace_.parents_).first(result_.regions);  // their nodes are done with
+        std::fill(ends.begin(), ends.end(), 0u);
+        for (const SurfaceContact& c : from) ++ends[c.region];
+        std::uint32_t sum = 0;
+        for (std::uint32_t& end : ends) end = sum += end;
+        for (std::size_t i = from.size(); i-- > 0;) to[--ends[from[i].region]] = from[i];
+        std::size_t kept = 0;
+        for (std::size_t r = 0; r < ends.size(); ++r) {
+            const std::size_t begin = ends[r], end = r + 1 < ends.size() ? ends[r + 1] : from.size();
+            const std::span<SurfaceContact> region = to.subspan(begin, end - begin);
+            const std::size_t count = keep_spanning(region, options_.per_region);
+            std::copy(region.begin(), region.begin() + static_cast<std::ptrdiff_t>(count),
+                      from.begin() + static_cast<std::ptrdiff_t>(kept));
+            kept += count;
+        }
+        count_ = kept;
+    }
+
+    static constexpr std::uint32_t k_deepest = 1u
+                                               << 31;  // + the deepest pair of triangles, of a region that has no pair of edges
+
+    const Body &a_, &b_;
+    const ContactOptions& options_;
+    ContactWorkspace& workspace_;
+    const Affine b_in_a_;
+    ContactResult result_;
+    std::size_t slots_ = ContactWorkspace::k_least_slots, used_ = 0;  // of the table
+    std::size_t count_ = 0;                                           // contacts kept
+    std::size_t meetings_ = 0;                                        // kept
+    std::uint32_t last_b_ = k_unnamed;
+    TriangleCorners last_corners_b_{};
+};
+
+ContactResult query_contacts(const Body& a, const Body& b, const ContactOptions& options, ContactWorkspace& workspace) noexcept
+{
+    return ContactQuery(a, b, options, workspace).run();
+}
+
+}  // namespace sqmap::query

@@ -1,0 +1,151 @@
+// The first touch of two bodies: the motion in pieces along which points move on chords, triangles near each other in a piece,
+// and of these the elementary queries.
+#include "candidates.h"
+#include "sqmap/query/contacts.h"
+#include "sqmap/query/first_touch.h"
+#include "sqmap/query/swept.h"
+
+#include "sqmap/math/rotation.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sqmap::query {
+namespace {
+
+/// A piece of the motion: positions of b's points in a's frame at both ends.
+class Piece {
+public:
+    /// sag: how far a point is off its chord at most.
+    Piece(const TriangleTree& a, const TriangleTree& b, const Affine (&ends)[2], double sag)
+        : a_(a), b_(b), ends_{ends[0], ends[1]}, options_{.separation = sag, .until = 1}
+    {
+    }
+
+    /// Share of the piece; nothing touches where it is 1 or later.
+    [[nodiscard]] Touch touch() const { return found_; }
+
+    bool take(std::span<const TrianglePair> pairs)
+    {
+        for (const TrianglePair& pair : pairs) {
+            for (std::uint32_t k = 0; k < 3; ++k) {
+                if (is_own_corner(b_, pair.b, k)) offer_vertex_of_b(pair, k);
+                if (is_own_corner(a_, pair.a, k)) offer_vertex_of_a(pair, k);
+            }
+            for (std::uint32_t i = 0; i < 3; ++i)
+                for (std::uint32_t j = 0; j < 3; ++j)
+                    if (is_own_edge(a_, 3 * pair.a + i) && is_own_edge(b_, 3 * pair.b + j)) offer_edges(pair, i, j);
+        }
+        return options_.until > 0;
+    }
+
+private:
+    // A vertex belongs to one of its triangles, an edge to one of its two: each is tested once against a triangle or an edge.
+    static bool is_own_corner(const TriangleTree& tree, std::uint32_t t, std::uint32_t k)
+    {
+        return tree.half_edge_from(tree.triangle(t)[k]) == 3 * t + k;
+    }
+    static bool is_own_edge(const TriangleTree& tree, std::uint32_t half_edge) { return half_edge <= tree.twin(half_edge); }
+
+    MovingPoint of_a(std::uint32_t t, std::uint32_t k) const
+    {
+        const Vec3d p = a_.point(a_.triangle(t)[k % 3]);
+        return {p, p};
+    }
+    MovingPoint of_b(std::uint32_t t, std::uint32_t k) const
+    {
+        const Vec3d p = b_.point(b_.triangle(t)[k % 3]);
+        return {apply(ends_[0], p), apply(ends_[1], p)};
+    }
+    void offer(const Touch& touch)
+    {
+        if (!touch.touches || (found_.touches && touch.time >= found_.time)) return;
+        found_ = touch;
+        options_.until = touch.time;
+    }
+    void offer_vertex_of_b(const TrianglePair& pair, std::uint32_t k)
+    {
+        const MovingPoint triangle[3] = {of_a(pair.a, 0), of_a(pair.a, 1), of_a(pair.a, 2)};
+        offer(first_touch(of_b(pair.b, k), triangle, options_));
+    }
+    void offer_vertex_of_a(const TrianglePair& pair, std::uint32_t k)
+    {
+        const MovingPoint triangle[3] = {of_b(pair.b, 0), of_b(pair.b, 1), of_b(pair.b, 2)};
+        offer(first_touch(of_a(pair.a, k), triangle, options_));
+    }
+    void offer_edges(const TrianglePair& pair, std::uint32_t i, std::uint32_t j)
+    {
+        const MovingPoint a[2] = {of_a(pair.a, i), of_a(pair.a, i + 1)}, b[2] = {of_b(pair.b, j), of_b(pair.b, j + 1)};
+        offer(first_touch(a, b, options_));
+    }
+
+    const TriangleTree &a_, &b_;
+    const Affine ends_[2];
+    TouchOptions options_;
+    Touch found_{};
+};
+
+/// How b moves, as between() says: along a straight line and about its frame's origin.
+struct Motion {
+    double turn;   ///< radians
+    double reach;  ///< the farthest point of b from its frame's origin
+
+    Motion(const TriangleTree& b, const Pose& from, const Pose& to)
+        : turn(norm(rotation_vector(to.rotation * transpose(from.rotation)))),
+          reach(norm(centre(b.box())) + 0.5 * norm(size(b.box())))
+    {
+    }
+    /// Pieces within which arcs are straight to a thousandth of the motion where the surfaces approach at 8 degrees: an arc of
+    /// length reach turn / n leaves its chord by reach (turn / n)^2 / 8.
+    [[nodiscard]] int pieces() const { return 1 + static_cast<int>(std::ceil(std::sqrt(1000 * turn))); }
+    [[nodiscard]] double sag(int pieces) const
+    {
+        const double part = turn / pieces;
+        return reach * part * part / 8 * (1 + 1e-6);
+    }
+};
+
+/// True where the bodies touch where they are, or one begins within the other's model.
+bool is_touching(const Body& a, const Body& b)
+{
+    const auto has_inside = [](const Body& touched, const Body& collider) {
+        Contact contact;
+        return query_probe(touched, collider, {.layer = Layer::Exact, .first_only = true}, {&contact, 1}).contacts > 0;
+    };
+    return has_inside(a, b) || has_inside(b, a);
+}
+
+}  // namespace
+
+BodyTouch first_touch(const Body& a, const Body& b, const Pose& to) noexcept
+{
+    if (!is_finite(a.pose) || !is_finite(b.pose) || !is_finite(to)) return {true, 0, k_not_finite};
+    if (a.probe == nullptr || b.probe == nullptr || a.probe->triangles().size() == 0 || b.probe->triangles().size() == 0)
+        return {false, 1, k_no_triangles};
+    if (is_touching(a, b)) return {true, 0, k_ok};
+    const TriangleTree &tree_a = a.probe->triangles(), &tree_b = b.probe->triangles();
+    const Motion motion(tree_b, b.pose, to);
+    const int pieces = motion.pieces();
+    const auto pose_at = [&](int k) {
+        return b_in_a(a, {b.model, b.probe, between(b.pose, to, static_cast<double>(k) / pieces)});
+    };
+    const Vec3d middle = centre(tree_b.box());
+    const double radius = 0.5 * norm(size(tree_b.box()));
+    Affine first = pose_at(0);
+    for (int k = 0; k < pieces; ++k) {
+        const Affine ends[2] = {first, pose_at(k + 1)};
+        const double sag = motion.sag(pieces);
+        Piece piece(tree_a, tree_b, ends, sag);
+        // No point of b is farther from where it is at the piece's beginning than its middle moves and its box turns.
+        const double reach = norm(apply(ends[1], middle) - apply(ends[0], middle)) + radius * motion.turn / pieces + 2 * sag;
+        const CandidateJob job(tree_a, tree_b, ends[0], reach);
+        find_candidates(
+            job, [](void* self, std::span<const TrianglePair> pairs) noexcept { return static_cast<Piece*>(self)->take(pairs); },
+            &piece);
+        if (piece.touch().touches) return {true, std::max((k + piece.touch().time) / pieces - 1e-12, 0.), k_ok};
+        first = ends[1];
+    }
+    return {};
+}
+
+}  // namespace sqmap::query

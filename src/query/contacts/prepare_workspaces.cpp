@@ -1,0 +1,26 @@
+// Constructors of the workspaces of contacts, which allocate: they run outside the frame.
+#include "sqmap/query/overlap.h"
+
+#include <algorithm>
+#include <bit>
+
+namespace sqmap::query {
+
+ContactWorkspace::ContactWorkspace(std::size_t contacts)
+    : found_(contacts),
+      contacts_(4 * contacts),
+      kept_(4 * contacts),
+      meetings_(contacts),
+      parents_(5 * contacts),
+      table_(2 * std::max(ContactWorkspace::k_least_slots, std::bit_ceil(20 * contacts)))
+{
+}
+
+OverlapWorkspace::Side::Side(const TriangleTree& tree)
+    : winding(tree.points()), change(3 * tree.size()), inside(3 * tree.size()), triangles(tree.size()), is_reached(tree.size())
+{
+}
+
+OverlapWorkspace::OverlapWorkspace(const Probe& a, const Probe& b) : a_(a.triangles()), b_(b.triangles()) {}
+
+}  // namespace sqmap::query

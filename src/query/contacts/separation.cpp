@@ -1,0 +1,149 @@
+// S. Gottschalk, M. C. Lin, D. Manocha, OBBTree, SIGGRAPH 1996 (separating axes); D. Gregorius, "The separating axis test between
+// convex polyhedra", GDC 2013 (which pairs of edges support each other).
+#include "separation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace sqmap::query {
+namespace {
+
+/// Parameters of the nearest positions of two lines; false where they are parallel within rounding.
+bool nearest_on_lines(Vec3d w, Vec3d da, Vec3d db, double& s, double& t)
+{
+    const Vec3d n = cross(da, db);
+    const double nn = norm_sq(n);
+    if (!(nn > 1e-24 * norm_sq(da) * norm_sq(db))) return false;
+    s = dot(cross(w, db), n) / nn;
+    t = dot(cross(w, da), n) / nn;
+    return true;
+}
+
+struct Range {
+    double low, high;
+    int at_low, at_high;  // corners
+};
+Range range_along(Vec3d axis, const TriangleCorners& t)
+{
+    const double v[3] = {dot(axis, t.a), dot(axis, t.b), dot(axis, t.c)};
+    const auto low = static_cast<int>(std::min_element(v, v + 3) - v), high = static_cast<int>(std::max_element(v, v + 3) - v);
+    return {v[low], v[high], low, high};
+}
+
+/// The directions that may separate two triangles.
+class Directions {
+public:
+    Directions(const TriangleCorners& a, const TriangleCorners& b)
+        : a_(a), b_(b), normal_a_(normalized(cross(a.b - a.a, a.c - a.a))), normal_b_(normalized(cross(b.b - b.a, b.c - b.a)))
+    {
+    }
+
+    /// outwards: only directions that leave a's outer side and enter b's. False where there is none.
+    bool find(bool outwards)
+    {
+        try_axis(normal_a_, outwards, -1, -1);
+        try_axis(-normal_b_, outwards, -2, -2);
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j) {
+                const Vec3d da = a_[(i + 1) % 3] - a_[i], db = b_[(j + 1) % 3] - b_[j], n = cross(da, db);
+                if (!(norm_sq(n) > 1e-24 * norm_sq(da) * norm_sq(db))) continue;
+                const Vec3d unit = normalized(n);
+                try_axis(unit, outwards, i, j);
+                try_axis(-unit, outwards, i, j);
+            }
+        return depth_ < std::numeric_limits<double>::infinity();
+    }
+
+    [[nodiscard]] Separation result() const
+    {
+        const Range along_a = range_along(axis_, a_), along_b = range_along(axis_, b_);
+        Separation s;
+        s.normal = axis_;
+        s.depth = std::max(depth_, 0.);
+        if (i_ == -2) {
+            s.corner_a = along_a.at_high;
+            s.feature_a = Feature::Vertex;
+            s.on_a = a_[s.corner_a];
+            s.on_b = s.on_a - s.depth * axis_;
+            return s;
+        }
+        s.corner_b = along_b.at_low;
+        s.feature_b = Feature::Vertex;
+        s.on_b = b_[s.corner_b];
+        s.on_a = s.on_b + s.depth * axis_;
+        double at_a = 0, at_b = 0;
+        if (i_ < 0) return s;
+        const Vec3d da = a_[(i_ + 1) % 3] - a_[i_], db = b_[(j_ + 1) % 3] - b_[j_];
+        if (!nearest_on_lines(b_[j_] - a_[i_], da, db, at_a, at_b)) return s;
+        s.feature_a = s.feature_b = Feature::Edge;
+        s.corner_a = i_;
+        s.corner_b = j_;
+        s.on_a = a_[i_] + std::clamp(at_a, 0., 1.) * da;
+        s.on_b = s.on_a - s.depth * axis_;
+        return s;
+    }
+
+private:
+    void try_axis(Vec3d axis, bool outwards, int i, int j)
+    {
+        if (!(norm_sq(axis) > 0.5) || (outwards && (dot(axis, normal_a_) < 0 || dot(axis, normal_b_) > 0))) return;
+        const double depth = range_along(axis, a_).high - range_along(axis, b_).low;
+        if (!(depth < depth_)) return;
+        depth_ = depth;
+        axis_ = axis;
+        i_ = i;
+        j_ = j;
+    }
+
+    const TriangleCorners &a_, &b_;
+    const Vec3d normal_a_, normal_b_;
+    double depth_ = std::numeric_limits<double>::infinity();
+    Vec3d axis_{};
+    int i_ = 0, j_ = 0;  // sides; -1: the normal of a, -2: of b
+};
+
+}  // namespace
+
+std::optional<Separation> separate(const Wedge& a, const Wedge& b) noexcept
+{
+    const Vec3d da = a.to - a.from, db = b.to - b.from, w = b.from - a.from;
+    double at_a = 0, at_b = 0;
+    if (!nearest_on_lines(w, da, db, at_a, at_b)) return {};
+    if (at_a < 0 || at_a > 1 || at_b < 0 || at_b > 1) return {};
+    Vec3d n = normalized(cross(da, db));
+    double falls_a[2], rises_b[2];
+    for (int i = 0; i < 2; ++i) {
+        falls_a[i] = dot(n, a.from - a.beside[i]);
+        rises_b[i] = dot(n, b.beside[i] - b.from);
+    }
+    if (falls_a[0] + falls_a[1] + rises_b[0] + rises_b[1] < 0) {
+        n = -n;
+        for (double* v : {falls_a, falls_a + 1, rises_b, rises_b + 1}) *v = -*v;
+    }
+    if (falls_a[0] < 0 || falls_a[1] < 0 || rises_b[0] < 0 || rises_b[1] < 0) return {};
+    Separation s;
+    s.feature_a = s.feature_b = Feature::Edge;
+    s.normal = n;
+    s.depth = std::max(-dot(n, w), 0.);
+    s.on_a = a.from + at_a * da;
+    s.on_b = s.on_a - s.depth * n;
+    return s;
+}
+
+double depth_along_normals(const TriangleCorners& a, const TriangleCorners& b) noexcept
+{
+    const Vec3d normal_a = normalized(cross(a.b - a.a, a.c - a.a)), normal_b = normalized(cross(b.b - b.a, b.c - b.a));
+    const double below_a = dot(normal_a, a.a) - range_along(normal_a, b).low,
+                 below_b = dot(normal_b, b.a) - range_along(normal_b, a).low;
+    return std::max(std::min(below_a, below_b), 0.);
+}
+
+Separation separate(const TriangleCorners& a, const TriangleCorners& b) noexcept
+{
+    Directions directions(a, b);
+    if (!directions.find(true)) directions.find(false);
+    return directions.result();
+}
+
+}  // namespace sqmap::query

@@ -1,0 +1,320 @@
+#include "sqmap/query/contacts.h"
+
+#include "support/bodies.h"
+#include "support/small_meshes.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <set>
+
+namespace sqmap::query {
+namespace {
+
+/// A mesh and the probe of its triangles, without a model: only triangles meet.
+struct Shell {
+    explicit Shell(mesh::Mesh m) : mesh(std::move(m)), probe(mesh.vertices, mesh.triangles) {}
+    [[nodiscard]] Body at(const sqmap::Pose& pose = {}) const { return {nullptr, &probe, pose}; }
+    mesh::Mesh mesh;
+    Probe probe;
+};
+
+struct Queried {
+    std::vector<SurfaceContact> contacts;
+    ContactResult result;
+};
+Queried queried(const Body& a, const Body& b, const ContactOptions& options = {})
+{
+    ContactWorkspace workspace(4096);
+    Queried q;
+    q.result = query_contacts(a, b, options, workspace);
+    q.contacts.assign(q.result.contacts.begin(), q.result.contacts.end());
+    q.result.contacts = {};  // the workspace ends here
+    return q;
+}
+
+void expect_every_region_has_a_contact(const Queried& q)
+{
+    std::set<std::uint32_t> seen;
+    for (const SurfaceContact& c : q.contacts)
+        if (c.region != k_unnamed) seen.insert(c.region);
+    EXPECT_EQ(seen.size(), q.result.regions);
+    if (!seen.empty()) {
+        EXPECT_EQ(*seen.rbegin() + 1, q.result.regions);
+    }
+}
+
+TEST(TriangleFault, IsNamedWithItsTriangleAndSide)
+{
+    using Kind = TriangleFault::Kind;
+    mesh::Mesh cube = test::box({0, 0, 0}, {1, 1, 1});
+    EXPECT_EQ(find_fault(cube.vertices, cube.triangles).kind, Kind::None);
+    EXPECT_EQ(find_fault({}, {}).kind, Kind::None);
+
+    mesh::Mesh wrong = cube;
+    wrong.triangles[5][1] = 8;
+    EXPECT_EQ(find_fault(wrong.vertices, wrong.triangles).kind, Kind::OutOfRange);
+    EXPECT_EQ(find_fault(wrong.vertices, wrong.triangles).triangle, 5u);
+    EXPECT_EQ(find_fault(wrong.vertices, wrong.triangles).side, 1u);
+
+    wrong = cube;
+    wrong.vertices[0].y = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_EQ(find_fault(wrong.vertices, wrong.triangles).kind, Kind::NotFinite);
+
+    wrong = cube;
+    wrong.triangles.erase(wrong.triangles.begin() + 3);
+    EXPECT_EQ(find_fault(wrong.vertices, wrong.triangles).kind, Kind::Open);
+
+    wrong = cube;
+    std::swap(wrong.triangles[3][0], wrong.triangles[3][1]);
+    EXPECT_EQ(find_fault(wrong.vertices, wrong.triangles).kind, Kind::TurnedRound);
+
+    wrong = cube;
+    for (mesh::Triangle& t : wrong.triangles) std::swap(t[0], t[1]);
+    EXPECT_EQ(find_fault(wrong.vertices, wrong.triangles).kind, Kind::Inverted);
+}
+
+TEST(TriangleFault, PointsAtOnePositionCountAsOne)
+{
+    const mesh::Mesh cube = test::box({0, 0, 0}, {1, 1, 1});
+    mesh::Mesh soup;
+    for (const mesh::Triangle& t : cube.triangles) {
+        const auto first = static_cast<std::uint32_t>(soup.vertices.size());
+        for (const std::uint32_t v : t) soup.vertices.push_back(cube.vertices[v]);
+        soup.triangles.push_back({first, first + 1, first + 2});
+    }
+    EXPECT_EQ(find_fault(soup.vertices, soup.triangles).kind, TriangleFault::Kind::None);
+    const Shell a(soup), b(test::diamond_bar(true, 3, 0.5, 1.4));
+    const Queried q = queried(a.at(), b.at({{}, {0, 0.5, 0}}));
+    EXPECT_FALSE(q.contacts.empty());
+    expect_every_region_has_a_contact(q);
+}
+
+TEST(SurfaceContacts, CrossingRidgesTouchWithTheirEdges)
+{
+    // Ridges of unit height, the upper one 0.1 below the lower one's top; no vertex is in the other bar.
+    const test::Solid lower(test::diamond_bar(true, 3, 1, 0)), upper(test::diamond_bar(false, 3, 1, 1.9));
+    PairWorkspace vertices(1024);
+    EXPECT_TRUE(query_pair(lower.at(), upper.at(), {.query = {.layer = Layer::Exact}}, vertices).contacts.empty());
+    const Vec3d by{5, -2, 1};
+    const Queried q = queried(lower.at(test::shifted(by)), upper.at(test::shifted(by)));
+    ASSERT_EQ(q.contacts.size(), 1u);
+    const SurfaceContact& c = q.contacts[0];
+    EXPECT_EQ(q.result.regions, 1u);
+    EXPECT_EQ(c.feature_a, Feature::Edge);
+    EXPECT_EQ(c.feature_b, Feature::Edge);
+    EXPECT_NEAR(c.depth, 0.1, 1e-6);
+    EXPECT_NEAR(c.normal.z, 1, 1e-6);
+    EXPECT_LE(norm(c.witness.on_a - (by + Vec3d{0, 0, 1})), 1e-9);
+    EXPECT_LE(norm(c.witness.on_b - (by + Vec3d{0, 0, 0.9})), 1e-6);
+    EXPECT_TRUE(c.certain);
+    EXPECT_GE(c.part_a, 0);
+    EXPECT_GE(c.part_b, 0);
+    const auto on_edge = [](const mesh::Mesh& m, std::uint32_t edge, double z) {
+        const mesh::Triangle& t = m.triangles[edge / 3];
+        return std::abs(m.vertices[t[edge % 3]].z - z) < 1e-9 && std::abs(m.vertices[t[(edge % 3 + 1) % 3]].z - z) < 1e-9;
+    };
+    EXPECT_TRUE(on_edge(lower.mesh, c.index_a, 1));
+    EXPECT_TRUE(on_edge(upper.mesh, c.index_b, 0.9));
+    // Moved by its depth along the normal, b only touches.
+    EXPECT_EQ(queried(lower.at(), upper.at(test::shifted({0, 0, 0.1 + 1e-6}))).contacts.size(), 0u);
+}
+
+TEST(SurfaceContacts, ANeedleThroughAPlateTouchesItOnBothSides)
+{
+    const Shell plate(test::box({-5, -5, -0.01}, {5, 5, 0.01})),
+        needle(test::prism({{0.1, 0.2, -1}, {0.11, 0.2, -1}, {0.1, 0.21, -1}}, {{0.1, 0.2, 1}, {0.11, 0.2, 1}, {0.1, 0.21, 1}}));
+    const Queried q = queried(plate.at(), needle.at());
+    EXPECT_EQ(q.result.regions, 2u);
+    EXPECT_EQ(q.contacts.size(), 2u);
+    expect_every_region_has_a_contact(q);
+}
+
+TEST(SurfaceContacts, FacesThatLieOnEachOtherTouchWithDepthZero)
+{
+    const Shell box(test::box({0, 0, 0}, {2, 2, 1}));
+    for (const Vec3d& by : {Vec3d{0, 0, 1}, Vec3d{0.5, 0.25, 1}, Vec3d{2, 0, 0}, Vec3d{2, 2, 1}, Vec3d{2, 1, 1}}) {
+        const Queried q = queried(box.at(), box.at(test::shifted(by)));
+        ASSERT_FALSE(q.contacts.empty());
+        expect_every_region_has_a_contact(q);
+        for (const SurfaceContact& c : q.contacts) {
+            EXPECT_EQ(c.depth, 0.f);
+            EXPECT_NEAR(norm(c.normal), 1.f, 1e-6f);
+        }
+    }
+    EXPECT_TRUE(queried(box.at(), box.at(test::shifted({0, 0, std::nextafter(1, 2)}))).contacts.empty()) << "no tolerance";
+}
+
+TEST(SurfaceContacts, AShapeTouchesItselfEverywhere)
+{
+    const test::Solid torus(test::small_torus());
+    const Queried q = queried(torus.at(), torus.at());
+    EXPECT_GE(q.result.meetings, torus.mesh.triangles.size());
+    EXPECT_EQ(q.result.regions, 1u);
+    expect_every_region_has_a_contact(q);
+}
+
+TEST(SurfaceContacts, SwappedBodiesGiveTheSameEdgesTurnedRound)
+{
+    const Shell hand(test::small_hand()), ring(test::small_torus());
+    test::Random random(4);
+    std::size_t total = 0;
+    for (int i = 0; i < 20; ++i) {
+        const Body a = ring.at(test::random_pose(random, 0.5)), b = hand.at(test::random_pose(random, 0.5));
+        const Queried there = queried(a, b), back = queried(b, a);
+        EXPECT_EQ(there.result.meetings, back.result.meetings);
+        EXPECT_EQ(there.result.regions, back.result.regions);
+        ASSERT_EQ(there.contacts.size(), back.contacts.size());
+        const auto key = [](const SurfaceContact& c) { return std::tuple(c.depth, c.witness.on_a.x + c.witness.on_b.x); };
+        std::vector<SurfaceContact> t = there.contacts, r = back.contacts;
+        for (std::vector<SurfaceContact>* v : {&t, &r})
+            std::sort(v->begin(), v->end(), [&](const auto& x, const auto& y) { return key(x) < key(y); });
+        for (std::size_t k = 0; k < t.size(); ++k) {
+            EXPECT_NEAR(t[k].depth, r[k].depth, 1e-6);
+            if (t[k].depth > 1e-4f) {
+                EXPECT_LE(norm(t[k].normal + r[k].normal), 1e-3f);
+            }
+        }
+        total += t.size();
+    }
+    EXPECT_GT(total, 15u);
+}
+
+TEST(SurfaceContacts, AnEdgeContactIsTheLeastTranslationOfItsTwoEdges)
+{
+    const Shell lower(test::diamond_bar(true, 3, 1, 0)), upper(test::diamond_bar(false, 3, 1, 2));
+    test::Random random(5);
+    for (int i = 0; i < 50; ++i) {
+        // Ridges that cross at any angle from 30 degrees on, a little tilted.
+        const Mat3d turn = test::rotation_about({0, 0, 1}, random.between(-1, 1)) * test::rotation_about(random.direction(), 0.1);
+        const auto queried_at = [&](const Vec3d& by) {
+            return queried(lower.at(), upper.at({turn, Vec3d{0, 0, 2} - turn * Vec3d{0, 0, 2} + by}));
+        };
+        const Vec3d by{random.between(-0.5, 0.5), random.between(-0.5, 0.5), random.between(-0.2, -0.05)};
+        const Queried q = queried_at(by);
+        ASSERT_EQ(q.contacts.size(), 1u);
+        const SurfaceContact& c = q.contacts[0];
+        EXPECT_EQ(c.feature_a, Feature::Edge);
+        EXPECT_EQ(c.feature_b, Feature::Edge);
+        const Vec3d n = cast<double>(c.normal);
+        EXPECT_LE(norm(c.witness.on_b - (c.witness.on_a - static_cast<double>(c.depth) * n)), 1e-6);
+        // Pushed out by its depth b is free, by less it is not.
+        EXPECT_TRUE(queried_at(by + static_cast<double>(c.depth + 1e-6f) * n).contacts.empty());
+        EXPECT_FALSE(queried_at(by + static_cast<double>(c.depth - 1e-6f) * n).contacts.empty());
+    }
+}
+
+TEST(SurfaceContacts, VerticesAreThoseOfTheExactPair)
+{
+    const test::Solid hand(test::small_hand()), ring(test::small_torus());
+    test::Random random(6);
+    PairWorkspace workspace(4096);
+    for (int i = 0; i < 10; ++i) {
+        const Body a = ring.at(test::random_pose(random, 0.5)), b = hand.at(test::random_pose(random, 0.5));
+        const Queried q = queried(a, b);
+        const PairResult pair = query_pair(a, b, {.query = {.layer = Layer::Exact}, .merge_distance = 0}, workspace);
+        ASSERT_GE(q.contacts.size(), pair.contacts.size());
+        for (std::size_t k = 0; k < pair.contacts.size(); ++k) {
+            EXPECT_EQ(q.contacts[k].depth, pair.contacts[k].depth);
+            EXPECT_EQ(q.contacts[k].normal, pair.contacts[k].normal);
+            EXPECT_EQ(pair.contacts[k].vertex_of == Side::A ? q.contacts[k].index_a : q.contacts[k].index_b,
+                      pair.contacts[k].index);
+        }
+        EXPECT_EQ(q.result.found, q.contacts.size());
+    }
+}
+
+TEST(SurfaceContacts, ARegionKeepsItsDeepestContactAndItsArea)
+{
+    // Four legs stand on a table top of two triangles, 0.01 deep.
+    std::vector<mesh::Mesh> legs;
+    for (const double x : {-3., 3.})
+        for (const double y : {-2., 2.}) legs.push_back(test::moved(mesh::rounded_box({0.3, 0.3, 1}, 0.1, 4), {x, y, 0.99}));
+    const test::Solid table(test::box({-5, -5, -1}, {5, 5, 0})), stool(test::joined(legs));
+    const Queried all = queried(table.at(), stool.at()), few = queried(table.at(), stool.at(), {.per_region = 4});
+    EXPECT_EQ(few.result.regions, 4u);
+    EXPECT_EQ(few.contacts.size(), 16u);
+    EXPECT_GT(all.contacts.size(), 16u);
+    EXPECT_EQ(few.result.found, all.result.found);
+    for (std::uint32_t r = 0; r < 4; ++r) {
+        Vec3d lo{9, 9, 9}, hi{-9, -9, -9};
+        float deepest = 0;
+        for (const SurfaceContact& c : few.contacts) {
+            if (c.region != r) continue;
+            deepest = std::max(deepest, c.depth);
+            for (int k = 0; k < 3; ++k) {
+                lo[k] = std::min(lo[k], c.witness.on_a[k]);
+                hi[k] = std::max(hi[k], c.witness.on_a[k]);
+            }
+        }
+        EXPECT_NEAR(deepest, 0.01, 1e-5);
+        EXPECT_GE(hi.x - lo.x, 0.3) << "of a foot whose flat is 0.4 wide";
+        EXPECT_GE(hi.y - lo.y, 0.3);
+    }
+}
+
+TEST(SurfaceContacts, EveryRegionKeepsAContactWhenReduced)
+{
+    const test::Solid hand(test::small_hand()), ring(test::small_torus());
+    test::Random random(7);
+    for (int i = 0; i < 20; ++i) {
+        const Body a = ring.at(test::random_pose(random, 0.5)), b = hand.at(test::random_pose(random, 0.5));
+        const Queried all = queried(a, b), one = queried(a, b, {.per_region = 1}), few = queried(a, b, {.per_region = 6});
+        EXPECT_EQ(one.contacts.size(), one.result.regions);
+        expect_every_region_has_a_contact(one);
+        expect_every_region_has_a_contact(few);
+        float deepest = 0, kept = 0;
+        for (const SurfaceContact& c : all.contacts) deepest = std::max(deepest, c.depth);
+        for (const SurfaceContact& c : one.contacts) kept = std::max(kept, c.depth);
+        EXPECT_EQ(kept, deepest);
+    }
+}
+
+TEST(SurfaceContacts, FirstOnlySaysWhetherThereIsAny)
+{
+    const test::Solid hand(test::small_hand()), ring(test::small_torus());
+    test::Random random(8);
+    for (int i = 0; i < 40; ++i) {
+        const Body a = ring.at(test::random_pose(random, 0.8)), b = hand.at(test::random_pose(random, 0.8));
+        const Queried all = queried(a, b), first = queried(a, b, {.first_only = true});
+        EXPECT_EQ(first.contacts.empty(), all.contacts.empty());
+    }
+}
+
+TEST(SurfaceContacts, BadInputHasAStatus)
+{
+    const Shell box(test::box({0, 0, 0}, {1, 1, 1}));
+    const Probe points(box.mesh.vertices);
+    sqmap::Pose nowhere;
+    nowhere.translation.y = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_EQ(queried(box.at(), box.at(nowhere)).result.status, k_not_finite);
+    EXPECT_EQ(queried(box.at(), {nullptr, &points, {}}).result.status, k_no_triangles);
+    EXPECT_EQ(queried({}, {}).result.status, k_no_triangles);
+    for (const double far : {1e6, 1e30, 1e200, std::numeric_limits<double>::max()}) {
+        const Queried q = queried(box.at(), box.at(test::shifted({far, -far, far})));
+        EXPECT_EQ(q.result.status, k_ok);
+        EXPECT_TRUE(q.contacts.empty());
+    }
+    ContactWorkspace tiny(2);
+    const ContactResult r = query_contacts(box.at(), box.at(), {}, tiny);
+    EXPECT_EQ(r.status, k_full);
+    EXPECT_GT(r.found, r.contacts.size());
+}
+
+TEST(SurfaceContacts, AMovedProbeTouchesWhereItIs)
+{
+    const mesh::Mesh bar = test::diamond_bar(false, 3, 1, 1.9);
+    const Shell lower(test::diamond_bar(true, 3, 1, 0));
+    Probe upper(bar.vertices, bar.triangles);
+    EXPECT_EQ(queried(lower.at(), {nullptr, &upper, {}}).contacts.size(), 1u);
+    std::vector<Vec3d> raised = bar.vertices;
+    for (Vec3d& v : raised) v.z += 0.2;
+    upper.move(raised);
+    EXPECT_TRUE(queried(lower.at(), {nullptr, &upper, {}}).contacts.empty());
+    upper.move(bar.vertices);
+    EXPECT_EQ(queried(lower.at(), {nullptr, &upper, {}}).contacts.size(), 1u);
+}
+
+}  // namespace
+}  // namespace sqmap::query
