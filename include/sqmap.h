@@ -359,6 +359,70 @@ SQMAP_API sqmap_code sqmap_close_workspace(sqmap_workspace workspace);
 SQMAP_API sqmap_code sqmap_query_pair(const sqmap_bodies* bodies, const sqmap_query_options* options, sqmap_workspace workspace,
                                       sqmap_pair_list* contacts);
 
+// ------------------------------------------------------------------------------------------------- complete contacts
+
+/// Prepares the vertices of a closed mesh and the triangles between them, which complete contacts need: a probe as
+/// sqmap_make_probe gives it, that knows its triangles besides. Vertices at the same position count as one.
+/// Errors: E_ARGUMENT for a vertex that is not finite or a number that names none; E_MESH for triangles that are open, turned
+/// round or inside out, with the triangle and a cure. Cost: n log n.
+SQMAP_API sqmap_code sqmap_make_solid_probe(const sqmap_mesh* mesh, sqmap_probe* probe);
+
+/// The element of a mesh that takes part in a contact.
+enum sqmap_feature { SQMAP_VERTEX = 0, SQMAP_EDGE = 1, SQMAP_FACE = 2 };
+
+/// A contact of two bodies, in the frame of the poses.
+typedef struct sqmap_surface_contact {
+    double on_a[3], on_b[3];       ///< on_b = on_a - depth normal
+    float normal[3];               ///< unit, the direction in which b leaves a
+    float depth;                   ///< of a vertex its distance to the other surface; else what separates the two features
+    uint8_t feature_a, feature_b;  ///< sqmap_feature
+    /// A vertex or a face by its number in the body's probe; an edge as 3 t + k, from corner k of triangle t to the next one.
+    /// 0xffffffff: the face that a vertex is below.
+    uint32_t index_a, index_b;
+    uint32_t region;         ///< contacts of one region touch together; 0xffffffff: a vertex while per_region is 0
+    int16_t part_a, part_b;  ///< of the bodies' models; -1: none
+    uint8_t certain;         ///< 1: the verdict is proven
+    uint8_t status;          ///< bits
+} sqmap_surface_contact;
+
+/// Which contacts are wanted. Zero: all.
+typedef struct sqmap_contact_options {
+    size_t size;
+    uint32_t per_region;    ///< of a region the deepest is kept and those that span the largest area; 0: all
+    int32_t is_first_only;  ///< not zero: stop at the first contact
+} sqmap_contact_options;
+
+/// Complete contacts of a pair.
+typedef struct sqmap_surface_list {
+    size_t size;
+    const sqmap_surface_contact* contacts;  ///< written: in the workspace, valid until its next query
+    size_t count;                           ///< written
+    size_t found;                           ///< written: kept or not
+    size_t meetings;                        ///< written: pairs of triangles that have a point in common
+    size_t regions;                         ///< written: each has a contact
+    uint32_t status;                        ///< written: bits
+} sqmap_surface_list;
+
+/// Contacts of two closed meshes, none missed: vertices in the other body's model, edges against edges, faces. Where triangles of
+/// both meshes have a point in common, their region has a contact. options may be null; where a model is {0}, no vertices in it
+/// are found. Errors: E_HANDLE without both probes; E_MISSING for a probe of sqmap_make_probe, which has no triangles.
+/// Cost: microseconds for thousands of triangles; the first call with a workspace allocates, no other one does.
+SQMAP_API sqmap_code sqmap_query_contacts(const sqmap_bodies* bodies, const sqmap_contact_options* options,
+                                          sqmap_workspace workspace, sqmap_surface_list* contacts);
+
+/// The first touch of two bodies.
+typedef struct sqmap_touch {
+    size_t size;
+    double time;      ///< written: share of the motion, not after the first touch; 1 where there is none
+    int32_t touches;  ///< written: 1 or 0
+    uint32_t status;  ///< written: bits
+} sqmap_touch;
+
+/// When b, which moves from its pose to end_pose in a straight line and about one axis, touches a, which rests; bodies that touch
+/// at the beginning do so at time 0. Never late; early by at most a thousandth of the motion where surfaces approach at 8
+/// degrees or steeper. Errors: as sqmap_query_contacts. Cost: some queries of contacts; no allocation.
+SQMAP_API sqmap_code sqmap_first_touch(const sqmap_bodies* bodies, const sqmap_pose* end_pose, sqmap_touch* touch);
+
 // ---------------------------------------------------------------------------------------------------- forces
 
 /// A tool that touches a model, and the safety filter before its device. Metres, newtons, seconds. {0} is none.

@@ -11,7 +11,8 @@ negative inside in distances and Scene (as Open3D's). Batches use all cores and 
 from __future__ import annotations
 
 from . import _library
-from ._bodies import CONTACT, PAIR_CONTACT, Body, PairContacts, Probe, ProbeContacts, Workspace, query_pair, query_probe
+from ._bodies import (CONTACT, PAIR_CONTACT, SURFACE_CONTACT, Body, FirstTouch, PairContacts, Probe, ProbeContacts, SurfaceContacts,
+                      Workspace, first_touch, query_contacts, query_pair, query_probe)
 from ._errors import (ArgumentError, Cancelled, ClosedError, Error, FileError, InternalError, MeshError, MissingError, ModelError,
                       NoMemoryError, VersionError)
 from ._model import Contacts, Distances, Model, bake
@@ -25,6 +26,7 @@ __version__: str = _library.library.sqmap_version().decode()
 FORMAT_VERSION: int = _library.library.sqmap_format_version()
 
 __all__ = ["ArgumentError", "Body", "CONTACT", "Cancelled", "ClosedError", "Contacts", "DISCONNECTED", "Distances", "Error",
-           "FORMAT_VERSION", "FileError", "Force", "HELD", "InternalError", "MeshError", "MissingError", "Model", "ModelError",
+           "FORMAT_VERSION", "FileError", "FirstTouch", "Force", "HELD", "InternalError", "MeshError", "MissingError", "Model", "ModelError",
            "NoMemoryError", "PAIR_CONTACT", "PairContacts", "Probe", "ProbeContacts", "RESTART", "RESUME", "STOP", "Scene",
-           "Session", "Simulation", "TAXEL", "TactilePad", "Touch", "VersionError", "Workspace", "bake", "program", "query_pair", "query_probe"]
+           "SURFACE_CONTACT", "Session", "Simulation", "SurfaceContacts", "TAXEL", "TactilePad", "Touch", "VersionError", "Workspace",
+           "bake", "first_touch", "program", "query_contacts", "query_pair", "query_probe"]

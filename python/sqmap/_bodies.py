@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, Optional
 import numpy as np
 
 from . import _library as c
-from ._arrays import Layer, count, instance, pointer, pose_of, query_options, refuse, rows
+from ._arrays import Layer, count, flag, indices, instance, pointer, pose_of, query_options, refuse, rows
 from ._model import Model, Owned, address, points_struct
 
 
@@ -26,15 +26,30 @@ PAIR_CONTACT = _rows_of(c.PairContact, {"on_a": ("f8", 3), "on_b": ("f8", 3), "n
                                         "part": "i2", "vertex_of": "u1", "certain": "?", "is_mutual": "?", "status": "u1"})
 
 
+#: Rows of SurfaceContacts.contacts. feature_a, feature_b: 0 a vertex, 1 an edge, 2 a face; index_a, index_b: a vertex or a face by
+#: its number, an edge as 3 t + k, from corner k of triangle t to the next one; 4294967295: the face that a vertex is below.
+SURFACE_CONTACT = _rows_of(c.SurfaceContact, {"on_a": ("f8", 3), "on_b": ("f8", 3), "normal": ("f4", 3), "depth": "f4",
+                                              "feature_a": "u1", "feature_b": "u1", "index_a": "u4", "index_b": "u4",
+                                              "region": "u4", "part_a": "i2", "part_b": "i2", "certain": "?", "status": "u1"})
+
+
 class Probe(Owned):
-    """Points (n, 3) prepared once and queried many times: the vertices of a tool. Any number of threads may query it."""
+    """Points (n, 3) prepared once and queried many times: the vertices of a tool. Any number of threads may query it.
+
+    triangles: (t, 3) between the points, of a closed mesh, which complete contacts need: Probe(*model.mesh). Raises MeshError with
+    the triangle and a cure where they are open, turned round or inside out."""
 
     _closes = "sqmap_close_probe"
 
-    def __init__(self, points: Any) -> None:
+    def __init__(self, points: Any, triangles: Any = None) -> None:
         xyz = rows(points)
         handle = c.Handle()
-        c.call("sqmap_make_probe", points_struct(xyz), handle)
+        if triangles is None:
+            c.call("sqmap_make_probe", points_struct(xyz), handle)
+        else:
+            corners = indices(triangles)
+            c.call("sqmap_make_solid_probe", c.Mesh(vertices=address(xyz), vertex_count=len(xyz), triangles=address(corners),
+                                                    triangle_count=len(corners)), handle)
         super().__init__(handle)
         self._size = len(xyz)
 
@@ -60,6 +75,24 @@ class PairContacts(NamedTuple):
 
     contacts: np.ndarray  #: rows of PAIR_CONTACT
     found: int            #: in both directions, before those seen twice were merged
+    status: int
+
+
+class SurfaceContacts(NamedTuple):
+    """Complete contacts of two bodies, in the frame of the poses."""
+
+    contacts: np.ndarray  #: rows of SURFACE_CONTACT
+    found: int            #: kept or not
+    meetings: int         #: pairs of triangles that have a point in common
+    regions: int          #: of such pairs, each one connected; every one has a contact
+    status: int
+
+
+class FirstTouch(NamedTuple):
+    """The first touch of a motion."""
+
+    touches: bool
+    time: float  #: share of the motion, not after the first touch; 1 where there is none
     status: int
 
 
@@ -163,3 +196,43 @@ def query_pair(a: Body, b: Body, workspace: Optional[Workspace] = None, *, layer
         c.call("sqmap_query_pair", bodies, options, handle, out)
         data = ctypes.string_at(out.contacts, out.count * ctypes.sizeof(c.PairContact)) if out.count else b""
     return PairContacts(np.frombuffer(data, PAIR_CONTACT), out.found, out.status)
+
+
+def query_contacts(a: Body, b: Body, workspace: Optional[Workspace] = None, *, per_region: int = 0,
+                   first_only: bool = False) -> SurfaceContacts:
+    """Contacts of two closed meshes, none missed: vertices, edges and faces. Both probes need triangles; where a model is None, no
+    vertices in it are found. per_region: of a region that many are kept, the deepest and those that span the largest area; 0: all.
+    Calls with one workspace take turns."""
+    options = c.ContactOptions(per_region=count(per_region, "per_region"), is_first_only=flag(first_only, "first_only"))
+    first, second = _with_probes(a, b)
+    if workspace is None:
+        with Workspace(max(4096, len(first.probe), len(second.probe))) as own:
+            return query_contacts(a, b, own, per_region=per_region, first_only=first_only)
+    instance(workspace, Workspace, "workspace")
+    out = c.SurfaceList()
+    with _Bodies(first, second) as bodies, workspace.turn, workspace.use("workspace") as handle:
+        c.call("sqmap_query_contacts", bodies, options, handle, out)
+        data = ctypes.string_at(out.contacts, out.count * ctypes.sizeof(c.SurfaceContact)) if out.count else b""
+    return SurfaceContacts(np.frombuffer(data, SURFACE_CONTACT), out.found, out.meetings, out.regions, out.status)
+
+
+def first_touch(a: Body, b: Body, pose: Any) -> FirstTouch:
+    """When b touches a, which rests, on its way from its own pose to another one, a matrix (4, 4): in a straight line and about one
+    axis. Never late. Both probes need triangles."""
+    first, second = _with_probes(a, b)
+    end = pose_of(pose)
+    if end is None:
+        raise refuse("pose", "is None", "give a matrix (4, 4), where b's motion ends")
+    out = c.Touch()
+    with _Bodies(first, second) as bodies:
+        c.call("sqmap_first_touch", bodies, end, out)
+    return FirstTouch(bool(out.touches), out.time, out.status)
+
+
+def _with_probes(a: Any, b: Any) -> tuple[_Named, _Named]:
+    """Bodies that have probes."""
+    named = _named(a, "a"), _named(b, "b")
+    for body in named:
+        if body.probe is None:
+            raise refuse(body.names[1], "is None", "give a probe with triangles")
+    return named

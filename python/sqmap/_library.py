@@ -109,6 +109,25 @@ class PairList(Sized):
     _fields_ = [("size", c_size_t), ("contacts", c_void_p), ("count", c_size_t), ("found", c_size_t), ("status", c_uint32)]
 
 
+class SurfaceContact(Structure):
+    _fields_ = [("on_a", c_double * 3), ("on_b", c_double * 3), ("normal", c_float * 3), ("depth", c_float),
+                ("feature_a", c_uint8), ("feature_b", c_uint8), ("index_a", c_uint32), ("index_b", c_uint32),
+                ("region", c_uint32), ("part_a", c_int16), ("part_b", c_int16), ("certain", c_uint8), ("status", c_uint8)]
+
+
+class ContactOptions(Sized):
+    _fields_ = [("size", c_size_t), ("per_region", c_uint32), ("is_first_only", c_int32)]
+
+
+class SurfaceList(Sized):
+    _fields_ = [("size", c_size_t), ("contacts", c_void_p), ("count", c_size_t), ("found", c_size_t), ("meetings", c_size_t),
+                ("regions", c_size_t), ("status", c_uint32)]
+
+
+class Touch(Sized):
+    _fields_ = [("size", c_size_t), ("time", c_double), ("touches", c_int32), ("status", c_uint32)]
+
+
 class SessionOptions(Sized):
     _fields_ = [("size", c_size_t), ("metres_per_unit", c_double), ("pose", POINTER(Pose)), ("radius", c_double),
                 ("stiffness", c_double), ("damping", c_double), ("friction", c_double), ("layer", c_int32),
@@ -174,6 +193,9 @@ FUNCTIONS: dict[str, list[Any]] = {
     "sqmap_make_workspace": [c_size_t, POINTER(Handle)],
     "sqmap_close_workspace": [Handle],
     "sqmap_query_pair": [POINTER(Bodies), POINTER(QueryOptions), Handle, POINTER(PairList)],
+    "sqmap_make_solid_probe": [POINTER(Mesh), POINTER(Handle)],
+    "sqmap_query_contacts": [POINTER(Bodies), POINTER(ContactOptions), Handle, POINTER(SurfaceList)],
+    "sqmap_first_touch": [POINTER(Bodies), POINTER(Pose), POINTER(Touch)],
     "sqmap_make_session": [Handle, POINTER(SessionOptions), POINTER(Handle)],
     "sqmap_tick_session": [Handle, POINTER(Tick), POINTER(Force)],
     "sqmap_simulate": [Handle, POINTER(Simulation)],

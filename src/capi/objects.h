@@ -3,7 +3,7 @@
 
 #include "sqmap/io/model_file.h"
 #include "sqmap/mesh/bvh.h"
-#include "sqmap/query/pair.h"
+#include "sqmap/query/contacts.h"
 #include "sqmap/query/probe.h"
 #include "structs.h"
 
@@ -122,6 +122,24 @@ private:
     mutable std::unique_ptr<Surface> surface_;
 };
 
+/// Memory in which pairs are computed. The space of complete contacts is made when it is needed first.
+class Workspace {
+public:
+    explicit Workspace(std::size_t contacts) : size_(contacts), pair_(contacts) {}
+
+    [[nodiscard]] query::PairWorkspace& pair() { return pair_; }
+    [[nodiscard]] query::ContactWorkspace& contacts()
+    {
+        if (!contacts_) contacts_.emplace(size_);
+        return *contacts_;
+    }
+
+private:
+    std::size_t size_;
+    query::PairWorkspace pair_;
+    std::optional<query::ContactWorkspace> contacts_;
+};
+
 /// One table for each kind of handle; made by the first call and never destroyed, so that threads may outlive main().
 template <class T, std::uint8_t Kind>
 Handles<T, Kind>& table()
@@ -131,7 +149,7 @@ Handles<T, Kind>& table()
 }
 inline Handles<Model, 1>& models() { return table<Model, 1>(); }
 inline Handles<query::Probe, 2>& probes() { return table<query::Probe, 2>(); }
-inline Handles<query::PairWorkspace, 3>& workspaces() { return table<query::PairWorkspace, 3>(); }
+inline Handles<Workspace, 3>& workspaces() { return table<Workspace, 3>(); }
 
 /// Opens what make() returns, so that the caller's handle stands for it; the handle is zero after an error.
 template <class Handle, class T, std::uint8_t Kind, class Make>

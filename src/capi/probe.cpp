@@ -1,7 +1,8 @@
 // Probes and pairs behind the C interface: the library's own structs cross it, so that nothing is copied in a tick.
 #include "sqmap/query/probe.h"
 #include "objects.h"
-#include "sqmap/query/pair.h"
+#include "sqmap/query/contacts.h"
+#include "sqmap/query/first_touch.h"
 #include "structs.h"
 
 #include <cstddef>
@@ -46,6 +47,82 @@ query::Body body_of(const sqmap_body& body, const BodyNames& names)
     if (body.probe.id != 0) out.probe = probes().find(body.probe.id, names.probe).get();
     out.pose = pose_of(body.pose, names.pose);
     return out;
+}
+
+using query::SurfaceContact;
+static_assert(sizeof(sqmap_surface_contact) == sizeof(SurfaceContact) &&
+              offsetof(sqmap_surface_contact, on_a) == offsetof(SurfaceContact, witness) + offsetof(query::WitnessPair, on_a) &&
+              offsetof(sqmap_surface_contact, on_b) == offsetof(SurfaceContact, witness) + offsetof(query::WitnessPair, on_b) &&
+              offsetof(sqmap_surface_contact, normal) == offsetof(SurfaceContact, normal) &&
+              offsetof(sqmap_surface_contact, depth) == offsetof(SurfaceContact, depth) &&
+              offsetof(sqmap_surface_contact, feature_a) == offsetof(SurfaceContact, feature_a) &&
+              offsetof(sqmap_surface_contact, feature_b) == offsetof(SurfaceContact, feature_b) &&
+              offsetof(sqmap_surface_contact, index_a) == offsetof(SurfaceContact, index_a) &&
+              offsetof(sqmap_surface_contact, index_b) == offsetof(SurfaceContact, index_b) &&
+              offsetof(sqmap_surface_contact, region) == offsetof(SurfaceContact, region) &&
+              offsetof(sqmap_surface_contact, part_a) == offsetof(SurfaceContact, part_a) &&
+              offsetof(sqmap_surface_contact, part_b) == offsetof(SurfaceContact, part_b) &&
+              offsetof(sqmap_surface_contact, certain) == offsetof(SurfaceContact, certain) &&
+              offsetof(sqmap_surface_contact, status) == offsetof(SurfaceContact, status));
+static_assert(static_cast<int>(query::Feature::Vertex) == SQMAP_VERTEX && static_cast<int>(query::Feature::Edge) == SQMAP_EDGE &&
+              static_cast<int>(query::Feature::Face) == SQMAP_FACE);
+
+/// Bodies whose probes both have triangles.
+struct SolidBodies {
+    query::Body a, b;
+
+    explicit SolidBodies(const sqmap_bodies& in) : a(body_of(in.a, k_a)), b(body_of(in.b, k_b))
+    {
+        check(a, k_a);
+        check(b, k_b);
+    }
+
+private:
+    static void check(const query::Body& body, const BodyNames& names)
+    {
+        if (body.probe == nullptr) refuse_handle(0, 2, names.probe);
+        if (body.probe->triangles().size() == 0)
+            throw Failure{SQMAP_E_MISSING, names.probe, "has no triangles", "make it by sqmap_make_solid_probe"};
+    }
+};
+
+/// The mesh's triangles by numbers of its vertices. @throw Failure for a number that is none
+std::vector<query::ProbeTriangle> triangles_of(const sqmap_mesh& mesh)
+{
+    std::vector<query::ProbeTriangle> triangles(mesh.triangle_count);
+    for (std::size_t t = 0; t < triangles.size(); ++t)
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::int64_t v = mesh.triangles[3 * t + k];
+            if (v < 0 || static_cast<std::size_t>(v) >= std::min<std::size_t>(mesh.vertex_count, 0xffffffffu))
+                throw Failure{SQMAP_E_ARGUMENT, "mesh.triangles[" + std::to_string(t) + "]",
+                              "has corner " + std::to_string(v) + ", of " + std::to_string(mesh.vertex_count) + " vertices",
+                              "count vertices from zero"};
+            triangles[t][k] = static_cast<std::uint32_t>(v);
+        }
+    return triangles;
+}
+
+void refuse_fault(const query::TriangleFault& fault)
+{
+    using Kind = query::TriangleFault::Kind;
+    const std::string element = "mesh.triangles[" + std::to_string(fault.triangle) + "]", side = std::to_string(fault.side);
+    switch (fault.kind) {
+        case Kind::Open:
+            throw Failure{SQMAP_E_MESH, element, "has no neighbour at the side that begins at its corner " + side,
+                          "close the mesh: sqmap_bake does, and sqmap_triangles gives what it closed"};
+        case Kind::TurnedRound:
+            throw Failure{SQMAP_E_MESH, element, "runs as its neighbour does along the side that begins at its corner " + side,
+                          "turn one of both round, so that all are counter-clockwise seen from outside"};
+        case Kind::Inverted:
+            throw Failure{SQMAP_E_MESH, "mesh.triangles", "are clockwise seen from outside", "swap two corners of each triangle"};
+        case Kind::TooMany:
+            throw Failure{SQMAP_E_MESH, "mesh.triangle_count", "is above " + std::to_string(query::TriangleTree::k_max),
+                          "give a coarser mesh"};
+        case Kind::None:
+        case Kind::OutOfRange:
+        case Kind::NotFinite:
+            break;  // found before
+    }
 }
 
 /// Refuses two bodies of which neither's probe meets the other's model: their query would find nothing at any pose.
@@ -105,7 +182,7 @@ sqmap_code sqmap_make_workspace(size_t contacts, sqmap_workspace* workspace)
         if (contacts < 1 || contacts > 100'000'000)
             throw capi::Failure{SQMAP_E_ARGUMENT, "contacts", "is " + std::to_string(contacts),
                                 "give a number from 1 to 100,000,000"};
-        return std::make_shared<query::PairWorkspace>(contacts);
+        return std::make_shared<capi::Workspace>(contacts);
     });
 }
 
@@ -120,7 +197,7 @@ sqmap_code sqmap_query_pair(const sqmap_bodies* bodies, const sqmap_query_option
     return guarded([&] {
         const sqmap_bodies in = capi::taken(&needed(bodies, "bodies"), "bodies");
         sqmap_pair_list out = capi::taken(&needed(contacts, "contacts"), "contacts");
-        query::PairWorkspace& space = *capi::workspaces().find(workspace.id, "workspace");
+        query::PairWorkspace& space = capi::workspaces().find(workspace.id, "workspace")->pair();
         query::PairOptions how;
         how.query = capi::query_options(capi::taken(options, "options"));
         const query::Body a = capi::body_of(in.a, capi::k_a), b = capi::body_of(in.b, capi::k_b);
@@ -131,5 +208,57 @@ sqmap_code sqmap_query_pair(const sqmap_bodies* bodies, const sqmap_query_option
         out.found = result.found;
         out.status = result.status;
         capi::give(contacts, out);
+    });
+}
+
+sqmap_code sqmap_make_solid_probe(const sqmap_mesh* mesh, sqmap_probe* probe)
+{
+    return capi::opened(probe, "probe", capi::probes(), [&] {
+        const sqmap_mesh in = capi::taken(&needed(mesh, "mesh"), "mesh");
+        if (in.vertex_count == 0) throw capi::Failure{SQMAP_E_ARGUMENT, "mesh.vertex_count", "is 0", "give a closed mesh"};
+        if (in.triangle_count == 0) throw capi::Failure{SQMAP_E_ARGUMENT, "mesh.triangle_count", "is 0", "give a closed mesh"};
+        (void)needed(in.triangles, "mesh.triangles");
+        const std::span<const Vec3d> vertices =
+            capi::rows({sizeof(sqmap_points), in.vertices, in.vertex_count, nullptr}, "mesh.vertices");
+        capi::check_finite(vertices, "mesh.vertices");
+        const std::vector<query::ProbeTriangle> triangles = capi::triangles_of(in);
+        capi::refuse_fault(query::find_fault(vertices, triangles));
+        return std::make_shared<query::Probe>(vertices, triangles);
+    });
+}
+
+sqmap_code sqmap_query_contacts(const sqmap_bodies* bodies, const sqmap_contact_options* options, sqmap_workspace workspace,
+                                sqmap_surface_list* contacts)
+{
+    return guarded([&] {
+        const sqmap_bodies in = capi::taken(&needed(bodies, "bodies"), "bodies");
+        sqmap_surface_list out = capi::taken(&needed(contacts, "contacts"), "contacts");
+        capi::Workspace& space = *capi::workspaces().find(workspace.id, "workspace");
+        const sqmap_contact_options how = capi::taken(options, "options");
+        const capi::SolidBodies both(in);
+        const query::ContactResult result = query::query_contacts(
+            both.a, both.b, {.first_only = how.is_first_only != 0, .per_region = how.per_region}, space.contacts());
+        out.contacts = reinterpret_cast<const sqmap_surface_contact*>(result.contacts.data());
+        out.count = result.contacts.size();
+        out.found = result.found;
+        out.meetings = result.meetings;
+        out.regions = result.regions;
+        out.status = result.status;
+        capi::give(contacts, out);
+    });
+}
+
+sqmap_code sqmap_first_touch(const sqmap_bodies* bodies, const sqmap_pose* end_pose, sqmap_touch* touch)
+{
+    return guarded([&] {
+        const sqmap_bodies in = capi::taken(&needed(bodies, "bodies"), "bodies");
+        const Pose end = capi::pose_of(&needed(end_pose, "end_pose"), "end_pose");
+        sqmap_touch out = capi::taken(&needed(touch, "touch"), "touch");
+        const capi::SolidBodies both(in);
+        const query::BodyTouch found = query::first_touch(both.a, both.b, end);
+        out.time = found.time;
+        out.touches = found.touches ? 1 : 0;
+        out.status = found.status;
+        capi::give(touch, out);
     });
 }

@@ -3,8 +3,9 @@
 
 #include "capi/allocations.h"
 #include "sqmap/mesh/shapes.h"
+#include "sqmap/query/contacts.h"
 #include "sqmap/query/distance.h"
-#include "sqmap/query/pair.h"
+#include "sqmap/query/first_touch.h"
 #include "sqmap/query/point.h"
 #include "support/parsed.h"
 
@@ -165,6 +166,59 @@ TEST_F(Capi, ProbesAndPairsHaveTheBitsOfTheLibrary)
     EXPECT_EQ(sqmap_close_probe(handle), SQMAP_OK);
     EXPECT_EQ(sqmap_close_workspace(workspace), SQMAP_OK);
     expect_refused(sqmap_query_probe(&bodies, nullptr, &list), SQMAP_E_HANDLE, "bodies.a.probe");
+}
+
+TEST_F(Capi, CompleteContactsAndFirstTouchHaveTheBitsOfTheLibrary)
+{
+    const mesh::Mesh& mesh = parsed_.mesh();
+    std::vector<std::int64_t> corners;
+    for (const mesh::Triangle& t : mesh.triangles) corners.insert(corners.end(), t.begin(), t.end());
+    sqmap_mesh in{sizeof in, &mesh.vertices[0].x, mesh.vertices.size(), corners.data(), mesh.triangles.size()};
+    sqmap_probe handle{};
+    ASSERT_EQ(sqmap_make_solid_probe(&in, &handle), SQMAP_OK);
+    const query::Probe probe(mesh.vertices, mesh.triangles);
+    const sqmap_pose shift{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0.9, 0.1, 0}};
+    const query::Body a{&view(), &probe, {}}, b{&view(), &probe, {{}, {0.9, 0.1, 0}}};
+    const sqmap_bodies bodies{sizeof bodies, {model_, handle, nullptr}, {model_, handle, &shift}};
+
+    sqmap_workspace workspace{};
+    ASSERT_EQ(sqmap_make_workspace(2000, &workspace), SQMAP_OK);
+    query::ContactWorkspace space(2000);
+    sqmap_surface_list list{};
+    list.size = sizeof list;
+    for (const std::uint32_t per_region : {0u, 4u}) {
+        const query::ContactResult expected = query::query_contacts(a, b, {.per_region = per_region}, space);
+        const sqmap_contact_options options{sizeof options, per_region, 0};
+        ASSERT_EQ(sqmap_query_contacts(&bodies, &options, workspace, &list), SQMAP_OK);
+        ASSERT_EQ(list.count, expected.contacts.size());
+        ASSERT_GT(list.count, per_region == 0 ? 20u : 3u);
+        EXPECT_EQ(list.found, expected.found);
+        EXPECT_EQ(list.meetings, expected.meetings);
+        EXPECT_EQ(list.regions, expected.regions);
+        for (std::size_t i = 0; i < list.count; ++i) {
+            EXPECT_EQ(std::memcmp(list.contacts[i].on_b, &expected.contacts[i].witness.on_b, sizeof(Vec3d)), 0);
+            EXPECT_EQ(list.contacts[i].depth, expected.contacts[i].depth);
+            EXPECT_EQ(list.contacts[i].index_b, expected.contacts[i].index_b);
+            EXPECT_EQ(list.contacts[i].region, expected.contacts[i].region);
+        }
+    }
+
+    const Pose from{{}, {9, 0, 0}}, to{{}, {-9, 0.1, 0}};
+    const sqmap_pose start{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {9, 0, 0}}, end{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {-9, 0.1, 0}};
+    const sqmap_bodies moving{sizeof moving, {model_, handle, nullptr}, {model_, handle, &start}};
+    sqmap_touch touch{};
+    touch.size = sizeof touch;
+    ASSERT_EQ(sqmap_first_touch(&moving, &end, &touch), SQMAP_OK);
+    const query::BodyTouch expected = query::first_touch(a, {&view(), &probe, from}, to);
+    EXPECT_EQ(touch.time, expected.time);
+    EXPECT_EQ(touch.touches, 1);
+
+    in.triangle_count -= 1;
+    sqmap_probe open{};
+    EXPECT_EQ(sqmap_make_solid_probe(&in, &open), SQMAP_E_MESH);
+    EXPECT_EQ(std::string(sqmap_last_error()->element).rfind("mesh.triangles[", 0), 0u);
+    EXPECT_EQ(sqmap_close_workspace(workspace), SQMAP_OK);
+    EXPECT_EQ(sqmap_close_probe(handle), SQMAP_OK);
 }
 
 TEST_F(Capi, TrianglesAreThoseThatWereBaked)

@@ -223,6 +223,33 @@ class Bodies(unittest.TestCase):
         apart = sqmap.query_pair(sqmap.Body(model, probe), sqmap.Body(model, probe, moved(2.5, 0, 0)))
         self.assertEqual((len(apart.contacts), apart.found), (0, 0))
 
+    def test_no_contact_of_edges_is_missed(self):
+        """Two bars of square section that cross on their ridges, 0.1 deep: no vertex is in the other one."""
+        ends = [(0, -1), (1, 0), (0, 1), (-1, 0)]
+        corners = [(s, y, z) for s in (-3, 3) for y, z in ends]
+        sides = [q for i in range(4) for j in [(i + 1) % 4] for q in ((i, j, 4 + i), (j, 4 + j, 4 + i))]
+        faces = np.array([*sides, (0, 2, 1), (0, 3, 2), (4, 5, 6), (4, 6, 7)])
+        lower = np.array(corners, float)
+        turned = lower[:, [1, 0, 2]] * [-1, 1, 1] + [0, 0, 1.9]
+        if np.linalg.det(lower[faces].astype(float)).sum() < 0:
+            faces = faces[:, ::-1]
+        a, b = sqmap.Body(probe=sqmap.Probe(lower, faces)), sqmap.Body(probe=sqmap.Probe(turned, faces))
+        found = sqmap.query_contacts(a, b)
+        self.assertEqual((len(found.contacts), found.regions), (1, 1))
+        contact = found.contacts[0]
+        self.assertEqual((contact["feature_a"], contact["feature_b"]), (1, 1))
+        self.assertAlmostEqual(float(contact["depth"]), 0.1, delta=1e-6)
+        np.testing.assert_allclose(contact["on_a"], [0, 0, 1], atol=1e-6)
+        np.testing.assert_allclose(contact["normal"], [0, 0, 1], atol=1e-6)
+        above = sqmap.Body(probe=b.probe, pose=moved(0, 0, 2))
+        touch = sqmap.first_touch(a, above, moved(0, 0, 0))
+        self.assertTrue(touch.touches)
+        self.assertTrue(0.949 < touch.time <= 0.95, touch.time)
+        self.assertFalse(sqmap.first_touch(a, above, moved(0, 0, 0.2)).touches)
+        with self.assertRaises(sqmap.MeshError) as raised:
+            sqmap.Probe(lower, faces[1:])
+        self.assertIn("triangles[", raised.exception.element)
+
     def test_a_model_that_is_closed_serves_what_was_made_of_it(self):
         model = sqmap.Model.from_bytes(ball_model().to_bytes())
         session = sqmap.Session(model, metres_per_unit=0.05)

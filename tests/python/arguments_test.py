@@ -60,7 +60,7 @@ class Arguments(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
         cls.model = sqmap.bake(ball(2))
-        cls.probe, cls.workspace = sqmap.Probe(VERTICES), sqmap.Workspace(500)
+        cls.probe, cls.workspace = sqmap.Probe(VERTICES, TRIANGLES), sqmap.Workspace(500)
         cls.file = pathlib.Path(cls.folder.name, "ball.sqmap")
         cls.model.save(cls.file)
         cls.closed = {"Model": sqmap.Model.load(cls.file), "Probe": sqmap.Probe(VERTICES), "Workspace": sqmap.Workspace(5)}

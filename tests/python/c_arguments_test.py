@@ -66,6 +66,8 @@ class World:
         self.points = [[0, 0, 0], [0, 0, 0.9], [0, 0.1, 0.8], [2, 0, 0]]
         self.open = self.opened()
         self.closed = self.opened()
+        self.solid = c.Handle()
+        c.call("sqmap_make_solid_probe", self.struct("sqmap_mesh"), self.solid)
         for kind in HANDLES:
             c.call(f"sqmap_close_{kind}", self.closed[kind])
 
@@ -94,6 +96,8 @@ class World:
         if name == "sqmap_mesh":
             return c.Mesh(vertices=self.vertices.ctypes.data, vertex_count=len(self.vertices), triangles=self.faces.ctypes.data,
                           triangle_count=len(self.faces))
+        if name == "sqmap_pose":
+            return pose_with(0, 1)
         if name == "sqmap_bodies":
             a, b = (c.Body(self.open["model"], self.open["probe"], None) for _ in range(2))
             return c.Bodies(a=a, b=b)
@@ -167,6 +171,8 @@ class Arguments(unittest.TestCase):
                 out[name] = self.world.struct(kind[:-1])
             else:
                 out[name] = self.world.argument(function, kind, name)
+        if function in ("sqmap_query_contacts", "sqmap_first_touch"):
+            out["bodies"].a.probe = out["bodies"].b.probe = self.world.solid
         if function == "sqmap_tick_session":  # a new session, and the tick after its first
             c.call("sqmap_make_session", self.world.open["model"], None, out["session"])
             self.assertEqual((self.call(function, out), out["force"].acted & 1), (0, 0))
@@ -273,6 +279,30 @@ class Arguments(unittest.TestCase):
                 else:
                     self.assertEqual(self.call(function, arguments), 0, (function, lacks))
                     self.assertGreater(arguments["contacts"].found, 0)
+
+    def test_solids(self):
+        for at, pose in self.wrong_poses():
+            self.refused("sqmap_first_touch", self.good("sqmap_first_touch") | {"end_pose": pose}, f"end_pose.{at}", (1,))
+        for function in ("sqmap_query_contacts", "sqmap_first_touch"):
+            for side in "ab":
+                for handle in self.wrong_handles("probe"):
+                    arguments = self.good(function)
+                    getattr(arguments["bodies"], side).probe = handle
+                    self.refused(function, arguments, f"bodies.{side}.probe", (2,), handle.id)
+                arguments = self.good(function)
+                getattr(arguments["bodies"], side).probe = self.world.open["probe"]
+                self.refused(function, arguments, f"bodies.{side}.probe", (8,), "no triangles")
+        faces = self.world.faces.astype(np.int64)
+        for wrong, element in ((faces[1:], "mesh.triangles["), (faces[:, ::-1], "mesh.triangles"),
+                               (np.vstack([faces[:1, ::-1], faces[1:]]), "mesh.triangles[")):
+            arguments = self.good("sqmap_make_solid_probe")
+            kept = self.world.array(wrong)
+            arguments["mesh"].triangles, arguments["mesh"].triangle_count = kept.ctypes.data, len(kept)
+            self.refused("sqmap_make_solid_probe", arguments, element, (6,))
+        for member in ("vertex_count", "triangle_count"):
+            arguments = self.good("sqmap_make_solid_probe")
+            setattr(arguments["mesh"], member, 0)
+            self.refused("sqmap_make_solid_probe", arguments, f"mesh.{member}", (1,))
 
     def wrong_poses(self):
         for k in range(12):

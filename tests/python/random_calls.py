@@ -27,10 +27,11 @@ def main():
     length, seed = sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 1
     rng = random.Random(seed)
     data = torus_model().to_bytes()
-    things = [ball_model(), torus_model(), sqmap.Probe(ball()[0]), sqmap.Workspace(100), sqmap.Session(ball_model()),
+    things = [ball_model(), torus_model(), sqmap.Probe(ball()[0]), sqmap.Probe(*ball()), sqmap.Workspace(100), sqmap.Session(ball_model()),
               sqmap.Body(ball_model()), sqmap.Scene(torus_model())]
     keep = len(things)
     doors = [sqmap.Probe, sqmap.Workspace, sqmap.Session, sqmap.Body, sqmap.Scene, sqmap.query_probe, sqmap.query_pair,
+             sqmap.query_contacts, sqmap.first_touch,
              sqmap.Model.load, sqmap.bake, sqmap.Model.from_bytes]
     methods = ["query", "distances", "signed_distance", "contains", "closest_point", "tick", "simulate", "compute_occupancy",
                "compute_signed_distance", "compute_closest_points", "add_model", "mesh", "info", "facts", "close"]
