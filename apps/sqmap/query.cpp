@@ -91,7 +91,7 @@ struct QueryArguments {
     double tolerance = -1;  ///< mesh units; not given: auto is the gate
     std::uint32_t gate = query::k_gate;
     int nearest_steps = 2;
-    bool certain = false, status = false, offset = false, smoothing = false, no_gaps = false, no_pruning = false;
+    bool certain = false, status = false, offset = false, smoothed_map = false, no_gaps = false, no_pruning = false;
     bool distance = false;
     double band = query::k_baked_band;  ///< mesh units
 };
@@ -117,7 +117,7 @@ std::string answers(const model::ModelView& m, const std::vector<Vec3d>& points,
                                       .tolerance = o.tolerance,
                                       .gate = o.gate,
                                       .offset = o.offset,
-                                      .smoothing = o.smoothing};
+                                      .smoothed_map = o.smoothed_map};
     const paper::QueryOptions paper = paper_options(o);
     if ((o.no_gaps || o.no_pruning || o.nearest_steps != paper::QueryOptions{}.nearest_steps) && !paper::is_paper(m))
         throw BadPoints(o.model +
@@ -133,7 +133,7 @@ std::string answers(const model::ModelView& m, const std::vector<Vec3d>& points,
         throw BadPoints(o.model + " has the normal projection, whose offset is the maps': ask layer 2 or 3 for it");
     if (paper.projector != paper::Projector::Newton && options.layer == query::Layer::Exact)
         throw BadPoints("--projector is of layers 2 and 3: the exact layer searches no foot");
-    if (options.smoothing && !paper::has_smoothed_map(m))
+    if (options.smoothed_map && !paper::has_smoothed_map(m))
         throw BadPoints(o.model + " has no smoothed map: bake it with --smoothing-radius 1 or more");
     const double size = m.header.r_max * m.header.unit;
     std::string text;
@@ -238,7 +238,7 @@ void add_query(CommandLine& line)
         "the model's projection does not give");
     Option offset = command.flag("--offset", options->offset,
                                  "Move the surface out by the stored offset, for probes made of triangles (eq. 12)");
-    Option smoothing = command.flag("--smooth", options->smoothing, "Depth and normal of the smoothed map, for force");
+    Option smoothing = command.flag("--smooth", options->smoothed_map, "Depth and normal of the smoothed map, for force");
     Option projector = command
                            .option("--projector", options->projector,
                                    "Foot search of a paper model's layers 2 and 3: newton, pyramid (eqs. 16 to 19, corrected), "

@@ -156,7 +156,7 @@ TickCost tick_cost(const HandPath& path, int passes)
         for (const sqmap::Pose& pose : scene.poses) {
             const FrameClock::Mark mark = FrameClock::start();
             (void)query::query_probe({.model = &scene.view}, {.probe = &hand.tool.probe(), .pose = pose},
-                                     {.layer = force.layer, .smoothing = force.smoothed_map}, found);
+                                     {.layer = force.layer, .smoothed_map = force.smoothed_map}, found);
             const double t = clock.stop_us(mark);
             if (pass >= 0) query_us.push_back(t);
         }

@@ -154,7 +154,7 @@ query::QueryOptions query_options(const sqmap_query_options& o)
     out.layer = layer_of(o.layer);
     out.tolerance = checked(o.tolerance, 0, k_largest, "options.tolerance");
     out.margin = checked(o.margin, 0, k_largest, "options.margin");
-    out.smoothing = o.is_smooth != 0;
+    out.smoothed_map = o.is_smooth != 0;
     out.first_only = o.is_first_only != 0;
     return out;
 }

@@ -43,7 +43,7 @@ TEST_F(PaperForceOnABall, Eq32DirectionIsTheNormalOfEq26)
     for (const Vec3d& p : points) {
         const Vec3d f = force_at(p);
         EXPECT_GT(dot(normalized(f), normalized(p)), std::cos(0.02));
-        const query::PointResult map = query::query_point(model.view(), p, {.smoothing = true});
+        const query::PointResult map = query::query_point(model.view(), p, {.smoothed_map = true});
         EXPECT_LT(norm(f - (300 * map.depth) * map.normal), 1e-4);
     }
 }

@@ -23,7 +23,7 @@ enum class Layer : std::uint8_t {
 inline constexpr std::uint32_t k_gate = 10;
 
 /// Options of every query: points, probes, pairs, scenes, skins, swept motion. offset and margin are for probes made of
-/// triangles, smoothing is for force. What only paper models answer is in paper::QueryOptions.
+/// triangles, smoothed_map is for force. What only paper models answer is in paper::QueryOptions.
 struct QueryOptions {
     Layer layer = Layer::Three;
     double tolerance = 0;         ///< of Layer::Auto: a depth error, the mesh's units; 0: always Exact
@@ -36,7 +36,7 @@ struct QueryOptions {
     /// zero, or NaN: none. Central models alone, as slow as with offset.
     double margin = 0;
     /// Points, and probes against paper models, all layers but One and Exact: depth and normal of the smoothed map.
-    bool smoothing = false;
+    bool smoothed_map = false;
 };
 
 /// The layer that options stand for: Auto is resolved by the errors that bake measured (ModelView::measured), Exact of a model

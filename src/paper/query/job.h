@@ -23,7 +23,7 @@ struct PaperJob {
     const ProbeJob& probe;
     const ModelView& model;  ///< whose maps answer
     ProjectionOptions options;
-    bool smoothing, pruning;
+    bool smoothed_map, pruning;
 };
 
 /// Step 4 of section 4.2: Layer 3 is worth its time while the base grid has fewer samples than k_L times the vertices.

@@ -199,7 +199,7 @@ private:
             const M nearer = hn::And(held_.present(first), part.nearer_surface(p, hn::GatherIndex(df, states_.key, at), a));
             if (!any(nearer)) continue;
             const F key = hn::Abs(a.depth);
-            if (paper_.smoothing) part.smooth(p, a);
+            if (paper_.smoothed_map) part.smooth(p, a);
             note(a, key, a.depth, {nearer, none()}, {held_.slot + first, index});
         }
     }
@@ -291,7 +291,7 @@ private:
         const V3 p = position_of(held_.slots(first));
         PartAnswerLanes a = part.answer(p, point, hn::Not(none()));
         const F key = hn::Abs(a.depth);
-        if (paper_.smoothing) part.smooth(p, a);
+        if (paper_.smoothed_map) part.smooth(p, a);
         note(a, key, a.depth, {hn::And(present, a.contact), paper_.pruning ? hn::And(present, is_witness(a)) : none()},
              {held_.slot + first, index});
     }

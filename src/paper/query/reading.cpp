@@ -31,7 +31,7 @@ ProjectionOptions projection_options(const ProbeJob& job, const query::QueryOpti
 std::uint8_t lacking(const model::ModelView& model, const query::QueryOptions& options)
 {
     const bool lacks = options.margin > 0 || (options.offset && query::chosen_layer(model, options) == Layer::Exact) ||
-                       (options.smoothing && !has_smoothed_map(Reading::of(model).model()));
+                       (options.smoothed_map && !has_smoothed_map(Reading::of(model).model()));
     const std::uint8_t exact = query::lacks_exact(model, options) ? query::k_no_exact : k_ok;
     return static_cast<std::uint8_t>(exact | (lacks ? k_not_given : 0));
 }
@@ -77,7 +77,7 @@ ModelContact answer_point(const model::ModelView& model, Vec3f point, const quer
     }
     contact.status |= lacking(model, options);
     // Proofs are about a closed solid, and about its surface where it is.
-    if (model.header.solid == 0 || options.offset || options.margin > 0 || options.smoothing) contact.certain = false;
+    if (model.header.solid == 0 || options.offset || options.margin > 0 || options.smoothed_map) contact.certain = false;
     return contact;
 }
 
@@ -125,7 +125,7 @@ PaperJob::PaperJob(const ProbeJob& job, const query::QueryOptions& o) noexcept
     : probe(job),
       model(Reading::of(job.model).model()),
       options(projection_options(job, o, Reading::of(job.model).options())),
-      smoothing(o.smoothing && job.layer != Layer::One),
+      smoothed_map(o.smoothed_map && job.layer != Layer::One),
       pruning(Reading::of(job.model).options().pruning)
 {
 }

@@ -69,7 +69,7 @@ ModelContact answer(const ModelView& model, Vec3f point, QueryOptions options)
     if (contact.contact && !marked && model::is_made_up_at(model, point)) contact.status |= k_made_up;
     if (no_exact) contact.status |= k_no_exact;
     if (far_off || options.layer == Layer::One) return contact;
-    if (options.smoothing && options.layer != Layer::Exact) apply_smoothing(model, point, contact);
+    if (options.smoothed_map && options.layer != Layer::Exact) apply_smoothing(model, point, contact);
     const float margin = margin_in_model(model, options);
     if (options.offset || margin > 0.f)
         apply_offset(model, point, options.layer, {.stored = options.offset, .least = margin}, contact);
@@ -99,7 +99,7 @@ ModelContact query_in_model(const ModelView& model, Vec3f point, const QueryOpti
     if (model.answers != nullptr) return model.answers->point(model, point, options);
     ModelContact contact = answer(model, point, options);
     // Proofs are about a closed solid, and about its surface where it is.
-    if (model.header.solid == 0 || options.offset || options.margin > 0 || options.smoothing) contact.certain = false;
+    if (model.header.solid == 0 || options.offset || options.margin > 0 || options.smoothed_map) contact.certain = false;
     return contact;
 }
 

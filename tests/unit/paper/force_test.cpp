@@ -47,7 +47,7 @@ TEST(PaperForce, IsTheMeanOfTheSpringsOfTheSmoothedMap)
         double count = 0;
         for (const Vec3d& p : points) {
             const query::PointResult c =
-                query::query_point(paper_box(), at + p, {.layer = query::Layer::Three, .smoothing = true});
+                query::query_point(paper_box(), at + p, {.layer = query::Layer::Three, .smoothed_map = true});
             if (!c.contact || (c.status & query::k_no_surface) != 0 || !(c.depth > 0)) continue;
             sum += k * c.depth * c.normal;
             turn += cross(p, k * c.depth * c.normal);

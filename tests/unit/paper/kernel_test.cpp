@@ -77,7 +77,7 @@ TEST(PaperKernel, AnswersAsOneLaneDoesOnEveryInstructionSet)
             for (const bool smoothing : {false, true}) {
                 hand.model.set_options({.projector = projector});
                 const query::QueryOptions options{
-                    .layer = layer, .offset = projector == Projector::Pyramid, .smoothing = smoothing};
+                    .layer = layer, .offset = projector == Projector::Pyramid, .smoothed_map = smoothing};
                 const query::Body touched{.model = &view}, collider{.probe = &probe, .pose = turned};
                 const ProbeResult one = run_one_lane({ProbeJob(touched, collider, options, reference), options});
                 for (std::int64_t left = hwy::SupportedTargets() & HWY_TARGETS; left != 0; left &= left - 1) {

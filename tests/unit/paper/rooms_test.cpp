@@ -134,7 +134,7 @@ TEST(PaperRooms, SmoothingChangesDepthAndNormalButNoVerdict)
     const model::ModelView& view = hand().view();
     int contacts = 0, changed = 0;
     for (const Vec3d& p : points_about(view, 6000)) {
-        const PointResult plain = query_point(view, p), smooth = query_point(view, p, {.smoothing = true});
+        const PointResult plain = query_point(view, p), smooth = query_point(view, p, {.smoothed_map = true});
         ASSERT_EQ(smooth.contact, plain.contact);
         EXPECT_FALSE(smooth.certain);
         if (!plain.contact || (plain.status & query::k_no_surface) != 0) continue;

@@ -273,7 +273,7 @@ TEST(Query, SmoothingChangesDepthAndNormalButNoVerdict)
         for (int i = 0; i < 12000; ++i) {
             const double r = view.header.sphere[3];
             const Vec3d p = cast<double>(model::vec3(view.header.sphere)) + random.in_box({-r, -r, -r}, {r, r, r});
-            const PointResult plain = query_point(view, p), smooth = query_point(view, p, {.smoothing = true});
+            const PointResult plain = query_point(view, p), smooth = query_point(view, p, {.smoothed_map = true});
             ASSERT_EQ(smooth.contact, plain.contact);
             EXPECT_FALSE(smooth.certain);
             if (!plain.contact || (plain.status & k_no_surface) != 0) continue;
