@@ -1,5 +1,6 @@
 #include "bound_figures.h"
 
+#include "bake/parts/fit.h"
 #include "sqmap/fit/fit.h"
 #include "sqmap/fit/polytope.h"
 #include "sqmap/math/box.h"
@@ -184,7 +185,7 @@ std::vector<model::BoundFigures> measure_bounds(const mesh::Mesh& mesh, std::spa
         parts[i] = whole.measure(i);
         model::BoundFigures& own = parts[i].own;
         if (model.header.solid != 0) own.solid_volume = static_cast<float>(enclosed_volume(mesh, patches[i]));
-        const mesh::Mesh hull = mesh::convex_hull(corners_of(mesh, patches[i]));
+        const mesh::Mesh hull = mesh::convex_hull(held_by(mesh, patches[i]).points);
         for (std::size_t k = 0; k < 3; ++k) {
             own.excess[k] = static_cast<float>(mesh::farthest_from_hull(hull, parts[i].far.of[k]));
             beyond[i][k] = mesh::farthest_from_hull(whole_hull, parts[i].far.of[k]);
