@@ -68,6 +68,14 @@ def main():
             measure.run("render", models["paper"], *mesh, "--what", kinds, "--size", size, "-o", IMAGES / "paper" / f"{picture}.png")
         measure.run("render", folder / "hand.obj", "--what", "protrusion,curvature", "--size", "450x420", "-o",
                     IMAGES / "paper" / "fields.png")
+        # Draws docs/guide/robots.md: shapes that hold the parts of a hand.
+        models["fingers"], pictures = folder / "fingers.sqmap", []
+        measure.run("bake", folder / "hand.obj", "-o", models["fingers"], "--max-parts", "12", "--target-error", "2")
+        for shape in ("hull", "capsule"):
+            measure.run("export", models["fingers"], "--shape", shape, "-o", folder / f"{shape}.obj")
+            pictures.append(folder / f"{shape}.png")
+            measure.run("render", folder / f"{shape}.obj", "--what", "parts", "--size", "600x420", "-o", pictures[-1])
+        stacked(pictures, IMAGES / "colliders.png")
         stacked([row("triceratops", "superquadrics", "700x400")], IMAGES / "superquadrics.png")
         stacked([row("hand", "map", "1100x700")], IMAGES / "map.png")
         stacked([row("torus", "error", "600x400", "--up", "z", "--elevation", 35)], IMAGES / "error.png")
