@@ -44,6 +44,7 @@ struct ShapeChoice {
 /// Shapes with their figures.
 struct Colliders {
     std::string name;
+    /// One shape with its name and figures.
     struct Item {
         std::string name;
         Shape shape;
@@ -74,12 +75,14 @@ void write(const std::vector<ExportFile>& files);
 /// Figures of each shape and of the whole, one object as JSON text.
 [[nodiscard]] std::string report_json(const Colliders& colliders);
 
-/// The model's parts in shapes, written to a file. @throw as pieces_of, colliders_of, files_of and write
+/// Options of export_model.
 struct ExportOptions {
     Format format = Format::Json;
     ShapeChoice shape{};
     unsigned threads = 0;
 };
+/// Encloses the model's parts in shapes and writes them to a file; returns the shapes with their figures.
+/// @throw as pieces_of, colliders_of, files_of and write
 [[nodiscard]] Colliders export_model(const model::ModelView& model, const std::filesystem::path& path,
                                      const ExportOptions& options = {});
 

@@ -29,6 +29,7 @@ struct Measured {
     const mesh::Mesh* solid = nullptr;
     std::span<const std::uint8_t> crossed{};
 };
+/// The figures of shapes that together enclose the solid. Cost: linear in the shapes and in the solid's triangles.
 [[nodiscard]] Figures figures_of(std::span<const Shape> shapes, const Measured& solid);
 
 }  // namespace sqmap::collider

@@ -38,6 +38,7 @@ struct Shape {
 struct Quaternion {
     double w = 1, x = 0, y = 0, z = 0;
 };
+/// The quaternion of a rotation by roll, pitch and yaw, rad, as URDF has them.
 [[nodiscard]] Quaternion quaternion_of_rpy(Vec3d rpy) noexcept;
 
 /// The volume that the shape holds.
@@ -47,6 +48,7 @@ struct Quaternion {
 /// arithmetic.
 class Support {
 public:
+    /// Copies what it needs of the shape.
     explicit Support(const Shape& shape);
     [[nodiscard]] double operator()(Vec3d direction) const noexcept;
 
@@ -59,6 +61,7 @@ private:
 /// A lower bound of a point's distance from the shape, 0 within it. Exact of a ball, a box, a capsule and a cylinder.
 class Outside {
 public:
+    /// Copies what it needs of the shape.
     explicit Outside(const Shape& shape);
     [[nodiscard]] double operator()(Vec3d p) const noexcept;
 

@@ -17,6 +17,7 @@ using ProbeTriangle = std::array<std::uint32_t, 3>;
 
 /// The first thing that forbids triangles to bound a solid.
 struct TriangleFault {
+    /// The kinds of faults.
     enum class Kind : std::uint8_t {
         None,
         OutOfRange,   ///< a corner is no point of the probe
@@ -82,6 +83,7 @@ public:
         std::span<const CornerRow> corners;      ///< for each leaf
         std::span<const std::uint32_t> numbers;  ///< of the leaves' triangles, the caller's
     };
+    /// The tree's arrays; valid until the next move.
     [[nodiscard]] Columns columns() const noexcept { return {groups_, leaves_, corners_, numbers_}; }
 
 private:

@@ -36,6 +36,7 @@ struct Link {
 
 /// How a joint moves.
 enum class JointKind : std::uint8_t { Fixed, Revolute, Continuous, Prismatic, Other };
+/// A joint between two links.
 struct Joint {
     std::string name;
     JointKind kind = JointKind::Fixed;
@@ -49,9 +50,11 @@ struct Joint {
         std::size_t joint = static_cast<std::size_t>(-1);
         double multiplier = 1, offset = 0;
     } mimic{};
+    /// True if the position follows another joint's.
     [[nodiscard]] bool mimics() const { return mimic.joint != static_cast<std::size_t>(-1); }
 };
 
+/// A robot as its URDF describes it.
 struct Description {
     std::string name;
     std::vector<Link> links;

@@ -13,6 +13,7 @@
 
 namespace sqmap::robot {
 
+/// Options of rewriting a robot's collision elements.
 struct RewriteOptions {
     collider::ShapeChoice shape{};
     std::uint32_t max_parts = 1;  ///< into which a mesh is cut: a shape for each
