@@ -74,7 +74,8 @@ def main():
         for shape in ("hull", "capsule"):
             measure.run("export", models["fingers"], "--shape", shape, "-o", folder / f"{shape}.obj")
             pictures.append(folder / f"{shape}.png")
-            measure.run("render", folder / f"{shape}.obj", "--what", "parts", "--size", "600x420", "-o", pictures[-1])
+            measure.run("render", folder / f"{shape}.obj", "--what", "parts", "--size", "600x380", "--azimuth", 0, "-o",
+                        pictures[-1])
         stacked(pictures, IMAGES / "colliders.png")
         stacked([row("triceratops", "superquadrics", "700x400")], IMAGES / "superquadrics.png")
         stacked([row("hand", "map", "1100x700")], IMAGES / "map.png")
