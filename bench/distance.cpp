@@ -121,7 +121,7 @@ Times race(const EmbreeNearest& embree, const model::ModelView& model, std::span
         [&] {
             for (const Vec3d& p : points) sum += embree.signed_distance(cast<float>(p));
         },
-        [&] { query::distances(model, points, answers); });
+        [&] { query::distances(model, points, answers, query::k_baked_band); });
     if (std::isnan(sum)) std::printf("nan\n");
     return times;
 }
@@ -181,11 +181,11 @@ void run(std::size_t count, const Files& files, bool exact)
         if (setting->solid.closest_boundary(p, k_band * setting->r_max).distance >= k_band * setting->r_max) beyond.push_back(p);
     }
     std::vector<query::SignedDistance> answers(std::max(near.size(), beyond.size()));
-    query::distances(model, near, answers);
+    query::distances(model, near, answers, query::k_baked_band);
     Errors e = errors_of(*setting, near, {answers.data(), near.size()});
     std::printf("  band:   %zu wrong signs, error p99 %.2g max %.2g %% of R_max, %zu exact, %zu bounds\n", e.wrong_signs, e.p99,
                 e.worst, e.exact, e.bounds);
-    query::distances(model, beyond, answers);
+    query::distances(model, beyond, answers, query::k_baked_band);
     e = errors_of(*setting, beyond, {answers.data(), beyond.size()});
     std::printf("  beyond: %zu wrong signs, %.1f %% exact, max error %.2g %%, bounds %.3f to %.3f of the truth\n", e.wrong_signs,
                 100.0 * static_cast<double>(e.exact) / static_cast<double>(beyond.size()), e.worst, e.least_ratio,

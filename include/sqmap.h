@@ -119,13 +119,14 @@ typedef struct sqmap_bake_options {
     void* progress_context;   ///< may be null
     const char* source;       ///< what sqmap_info names as the model's source; may be null
     int32_t words;            ///< sqmap_words: how notes and cures write these members
+    int32_t without_input;    ///< not zero: leave out the mesh's own coordinates and numbers: exact distances are in float then
 } sqmap_bake_options;
 
 /// Facts of a model; lengths in mesh units.
 typedef struct sqmap_facts {
     size_t size;
     double r_max;              ///< largest distance between two vertices
-    double band;               ///< within it signed distances are exact
+    double band;               ///< within it sqmap_signed_distances is exact
     double centre[3], radius;  ///< of a sphere that holds the object
     uint64_t bytes;            ///< of the model file
     uint32_t parts;
@@ -134,6 +135,7 @@ typedef struct sqmap_facts {
     int32_t has_exact;             ///< the triangles are in the model
     int32_t is_normal;             ///< of the normal projection
     int32_t is_doubtful;           ///< layer 3 has wrong verdicts: take SQMAP_LAYER_EXACT or SQMAP_LAYER_AUTO
+    int32_t has_input;             ///< the mesh's own coordinates and numbers are in the model: exact distances are in double
 } sqmap_facts;
 
 /// Maps a model file and verifies it. path: UTF-8.
@@ -161,8 +163,13 @@ SQMAP_API sqmap_code sqmap_model_facts(sqmap_model model, sqmap_facts* facts);
 SQMAP_API sqmap_code sqmap_info(sqmap_model model, sqmap_text* json);
 /// Notes about the mesh that was baked and about its model, a line each; empty of a model that was opened.
 SQMAP_API sqmap_code sqmap_notes(sqmap_model model, sqmap_text* lines);
+/// Where the baked triangles and vertices come from: their numbers in the mesh that was given, -1 of what a cure made (all of a
+/// wrapped mesh); sqmap_facts.triangles and sqmap_facts.vertices numbers; each may be null. Polygons of a file count as one.
+/// Errors: E_MISSING of a model without its input.
+SQMAP_API sqmap_code sqmap_sources(sqmap_model model, int64_t* triangles, int64_t* vertices);
 /// The baked triangles, in the order to which answers refer: vertices (sqmap_facts.vertices x 3), triangles and the part of each
-/// (sqmap_facts.triangles x 3 and x 1); each may be null. Errors: E_MISSING without the exact layer.
+/// (sqmap_facts.triangles x 3 and x 1); each may be null. Coordinates are the caller's own where the model has its input, else
+/// rounded to float. Errors: E_MISSING without the exact layer.
 SQMAP_API sqmap_code sqmap_triangles(sqmap_model model, double* vertices, uint32_t* triangles, int32_t* parts);
 /// Closes a handle; {0} is passed over. What was made of the model goes on working.
 SQMAP_API sqmap_code sqmap_close_model(sqmap_model model);
@@ -203,7 +210,7 @@ typedef struct sqmap_query_options {
     uint32_t threads;       ///< for batches; 0 and 1: this thread alone. The answers do not depend on it
     double tolerance;       ///< of SQMAP_LAYER_AUTO, mesh units; 0: exact
     double margin;          ///< the surface is moved out by so much, mesh units; slower
-    double band;            ///< signed distances are exact within it, mesh units; 0: as baked; infinite: everywhere
+    double band;            ///< sqmap_signed_distances is exact within it, mesh units; 0: as baked; infinite: everywhere
     int32_t is_smooth;      ///< not zero: depth and normal of the smoothed map
     int32_t is_first_only;  ///< not zero: probes and pairs stop at the first contact
 } sqmap_query_options;
@@ -238,21 +245,32 @@ SQMAP_API sqmap_code sqmap_query_points(sqmap_model model, const sqmap_points* p
 enum sqmap_known {
     SQMAP_KNOWN_EXACT = 0,
     SQMAP_KNOWN_APPROXIMATE = 1,  ///< by layer 3, of a model without triangles
-    SQMAP_KNOWN_BOUND = 2         ///< the truth has this sign, is no nearer, and at most twice as far
+    SQMAP_KNOWN_BOUND = 2,        ///< the truth has this sign, is no nearer, and at most twice as far
+    SQMAP_KNOWN_FLOAT = 3         ///< of sqmap_exact_distances: exact, but in float, of a model without its input
 };
 
 /// The caller's arrays for the answers, `count` rows each; a null array is not written.
 typedef struct sqmap_distances {
     size_t size;
-    double* distance;  ///< to the nearest surface, negative inside; NaN of a point that is not finite
-    double* gradient;  ///< x 3: unit, away from the solid; zero of a bound
-    double* closest;   ///< x 3: the nearest surface point; the point itself of a bound
-    int32_t* part;     ///< that owns it; -1 of a bound
-    uint8_t* known;    ///< SQMAP_KNOWN_...
-    uint8_t* status;   ///< bits
+    double* distance;    ///< to the nearest surface, negative inside; NaN of a point that is not finite
+    double* gradient;    ///< x 3: unit, away from the solid; zero of a bound
+    double* closest;     ///< x 3: the nearest surface point; the point itself of a bound
+    int32_t* part;       ///< that owns it; -1 of a bound
+    uint8_t* known;      ///< SQMAP_KNOWN_...
+    uint8_t* status;     ///< bits
+    uint32_t* triangle;  ///< that holds the closest point, as sqmap_triangles counts; 0xffffffff of a bound
 } sqmap_distances;
 
-/// Signed distances on both sides of the surface. options may be null; its layer, tolerance, margin and is_smooth are not read.
+/// Exact signed distances, in double: of the triangles as the caller gave them, at any distance up to 1e15 times the mesh's size.
+/// Errors are some 1e-16 of the coordinates' size. A model without its input answers in float (SQMAP_KNOWN_FLOAT), one without
+/// triangles by layer 3 (SQMAP_KNOWN_APPROXIMATE). Of several triangles at that distance the one is named that faces the point
+/// most, then the first as they were given. options may be null; only threads is read.
+/// Cost: about 1 us a point in batches; no allocation and no lock on one thread.
+SQMAP_API sqmap_code sqmap_exact_distances(sqmap_model model, const sqmap_points* points, const sqmap_query_options* options,
+                                           sqmap_distances* distances);
+/// Signed distances or bounds of them, in float, for real time: exact to 1e-7 of R_max within options.band, whose default is the
+/// baked one (5 % of R_max); beyond it a bound of at least half the distance (SQMAP_KNOWN_BOUND). options may be null; its layer,
+/// tolerance, margin and is_smooth are not read.
 /// Cost: below 1 us a point in batches; no allocation and no lock on one thread.
 SQMAP_API sqmap_code sqmap_signed_distances(sqmap_model model, const sqmap_points* points, const sqmap_query_options* options,
                                             sqmap_distances* distances);
@@ -265,8 +283,9 @@ typedef struct sqmap_closest {
     uint32_t* triangle;  ///< its triangle, as sqmap_triangles counts; 0xffffffff of a point that is not finite
 } sqmap_closest;
 
-/// The nearest point of the model's triangles in double precision, at any distance. options may be null; only threads is read.
-/// Errors: E_MISSING without the exact layer. Cost: the first call builds a tree; then some us a point.
+/// The nearest point of the model's triangles in double precision, at any distance, whatever is boundary; of several at that
+/// distance the one is named that faces the point most, then the first as they were given. options may be null; only threads is
+/// read. Errors: E_MISSING without the exact layer. Cost: the first call builds a tree; then some us a point.
 SQMAP_API sqmap_code sqmap_closest_points(sqmap_model model, const sqmap_points* points, const sqmap_query_options* options,
                                           sqmap_closest* closest);
 

@@ -37,7 +37,7 @@ export interface Contacts {
 
 /** How distances are queried. */
 export interface DistanceOptions {
-  band?: number;  // exact within it, on either side; default Infinity, 0 as baked, which is quickest
+  band?: number;  // in float, exact within it on either side, 0 as baked, which is quickest; default: exact in double everywhere
   pose?: Pose;
 }
 /** The answers for n points. */
@@ -46,8 +46,10 @@ export interface Distances {
   gradient: Float64Array;  // 3 n; unit, away from the solid
   closest: Float64Array;   // 3 n
   part: Int32Array;        // n
-  known: Uint8Array;       // n; 0 exact, 1 approximate, 2 a bound: no farther than the truth, at least half of it
+  known: Uint8Array;       // n; 0 exact, 1 approximate, 2 a bound: no farther than the truth, at least half of it,
+                           // 3 exact in float, of a model without its input
   status: Uint8Array;      // n
+  triangle: Int32Array;    // n; of mesh, that holds the closest point; -1 of a bound
 }
 /** The answers for n points; nearest points of the triangles in double precision. */
 export interface ClosestPoints {
@@ -83,6 +85,7 @@ export interface BakeOptions {
   repair?: "wrap" | "close" | "safe" | "none";
   surface?: boolean;     // an open mesh is taken as a surface without inside
   exact?: boolean;       // default true; false leaves out the triangles
+  keepInput?: boolean;   // default true; false leaves out their coordinates and numbers as given: distances are in float then
   source?: string;       // what info names as the model's source
   progress?: (stage: string, done: number) => boolean | void;  // false: stop
 }
@@ -92,7 +95,7 @@ export interface BakeOptions {
 export interface Facts {
   rMax: number; band: number; centre: number[]; radius: number; bytes: number;
   parts: number; vertices: number; triangles: number;
-  isSolid: boolean; hasExact: boolean; isNormal: boolean; isDoubtful: boolean;
+  isSolid: boolean; hasExact: boolean; isNormal: boolean; isDoubtful: boolean; hasInput: boolean;
 }
 
 /** Points prepared once, queried many times. */
@@ -111,11 +114,14 @@ export class Model {
   readonly notes: string[];
   /** The baked triangles and the part of each. @throws SqmapError of a model without them */
   readonly mesh: {vertices: Float64Array; triangles: Uint32Array; parts: Int32Array};
+  /** The number of each triangle and vertex of mesh in the mesh that was given; -1 where a cure made it up.
+   *  @throws SqmapError of a model without its input */
+  readonly sources: {triangles: Int32Array; vertices: Int32Array};
   /** The bytes of a model file. */
   toBytes(): Uint8Array;
   /** Which points are inside, how deep, and in which direction out. */
   query(points: Rows, options?: QueryOptions): Contacts;
-  /** Signed distances on both sides. */
+  /** Signed distances on both sides: exact, in double; with options.band in float, and bounds beyond it. */
   distances(points: Rows, options?: DistanceOptions): Distances;
   /** @throws SqmapError of a model without triangles */
   closestPoints(points: Rows, options?: {pose?: Pose}): ClosestPoints;

@@ -136,7 +136,7 @@ class Call {
     const at = this.library._sqmap_last_error();
     const word = (what) => this.library.UTF8ToString(this.read("error", at, what));
     throw new SqmapError(word("name"), argumentOf(word("element")), word("message"),
-                         word("cure").replace("without_exact = 0", "exact: true"));
+                         word("cure").replace("without_exact = 0", "exact: true").replace("without_input = 0", "keepInput: true"));
   }
   /** A text that the library writes. */
   written(name, handle) {
@@ -213,7 +213,7 @@ export class Model extends Owned {
       const facts = {};
       for (const name of Object.keys(structs.facts.members)) if (name !== "size") facts[name] = c.read("facts", at, name);
       facts.bytes = Number(facts.bytes);
-      for (const name of ["isSolid", "hasExact", "isNormal", "isDoubtful"]) facts[name] = facts[name] !== 0;
+      for (const name of ["isSolid", "hasExact", "isNormal", "isDoubtful", "hasInput"]) facts[name] = facts[name] !== 0;
       return facts;
     });
   }
@@ -230,6 +230,15 @@ export class Model extends Owned {
       c.run("sqmap_triangles", this.handle, v, t, p);
       return {vertices: c.copy(Float64Array, v, 3 * vertices), triangles: c.copy(Uint32Array, t, 3 * triangles),
               parts: c.copy(Int32Array, p, triangles)};
+    });
+  }
+  get sources() {
+    const {vertices, triangles} = this.facts;
+    return this.within((c) => {
+      const t = c.space(8 * triangles), v = c.space(8 * vertices);
+      c.run("sqmap_sources", this.handle, t, v);
+      const numbers = (at, count) => Int32Array.from(c.copy(BigInt64Array, at, count), Number);
+      return {triangles: numbers(t, triangles), vertices: numbers(v, vertices)};
     });
   }
   toBytes() {
@@ -258,15 +267,17 @@ export class Model extends Owned {
   distances(points, options = {}) {
     object(options, "options");
     return this.within((c) => {
-      const {count, at} = c.points(points, options.pose), settings = c.options({band: Infinity, ...options});
+      const {count, at} = c.points(points, options.pose), settings = c.options(options);
+      const triangle = c.space(4 * count);
       const known = c.space(count), status = c.space(count), part = c.space(4 * count);
       const distance = c.space(8 * count), gradient = c.space(24 * count), closest = c.space(24 * count);
-      c.run("sqmap_signed_distances", this.handle, at, settings,
-            c.struct("distances", {distance, gradient, closest, part, known, status}));
+      c.run(options.band === undefined ? "sqmap_exact_distances" : "sqmap_signed_distances", this.handle, at, settings,
+            c.struct("distances", {distance, gradient, closest, part, known, status, triangle}));
       return {
         distance: c.copy(Float64Array, distance, count), gradient: c.copy(Float64Array, gradient, 3 * count),
         closest: c.copy(Float64Array, closest, 3 * count), part: c.copy(Int32Array, part, count),
         known: c.copy(Uint8Array, known, count), status: c.copy(Uint8Array, status, count),
+        triangle: c.copy(Int32Array, triangle, count),
       };
     });
   }
@@ -416,7 +427,7 @@ class Sqmap {
   }
   #baked(c, options, bake) {
     const {targetError = 0, band = 0, thickness = 0, maxParts = 0, repair = "wrap", projection = "central", surface = false,
-           exact = true, source, progress} = object(options, "options");
+           exact = true, keepInput = true, source, progress} = object(options, "options");
     if (progress !== undefined && typeof progress !== "function")
       throw refuse("options.progress", `is ${kindOf(progress)}`, "give a function of a stage and the share that is done");
     if (source !== undefined && typeof source !== "string") throw refuse("options.source", `is ${kindOf(source)}`, "give a text");
@@ -434,7 +445,8 @@ class Sqmap {
       targetError: number(targetError, "options.targetError"), band: number(band, "options.band"),
       thickness: number(thickness, "options.thickness"), maxParts: whole(maxParts, "options.maxParts"),
       projection: member(projections, projection, "options.projection"), repair: member(repairs, repair, "options.repair"),
-      acceptsSurface: flag(surface, "options.surface"), withoutExact: 1 - flag(exact, "options.exact"), threads: 1, progress: called,
+      acceptsSurface: flag(surface, "options.surface"), withoutExact: 1 - flag(exact, "options.exact"),
+      withoutInput: 1 - flag(keepInput, "options.keepInput"), threads: 1, progress: called,
       source: source === undefined ? 0 : c.text(source), words: 2,  // names of these options in messages
     });
     try {

@@ -22,13 +22,13 @@ export const structs = {
   text: layout("text:pointer capacity:size needed:size"),
   mesh: layout("vertices:pointer vertexCount:size triangles:pointer triangleCount:size"),
   bakeOptions: layout(`targetError:f64 band:f64 thickness:f64 maxParts:u32 projection:i32 repair:i32 acceptsSurface:i32
-    withoutExact:i32 threads:u32 progress:pointer progressContext:pointer source:pointer words:i32`),
+    withoutExact:i32 threads:u32 progress:pointer progressContext:pointer source:pointer words:i32 withoutInput:i32`),
   facts: layout(`rMax:f64 band:f64 centre:f64[3] radius:f64 bytes:u64 parts:u32 vertices:u32 triangles:u32 isSolid:i32
-    hasExact:i32 isNormal:i32 isDoubtful:i32`),
+    hasExact:i32 isNormal:i32 isDoubtful:i32 hasInput:i32`),
   queryOptions: layout("layer:i32 threads:u32 tolerance:f64 margin:f64 band:f64 isSmooth:i32 isFirstOnly:i32"),
   points: layout("xyz:pointer count:size pose:pointer"),
   contacts: layout("contact:pointer depth:pointer normal:pointer closest:pointer part:pointer certain:pointer status:pointer contacts:size"),
-  distances: layout("distance:pointer gradient:pointer closest:pointer part:pointer known:pointer status:pointer"),
+  distances: layout("distance:pointer gradient:pointer closest:pointer part:pointer known:pointer status:pointer triangle:pointer"),
   closest: layout("closest:pointer distance:pointer triangle:pointer"),
   bodies: layout(`modelA:u64 probeA:u64 poseA:pointer modelB:u64 probeB:u64 poseB:pointer`),
   contact: layout("point:f32[3] normal:f32[3] depth:f32 index:u32 part:i16 certain:u8 status:u8", false),

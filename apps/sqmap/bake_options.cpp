@@ -120,6 +120,8 @@ void add_bake_options(Command& command, BakeSettings& settings)
         command.flag("--no-exact", settings.no_exact, "Leave the exact layer out: a smaller model, approximate answers");
     Option exact = command.flag("--exact", settings.exact, "Store the exact layer: the default but for the normal projection")
                        .excludes(no_exact);
+    command.flag("--no-input", settings.no_input,
+                 "Leave out the mesh's own coordinates and numbers: a smaller model, whose exact distances are in float");
     command
         .flag(k_no_locator, settings.no_locator,
               "Leave the locator and the exact layer out: superquadrics and central maps alone answer")
@@ -146,6 +148,7 @@ BakeMeshOptions bake_options(const BakeSettings& settings)
     out.locator = !settings.no_locator;
     // A paper model is its maps; triangles are beside them.
     out.exact = settings.exact || (!settings.no_exact && out.locator && !options.paper_maps);
+    out.keep_input = !settings.no_input;
     out.fit.allow_taper = !settings.no_taper;
     out.fit.allow_bend = !settings.no_bend;
     if (settings.exact_geodesics) out.decompose.protrusion = decompose::ProtrusionSum::Exact;

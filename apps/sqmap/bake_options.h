@@ -14,7 +14,7 @@ struct BakeSettings {
     bake::BakeOptions bake;
     paper::MapOptions maps;
     std::string projection = "central";
-    bool exact = false, no_exact = false;
+    bool exact = false, no_exact = false, no_input = false;
     bool no_taper = false, no_bend = false;
     bool exact_geodesics = false, no_locator = false;
     std::function<bool(const std::string&)> given{};  ///< whether the user gave this option

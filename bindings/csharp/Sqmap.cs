@@ -177,6 +177,8 @@ namespace Sqmap
         [DllImport(Library)] internal static extern int sqmap_close_model(Handle model);
         [DllImport(Library)] internal static extern int sqmap_query_points(Handle model, ref Points points, ref QueryOptions options,
                                                                            ref ContactArrays contacts);
+        [DllImport(Library)] internal static extern int sqmap_exact_distances(Handle model, ref Points points,
+                                                                              ref QueryOptions options, ref DistanceArrays distances);
         [DllImport(Library)] internal static extern int sqmap_signed_distances(Handle model, ref Points points,
                                                                                ref QueryOptions options, ref DistanceArrays distances);
         [DllImport(Library)] internal static extern int sqmap_make_session(Handle model, ref SessionOptions options, out Handle session);
@@ -334,7 +336,8 @@ namespace Sqmap
             return a;
         }
 
-        /// <summary>Signed distances on both sides, exact within band of the surface: infinite everywhere, 0 as baked.</summary>
+        /// <summary>Signed distances on both sides: exact, in double. With a finite band in float, exact within band of the surface
+        /// and a bound beyond it; 0: as baked, for real time.</summary>
         public Distances SignedDistances(double[] points, double band = double.PositiveInfinity, Pose? pose = null)
         {
             int n = points.Length / 3;
@@ -350,7 +353,9 @@ namespace Sqmap
                     Size = Native.SizeOf<Native.DistanceArrays>(), Distance = pins.Of(a.Distance), Gradient = pins.Of(a.Gradient),
                     Closest = pins.Of(a.Closest), Part = pins.Of(a.Part), Known = pins.Of(a.Known), Status = pins.Of(a.Status)
                 };
-                Native.Check(Native.sqmap_signed_distances(handle, ref at, ref options, ref to));
+                Native.Check(double.IsPositiveInfinity(band)
+                    ? Native.sqmap_exact_distances(handle, ref at, ref options, ref to)
+                    : Native.sqmap_signed_distances(handle, ref at, ref options, ref to));
             }
             return a;
         }

@@ -89,8 +89,9 @@ struct AdmittedMesh : mesh::AdmitResult {
 /// Cost: linear in the file, and as mesh::admit.
 [[nodiscard]] AdmittedMesh admit_mesh(const MeshInput& input, const MeshOptions& options = {});
 
-/// The mesh that a model was baked from, as far as the model keeps it, to be baked again: in mesh units, rounded to float, with
-/// what a cure made up. Empty triangles without the exact layer. @throw std::bad_alloc
+/// The mesh that a model was baked from, as far as the model keeps it, to be baked again: in mesh units, rounded to float
+/// where the model does not keep its input, with what a cure made up. Empty triangles without the exact layer. @throw
+/// std::bad_alloc
 [[nodiscard]] AdmittedMesh admitted_mesh_of(const model::ModelView& model);
 
 /// A model keeps this text about its making.

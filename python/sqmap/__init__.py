@@ -15,7 +15,7 @@ from ._bodies import (CONTACT, PAIR_CONTACT, SURFACE_CONTACT, Body, FirstTouch, 
                       Workspace, first_touch, query_contacts, query_pair, query_probe)
 from ._errors import (ArgumentError, Cancelled, ClosedError, Error, FileError, InternalError, MeshError, MissingError, ModelError,
                       NoMemoryError, VersionError)
-from ._model import Contacts, Distances, Model, bake
+from ._model import Contacts, CuredWarning, Distances, Facts, Model, bake
 from ._program import program
 from ._scene import Scene
 from ._session import DISCONNECTED, HELD, RESTART, RESUME, STOP, Force, Session, Simulation
@@ -25,8 +25,8 @@ __version__: str = _library.library.sqmap_version().decode()
 #: Of the models that are read and written.
 FORMAT_VERSION: int = _library.library.sqmap_format_version()
 
-__all__ = ["ArgumentError", "Body", "CONTACT", "Cancelled", "ClosedError", "Contacts", "DISCONNECTED", "Distances", "Error",
-           "FORMAT_VERSION", "FileError", "FirstTouch", "Force", "HELD", "InternalError", "MeshError", "MissingError", "Model", "ModelError",
+__all__ = ["ArgumentError", "Body", "CONTACT", "Cancelled", "ClosedError", "Contacts", "CuredWarning", "DISCONNECTED", "Distances", "Error",
+           "FORMAT_VERSION", "Facts", "FileError", "FirstTouch", "Force", "HELD", "InternalError", "MeshError", "MissingError", "Model", "ModelError",
            "NoMemoryError", "PAIR_CONTACT", "PairContacts", "Probe", "ProbeContacts", "RESTART", "RESUME", "STOP", "Scene",
            "SURFACE_CONTACT", "Session", "Simulation", "SurfaceContacts", "TAXEL", "TactilePad", "Touch", "VersionError", "Workspace",
            "bake", "first_touch", "program", "query_contacts", "query_pair", "query_probe"]

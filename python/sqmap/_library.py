@@ -45,13 +45,13 @@ class BakeOptions(Sized):
     _fields_ = [("size", c_size_t), ("target_error", c_double), ("band", c_double), ("thickness", c_double),
                 ("max_parts", c_uint32), ("projection", c_int32), ("repair", c_int32), ("accepts_surface", c_int32),
                 ("without_exact", c_int32), ("threads", c_uint32), ("progress", PROGRESS), ("progress_context", c_void_p),
-                ("source", c_char_p), ("words", c_int32)]
+                ("source", c_char_p), ("words", c_int32), ("without_input", c_int32)]
 
 
 class Facts(Sized):
     _fields_ = [("size", c_size_t), ("r_max", c_double), ("band", c_double), ("centre", c_double * 3), ("radius", c_double),
                 ("bytes", c_uint64), ("parts", c_uint32), ("vertices", c_uint32), ("triangles", c_uint32), ("is_solid", c_int32),
-                ("has_exact", c_int32), ("is_normal", c_int32), ("is_doubtful", c_int32)]
+                ("has_exact", c_int32), ("is_normal", c_int32), ("is_doubtful", c_int32), ("has_input", c_int32)]
 
 
 class Pose(Structure):
@@ -74,7 +74,7 @@ class Contacts(Sized):
 
 class Distances(Sized):
     _fields_ = [("size", c_size_t), ("distance", c_void_p), ("gradient", c_void_p), ("closest", c_void_p), ("part", c_void_p),
-                ("known", c_void_p), ("status", c_void_p)]
+                ("known", c_void_p), ("status", c_void_p), ("triangle", c_void_p)]
 
 
 class Closest(Sized):
@@ -182,9 +182,11 @@ FUNCTIONS: dict[str, list[Any]] = {
     "sqmap_model_facts": [Handle, POINTER(Facts)],
     "sqmap_info": [Handle, POINTER(Text)],
     "sqmap_notes": [Handle, POINTER(Text)],
+    "sqmap_sources": [Handle, c_void_p, c_void_p],
     "sqmap_triangles": [Handle, c_void_p, c_void_p, c_void_p],
     "sqmap_close_model": [Handle],
     "sqmap_query_points": [Handle, POINTER(Points), POINTER(QueryOptions), POINTER(Contacts)],
+    "sqmap_exact_distances": [Handle, POINTER(Points), POINTER(QueryOptions), POINTER(Distances)],
     "sqmap_signed_distances": [Handle, POINTER(Points), POINTER(QueryOptions), POINTER(Distances)],
     "sqmap_closest_points": [Handle, POINTER(Points), POINTER(QueryOptions), POINTER(Closest)],
     "sqmap_make_probe": [POINTER(Points), POINTER(Handle)],
@@ -226,7 +228,7 @@ def last_error(function: str) -> Error:
     """The exception that this thread's last failed call stands for, in the words of the package."""
     e = library.sqmap_last_error().contents
     name, element, message, cure = (text.decode("utf-8", "replace") for text in (e.name, e.element, e.message, e.cure))
-    return BY_CODE[e.code](name, argument_of(function, element), message, cure.replace("without_exact = 0", "exact=True"))
+    return BY_CODE[e.code](name, argument_of(function, element), message, cure.replace("without_exact = 0", "exact=True").replace("without_input = 0", "keep_input=True"))
 
 
 def call(name: str, *arguments: Any) -> None:

@@ -3,9 +3,9 @@ from __future__ import annotations
 
 import ctypes
 import json
-import math
 import os
 import threading
+import warnings
 from typing import Any, NamedTuple, Optional, Union
 
 import numpy as np
@@ -17,8 +17,11 @@ from ._errors import ClosedError, FileError
 from ._progress import Progress, run
 from ._render import render
 
-NOT_FINITE = 1  # of the status of an answer
 REPAIRS = {"auto": 0, "none": 1, "safe": 2, "close": 3, "wrap": 4}
+
+
+class CuredWarning(UserWarning):
+    """A mesh that bounds no solid was closed or wrapped, so that the model is of another surface."""
 
 
 class Owned:
@@ -108,8 +111,28 @@ class Distances(NamedTuple):
     gradient: np.ndarray  #: (n, 3) unit, away from the solid; zero of a bound
     closest: np.ndarray   #: (n, 3) the nearest surface point; the point itself of a bound
     part: np.ndarray      #: (n,) int32, that owns it; -1 of a bound
-    known: np.ndarray     #: (n,) uint8: 0 exact, 1 approximate, 2 a bound: no farther than the truth, at least half of it
+    known: np.ndarray     #: (n,) uint8: 0 exact, 1 approximate, 2 a bound: no farther than the truth, at least half of it, 3 exact in
+                          #: float, of a model that was baked with keep_input=False
     status: np.ndarray    #: (n,) uint8, bits as in Contacts
+    triangle: np.ndarray  #: (n,) int64, of Model.mesh, that holds the closest point; -1 of a bound
+
+
+class Facts(NamedTuple):
+    """Facts of a model; lengths in mesh units."""
+
+    r_max: float        #: largest distance between two vertices
+    band: float         #: within it the distances of band=0 are exact
+    centre: np.ndarray  #: (3,) of a sphere that holds the object
+    radius: float       #: of that sphere
+    bytes: int          #: of the model file
+    parts: int
+    vertices: int       #: of the baked mesh
+    triangles: int      #: of the baked mesh
+    is_solid: bool      #: False: a surface without inside
+    has_exact: bool     #: the triangles are in the model
+    is_normal: bool     #: of the normal projection
+    is_doubtful: bool   #: layer 3 has wrong verdicts: take layer="exact" or "auto"
+    has_input: bool     #: the mesh's own coordinates and numbers are kept: exact distances are in double
 
 
 def address(array: Optional[np.ndarray]) -> Optional[int]:
@@ -170,13 +193,14 @@ class Model(Owned):
     # Facts
 
     @property
-    def facts(self) -> c.Facts:
-        """r_max, band, centre, radius (mesh units), bytes, parts, vertices, triangles, is_solid, has_exact, is_normal,
-        is_doubtful."""
+    def facts(self) -> Facts:
+        """Sizes, counts and what the model holds."""
         out = c.Facts()
         with self.use() as handle:
             c.call("sqmap_model_facts", handle, out)
-        return out
+        values = {name: getattr(out, name) for name in Facts._fields}
+        values["centre"] = np.array(out.centre)
+        return Facts(**{name: bool(value) if name.startswith(("is_", "has_")) else value for name, value in values.items()})
 
     @property
     def r_max(self) -> float:
@@ -209,13 +233,31 @@ class Model(Owned):
     def mesh(self) -> tuple[np.ndarray, np.ndarray]:
         """(vertices (v, 3), triangles (t, 3) uint32) as they were baked, in the order to which triangle numbers refer.
 
-        Raises MissingError of a model without the exact layer."""
+        Coordinates are those that were given, to the bit; rounded to float where the model has no input. Raises MissingError of a model without the exact layer."""
         return self._triangles()[:2]
 
     @property
     def part_of_triangle(self) -> np.ndarray:
         """(t,) int32: the part of each triangle of mesh."""
         return self._triangles()[2]
+
+    @property
+    def source_triangle(self) -> np.ndarray:
+        """(t,) int64: the number of each triangle of mesh in the mesh that was given, faces of a file from 0; -1 where a cure made it
+        up. Raises MissingError of a model without its input."""
+        return self._sources()[0]
+
+    @property
+    def source_vertex(self) -> np.ndarray:
+        """(v,) int64: the same of each vertex of mesh."""
+        return self._sources()[1]
+
+    def _sources(self) -> tuple[np.ndarray, np.ndarray]:
+        facts = self.facts
+        triangles, vertices = np.empty(facts.triangles, np.int64), np.empty(facts.vertices, np.int64)
+        with self.use() as handle:
+            c.call("sqmap_sources", handle, address(triangles), address(vertices))
+        return triangles, vertices
 
     def _triangles(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         facts = self.facts
@@ -268,48 +310,48 @@ class Model(Owned):
 
     def distances(self, points: Any, *, band: Optional[float] = None, pose: Any = None,
                   threads: Optional[int] = None) -> Distances:
-        """Signed distances (negative inside) of points (n, 3), with gradient and closest point.
+        """Signed distances (negative inside) of points (n, 3), with gradient, closest point and its triangle.
 
-        band: how far on either side they have to be exact, mesh units; beyond it a lower bound may be given. None: everywhere;
-        0: as the model was baked, which is quickest."""
+        Exact in double, at any distance, so that finite differences are derivatives. With band, quicker and in float (errors of
+        1e-7 of r_max): exact up to so far from the surface, mesh units, beyond it a lower bound; 0: as the model was baked. The
+        gradient jumps where the nearest point does: on the medial axis inside, above concave edges outside."""
         xyz = rows(points)
         n = len(xyz)
         distance, gradient, closest = np.empty(n), np.empty((n, 3)), np.empty((n, 3))
         part, known, status = np.empty(n, np.int32), np.empty(n, np.uint8), np.empty(n, np.uint8)
+        triangle = np.empty(n, np.uint32)
         self._distances(xyz, band, pose, threads,
                         c.Distances(distance=address(distance), gradient=address(gradient), closest=address(closest),
-                                    part=address(part), known=address(known), status=address(status)))
-        return Distances(distance, gradient, closest, part, known, status)
+                                    part=address(part), known=address(known), status=address(status), triangle=address(triangle)))
+        return Distances(distance, gradient, closest, part, known, status, triangle.view(np.int32).astype(np.int64))
 
     def signed_distance(self, points: Any, *, band: Optional[float] = None, threads: Optional[int] = None) -> np.ndarray:
-        """Signed distances (n,) of points (n, 3): positive inside, as trimesh.proximity.signed_distance. band as in distances."""
+        """Signed distances (n,) of points (n, 3): positive inside, as trimesh.proximity.signed_distance; of a surface never.
+
+        Exact in double; band as in distances."""
         xyz = rows(points)
         distance = np.empty(len(xyz))
         self._distances(xyz, band, None, threads, c.Distances(distance=address(distance)))
         return np.negative(distance, out=distance)
 
     def _distances(self, xyz: np.ndarray, band: Optional[float], pose: Any, threads: Optional[int], out: c.Distances) -> None:
-        options = query_options(threads=threads, band=math.inf if band is None else number(band, "band"))
+        options = query_options(threads=threads, band=0.0 if band is None else number(band, "band"))
         with self.use() as handle:
-            c.call("sqmap_signed_distances", handle, points_struct(xyz, pose_of(pose)), options, out)
+            c.call("sqmap_exact_distances" if band is None else "sqmap_signed_distances", handle, points_struct(xyz, pose_of(pose)), options, out)
 
     def contains(self, points: Any, *, threads: Optional[int] = None) -> np.ndarray:
-        """(n,) bool: which points (n, 3) are inside, by the triangles where the model has them, else by layer 3.
+        """(n,) bool: which points (n, 3) are inside: where signed_distance is above zero, so nowhere of a surface.
 
         Raises ArgumentError for a point that is not finite, which signed_distance and query answer with NaN."""
         return self._contains(rows(points), threads, "points")
 
     def _contains(self, xyz: np.ndarray, threads: Optional[int], element: str) -> np.ndarray:
-        contact, status = np.empty(len(xyz), np.bool_), bytearray(len(xyz))
-        with self.use() as handle:
-            c.call("sqmap_query_points", handle, points_struct(xyz), query_options("exact", threads=threads),
-                   c.Contacts(contact=address(contact), status=ctypes.addressof(ctypes.c_uint8.from_buffer(status)) if status else None))
-        if status.strip(b"\0"):
-            wrong = np.frombuffer(status, np.uint8) & NOT_FINITE
-            if wrong.any():
-                raise refuse(f"{element}[{int(wrong.argmax())}]", "is not finite",
-                             "leave it out, or take signed_distance, which answers NaN")
-        return contact
+        distance = np.empty(len(xyz))
+        self._distances(xyz, None, None, threads, c.Distances(distance=address(distance)))
+        wrong = np.isnan(distance)
+        if wrong.any():
+            raise refuse(f"{element}[{int(wrong.argmax())}]", "is not finite", "leave it out, or take signed_distance, which answers NaN")
+        return distance < 0
 
     def closest_point(self, points: Any, *, threads: Optional[int] = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(closest (n, 3), distances (n,), triangle numbers (n,) int64) as trimesh.proximity.closest_point.
@@ -343,18 +385,19 @@ class Model(Owned):
 
 
 def bake(mesh: Any, *, target_error: float = 0.5, max_parts: int = 24, band: float = 5.0, projection: str = "central",
-         exact: bool = True, repair: str = "auto", surface: bool = False, thickness: float = 0.0,
+         exact: bool = True, keep_input: bool = True, repair: str = "auto", surface: bool = False, thickness: float = 0.0,
          threads: Optional[int] = None, source: Optional[str] = None, progress: Union[bool, Progress, None] = None) -> Model:
     """Bakes a closed triangle mesh into a Model.
 
     mesh: a path (OFF, OBJ, STL, PLY, glTF, GLB), a pair (vertices (v, 3), triangles (t, 3)), or an object with vertices and
     faces or triangles (trimesh, Open3D). target_error: percent of R_max. band: percent of R_max within which signed distances
-    are baked exactly, above 0. projection: "central" or "normal". exact: keep the triangles. repair: "auto", "none", "safe",
+    are baked exactly, above 0. projection: "central" or "normal". exact: keep the triangles. keep_input: keep their coordinates and
+    numbers as given, up to 18 bytes a triangle, so that distances are in double. repair: "auto", "none", "safe",
     "close", "wrap". surface: take an open mesh as it is. thickness: make open meshes plates, mesh units. progress: True
     shows a bar; a function is called with a stage's name and the share that is done, and true from it stops the bake (Cancelled).
     Ctrl-C stops it too, within a stage. The bytes do not depend on threads.
 
-    Raises MeshError with a cure and what is wrong, "triangles[3]" of arrays, "face 4" of a file; ArgumentError."""
+    Warns (CuredWarning) of a mesh that was closed or wrapped. Raises MeshError with a cure and what is wrong, "triangles[3]" of arrays, "face 4" of a file; ArgumentError."""
     if not isinstance(repair, str) or repair not in REPAIRS:
         raise refuse("repair", f"is {repair!r}", f"take one of {', '.join(REPAIRS)}")
     if not isinstance(projection, str) or projection not in ("central", "normal"):
@@ -368,7 +411,8 @@ def bake(mesh: Any, *, target_error: float = 0.5, max_parts: int = 24, band: flo
         instance(source, str, "source")
     options = c.BakeOptions(target_error=error, band=width, thickness=number(thickness, "thickness"),
                             max_parts=count(max_parts, "max_parts"), projection=int(projection == "normal"), repair=REPAIRS[repair],
-                            accepts_surface=flag(surface, "surface"), without_exact=not flag(exact, "exact"), threads=cores(threads),
+                            accepts_surface=flag(surface, "surface"), without_exact=not flag(exact, "exact"),
+                            without_input=not flag(keep_input, "keep_input"), threads=cores(threads),
                             source=None if source is None else source.encode(errors="replace"),
                             words=1)  # names of this function in messages
     if isinstance(mesh, (str, bytes, os.PathLike)):
@@ -385,4 +429,8 @@ def bake(mesh: Any, *, target_error: float = 0.5, max_parts: int = 24, band: flo
         c.call(function, given, options, handle)
         return Model(handle)
 
-    return run(baked, progress)
+    model = run(baked, progress)
+    if any(note.startswith("moved:") for note in model.notes):  # of a cure alone
+        warnings.warn("the mesh bounds no solid and was " + ("wrapped" if model.info["cure"]["rung"] == "WRAPPED" else "closed") +
+                      ": see Model.notes, or forbid it with repair=\"safe\"", CuredWarning, stacklevel=2)
+    return model

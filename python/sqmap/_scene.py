@@ -1,24 +1,27 @@
 """Signed distance with Open3D's names, shapes and sign."""
 from __future__ import annotations
 
+import os
 from typing import Any, Optional
 
 import numpy as np
 
-from ._arrays import count, instance, numbers, refuse
-from ._model import Model, bake
+from ._arrays import count, instance, numbers, refuse, triangles_of
+from ._model import Distances, Model, bake
 
 
 class Scene:
     """Closed meshes as one solid, with the functions of open3d.t.geometry.RaycastingScene that compute distances.
 
-    Points are arrays of shape {..., 3}; answers have the leading shape, in NumPy arrays. Distances are negative inside. Several
-    geometries count as their union: the least distance, exact outside and where they do not overlap."""
+    Points are arrays of shape {..., 3}; answers have the leading shape, in NumPy arrays. Distances are exact, in double, and negative
+    inside. Several geometries count as their union. Where two of them overlap so that the union's surface cannot be told from
+    theirs, a point is refused with an ArgumentError: bake these meshes as one, which finds the union."""
 
     INVALID_ID = 0xFFFFFFFF
 
     def __init__(self, *models: Model) -> None:
         self._models: list[Model] = []
+        self._given: list[Optional[tuple[np.ndarray, np.ndarray]]] = []
         for model in models:
             self.add_model(model)
 
@@ -26,26 +29,28 @@ class Scene:
         """Adds a baked model; its number."""
         with instance(model, Model, "model").use("model"):
             self._models.append(model)
+        self._given.append(None)
         return len(self._models) - 1
 
     def add_triangles(self, vertices: Any, triangles: Optional[Any] = None, **options: Any) -> int:
         """Bakes a mesh, (vertices, triangles) or an object with both, and adds it; its number. options: of sqmap.bake."""
-        return self.add_model(bake(vertices if triangles is None else (vertices, triangles), **options))
+        mesh = vertices if triangles is None else (vertices, triangles)
+        number = self.add_model(bake(mesh, **options))
+        if not isinstance(mesh, (str, bytes, os.PathLike)):
+            self._given[number] = triangles_of(mesh)
+        return number
 
     def compute_signed_distance(self, query_points: Any, nthreads: int = 0) -> np.ndarray:
         """{...}: to the nearest surface, negative inside. nthreads: 0 is one a core."""
         xyz, shape = self._points(query_points)
-        out = np.full(len(xyz), np.inf)
-        for model in self._models:
-            out = np.minimum(out, -model.signed_distance(xyz, threads=_threads(nthreads)))
-        return out.reshape(shape)
+        return self._nearest(xyz, _threads(nthreads))[0].distance.reshape(shape)
 
     def compute_distance(self, query_points: Any, nthreads: int = 0) -> np.ndarray:
         """{...}: to the nearest surface, never negative."""
         return np.abs(self.compute_signed_distance(query_points, nthreads))
 
     def compute_occupancy(self, query_points: Any, nthreads: int = 0) -> np.ndarray:
-        """{...} float32: 1 inside, 0 outside, by the triangles. Raises ArgumentError for a point that is not finite."""
+        """{...} float32: 1 inside, 0 outside, as the sign of the distance. Raises ArgumentError for a point that is not finite."""
         xyz, shape = self._points(query_points)
         out = np.zeros(len(xyz), np.bool_)
         for model in self._models:
@@ -53,26 +58,48 @@ class Scene:
         return out.astype(np.float32).reshape(shape)
 
     def compute_closest_points(self, query_points: Any, nthreads: int = 0) -> dict[str, np.ndarray]:
-        """points {..., 3}, geometry_ids {...}, primitive_ids {...} (uint32; of Model.mesh), primitive_uvs {..., 2},
+        """points {..., 3}, geometry_ids {...}, primitive_ids {...} (uint32; of the mesh that was given, INVALID_ID where a cure made
+        the surface up), primitive_uvs {..., 2} (of the triangle's corners as given to add_triangles, else as in Model.mesh),
         primitive_normals {..., 3}."""
         xyz, shape = self._points(query_points)
-        n = len(xyz)
-        points, best = np.full((n, 3), np.nan), np.full(n, np.inf)
-        geometry, primitive = np.full(n, self.INVALID_ID, np.uint32), np.full(n, self.INVALID_ID, np.uint32)
-        uv, normal = np.zeros((n, 2)), np.zeros((n, 3))
+        found, geometry = self._nearest(xyz, _threads(nthreads))
+        primitive = np.full(len(xyz), self.INVALID_ID, np.uint32)
+        uv, normal = np.zeros((len(xyz), 2)), np.zeros((len(xyz), 3))
         for number, model in enumerate(self._models):
-            closest, distance, triangle = model.closest_point(xyz, threads=_threads(nthreads))
-            nearer = distance < best
-            best[nearer], points[nearer], geometry[nearer] = distance[nearer], closest[nearer], number
-            primitive[nearer] = triangle[nearer]
             vertices, triangles = model.mesh
-            a, b, c = (vertices[triangles[triangle[nearer], k]] for k in range(3))
-            uv[nearer] = _barycentric(a, b, c, closest[nearer])
-            face = np.cross(b - a, c - a)
-            normal[nearer] = face / np.linalg.norm(face, axis=1, keepdims=True)
+            own = np.flatnonzero((geometry == number) & (found.triangle >= 0))
+            corners = vertices[triangles[found.triangle[own]]]
+            face = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+            normal[own] = face / np.linalg.norm(face, axis=1, keepdims=True)
+            source = (model.source_triangle if model.facts.has_input else np.arange(len(triangles)))[found.triangle[own]]
+            primitive[own] = source  # -1 is INVALID_ID
+            if (given := self._given[number]) is not None and model.facts.has_input:
+                corners = np.where((source >= 0)[:, None, None], given[0][given[1][source]], corners)
+            uv[own] = _barycentric(corners[:, 0], corners[:, 1], corners[:, 2], found.closest[own])
+        points = np.where(np.isnan(found.distance)[:, None], np.nan, found.closest)
         return {"points": points.reshape(*shape, 3), "geometry_ids": geometry.reshape(shape),
                 "primitive_ids": primitive.reshape(shape), "primitive_uvs": uv.reshape(*shape, 2),
                 "primitive_normals": normal.reshape(*shape, 3)}
+
+    def _nearest(self, xyz: np.ndarray, threads: Optional[int]) -> tuple[Distances, np.ndarray]:
+        """Of the union, and the geometry of each answer."""
+        best = self._models[0].distances(xyz, threads=threads)
+        geometry = np.where(np.isnan(best.distance), self.INVALID_ID, 0).astype(np.uint32)
+        for number, model in enumerate(self._models[1:], 1):
+            other = model.distances(xyz, threads=threads)
+            nearer = other.distance < best.distance  # outside the nearest, inside the one that holds most of a ball about the point
+            for all_of_it, some in zip(best, other):
+                all_of_it[nearer] = some[nearer]
+            geometry[nearer] = number
+        inside = np.flatnonzero(best.distance < 0) if len(self._models) > 1 else []
+        for number, model in enumerate(self._models) if len(inside) else ():
+            others = inside[geometry[inside] != number]
+            hidden = others[model.signed_distance(best.closest[others], threads=threads) > 1e-9 * model.r_max]
+            if len(hidden):
+                raise refuse(f"query_points[{int(hidden[0])}]",
+                             f"is inside where geometries {int(geometry[hidden[0]])} and {number} overlap, and the surface of their "
+                             "union is not theirs", "bake the meshes as one, or leave the point out")
+        return best, geometry
 
     def _points(self, query_points: Any) -> tuple[np.ndarray, tuple[int, ...]]:
         if not self._models:

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace sqmap::bake {
 
@@ -119,6 +120,30 @@ void append_exact(const mesh::Solid& solid, std::span<const std::uint32_t> part_
 }
 
 }  // namespace
+
+void store_input(std::span<const Vec3d> vertices, const SourceNumbers& source, model::ModelData& data)
+{
+    model::InputArrays<model::ArrayData>& out = data.input;
+    out = {};
+    const auto is_float = [](const Vec3d& v) { return v == cast<double>(cast<float>(v)); };
+    const bool all_floats = std::all_of(vertices.begin(), vertices.end(), is_float);
+    for (const Vec3d& v : vertices)
+        for (int k = 0; k < 3; ++k) {
+            if (all_floats)
+                out.coordinates32.push_back(static_cast<float>(v[k]));
+            else
+                out.coordinates64.push_back(v[k]);
+        }
+    out.source_triangle.assign(source.triangle.begin(), source.triangle.end());
+    out.source_vertex.assign(source.vertex.begin(), source.vertex.end());
+    const auto own = [](std::vector<std::uint32_t>& numbers, std::size_t count) {
+        if (!numbers.empty()) return;
+        numbers.resize(count);
+        std::iota(numbers.begin(), numbers.end(), 0u);
+    };
+    own(out.source_triangle, data.triangle_part.size());
+    own(out.source_vertex, vertices.size());
+}
 
 std::uint16_t surface_flag(mesh::Boundary boundary)
 {

@@ -3,6 +3,7 @@
 
 #include "bake/central/central_map.h"
 #include "bake/parts/part.h"
+#include "sqmap/bake/bake.h"
 #include "sqmap/mesh/solid.h"
 #include "sqmap/model/model_data.h"
 
@@ -30,6 +31,9 @@ struct Assembly {
 /// Parts, central maps and the triangles of the exact layer, packed; no locator, candidate lists or paper maps.
 /// header: origin, unit, solid, projection and the quantisation of parts that are taken over; the rest is told from the mesh.
 [[nodiscard]] model::ModelData assemble(const model::Header& header, const Assembly& assembly);
+
+/// The mesh as the caller gave it: vertices in mesh units, numbers as SourceNumbers has them.
+void store_input(std::span<const Vec3d> vertices, const SourceNumbers& source, model::ModelData& data);
 
 /// model::SurfaceFlag bits of a triangle.
 [[nodiscard]] std::uint16_t surface_flag(mesh::Boundary boundary);

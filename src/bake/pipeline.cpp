@@ -87,6 +87,10 @@ void check(const mesh::Mesh& mesh, const BakeOptions& options)
     if (!(options.split_gain >= 0 && options.split_gain < 1)) throw mesh::InvalidInput("split gain must be in [0, 1)");
     if (!options.cured.made_up.empty() && options.cured.made_up.size() != mesh.triangles.size())
         throw mesh::InvalidInput("what is made up is of another mesh");
+    const SourceNumbers& source = options.source;
+    if ((!source.triangle.empty() && source.triangle.size() != mesh.triangles.size()) ||
+        (!source.vertex.empty() && source.vertex.size() != mesh.vertices.size()))
+        throw mesh::InvalidInput("the numbers of the input are of another mesh");
     if (options.partition != nullptr) check_partition(*options.partition, mesh);
 }
 
@@ -175,6 +179,7 @@ void Pipeline::finish()
     // Distances are the triangles', or those of central maps.
     if (model::has_exact(model_.view()) || model::has_central_maps(model_.view()))
         bake_distance(*solid_, {band_, locator_.threads, bytes_beside()}, model_);
+    if (model::has_exact(model_.view()) && !input_vertices_.empty()) store_input(input_vertices_, source_, model_);
     model_.mesh_hash = mesh_hash_;
 }
 
@@ -222,6 +227,8 @@ void Bake::validate()
     check(input_, options_);
     mesh_hash_ = mesh::content_hash(input_);
     made_up_.assign(options_.cured.made_up.begin(), options_.cured.made_up.end());
+    if (options_.keep_input) input_vertices_ = input_.vertices;
+    source_ = options_.source;
     band_ = options_.band;
     const mesh::Normalization normalization = mesh::normalization_of(input_);
     for (int k = 0; k < 3; ++k) header_.origin[k] = normalization.origin[k];

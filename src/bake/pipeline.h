@@ -64,6 +64,8 @@ protected:
     mesh::Mesh mesh_;                        ///< model space
     std::optional<mesh::Solid> solid_;       ///< of the mesh
     std::vector<std::uint8_t> made_up_;      ///< #triangles, non-zero where nothing of the input stood; empty for none
+    std::vector<Vec3d> input_vertices_;      ///< #vertices, mesh units, that the model is to keep; empty for none
+    SourceNumbers source_;                   ///< beside them
     std::uint64_t mesh_hash_ = 0;            ///< of the mesh in its own units
     double band_ = 5;                        ///< of signed distances, percent of R_max
     std::optional<ListsBefore> kept_lists_;  ///< candidate lists that are taken over where nothing reaches them

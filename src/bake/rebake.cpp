@@ -301,6 +301,8 @@ private:
         set_mesh(meshes_->now, crossed_triangles(before_, meshes_->now, moved));
         mesh_hash_ = mesh::content_hash({{vertices_.begin(), vertices_.end()}, mesh_.triangles});
         band_ = 100 * static_cast<double>(before_.distance.header.band) / before_.header.r_max;
+        if (model::has_input(before_.view())) input_vertices_.assign(vertices_.begin(), vertices_.end());
+        source_ = {before_.input.source_triangle, before_.input.source_vertex};
         for (const std::uint16_t word : before_.triangle_part) made_up_.push_back(model::is_made_up(word) ? 1 : 0);
         situation_.emplace(Situation{before_, *meshes_, *solid_, changed_triangles(before_, *solid_, moved), {}});
         for (const std::uint16_t p : before_.triangle_part) situation_->part_of_triangle.push_back(model::part_of(p));

@@ -167,8 +167,9 @@ AdmittedMesh admitted_mesh_of(const model::ModelView& model)
                                                         : mesh::Admission::Accept;
     out.solid = model.header.solid != 0;
     out.source = model.source;
-    for (std::size_t v = 0; v + 2 < model.vertices.size(); v += 3)
-        out.mesh.vertices.push_back(model::to_mesh_units(model.header, model::vec3(&model.vertices[v])));
+    for (std::size_t v = 0; v < model.vertices.size() / 3; ++v) out.mesh.vertices.push_back(model::mesh_vertex(model, v));
+    out.source_triangle.assign(model.input.source_triangle.begin(), model.input.source_triangle.end());
+    out.source_vertex.assign(model.input.source_vertex.begin(), model.input.source_vertex.end());
     const bool is_cured = cure.rung != model::Rung::AsItIs;
     for (std::uint32_t t = 0; t < model.triangle_part.size(); ++t) {
         out.mesh.triangles.push_back(
@@ -193,6 +194,7 @@ BakedModel bake_mesh(AdmittedMesh mesh, const BakeMeshOptions& options)
     if (mesh.refused()) throw mesh::RefusedMesh(mesh.diagnosis);
     bake::BakeOptions bake = options.bake;
     bake.cured = cured(mesh);
+    bake.source = {mesh.source_triangle, mesh.source_vertex};
     paper::BakeResult result = paper::bake(mesh.mesh, mesh.solid, bake, options.paper_maps);
     BakedModel out;
     out.model = std::move(result.model);

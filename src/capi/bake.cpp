@@ -103,6 +103,7 @@ bake::BakeOptions bake_options(const sqmap_bake_options& o)
     if (o.band != 0) out.band = checked(o.band, 0, 100, "options.band");
     if (o.max_parts != 0) out.max_parts = static_cast<std::uint32_t>(checked(o.max_parts, 1, 1000, "options.max_parts"));
     out.exact = o.without_exact == 0;
+    out.keep_input = o.without_input == 0;
     out.threads = o.threads;
     if (o.progress != nullptr)
         out.progress = [&o](const char* stage, double done) {

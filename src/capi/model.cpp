@@ -55,13 +55,13 @@ mesh::Mesh mesh_of(const model::ModelView& view)
         throw Failure{SQMAP_E_MISSING, "model", "was baked without its triangles",
                       "bake it with the exact layer: without_exact = 0"};
     mesh::Mesh mesh = bake::baked_mesh(view);
-    for (Vec3d& v : mesh.vertices) v = model::to_mesh_units(view.header, cast<float>(v));
+    for (std::size_t v = 0; v < mesh.vertices.size(); ++v) mesh.vertices[v] = model::mesh_vertex(view, v);
     return mesh;
 }
 
 }  // namespace
 
-Surface::Surface(const model::ModelView& view) : mesh(mesh_of(view)), bvh(mesh) {}
+Surface::Surface(const model::ModelView& view) : mesh(mesh_of(view)), bvh(mesh), source(view.input.source_triangle) {}
 
 void refuse_bytes(model::ParseStatus status, const std::string& element)
 {
@@ -155,6 +155,7 @@ sqmap_code sqmap_model_facts(sqmap_model model, sqmap_facts* facts)
         out.has_exact = model::has_exact(view) ? 1 : 0;
         out.is_normal = m.is_paper() ? 1 : 0;
         out.is_doubtful = model::is_doubtful(view.measured) ? 1 : 0;
+        out.has_input = model::has_input(view) ? 1 : 0;
         capi::give(facts, out);
     });
 }
@@ -183,6 +184,18 @@ sqmap_code sqmap_triangles(sqmap_model model, double* vertices, uint32_t* triang
             for (std::size_t k = 0; k < 3; ++k) triangles[3 * t + k] = mesh.triangles[t][k];
         for (std::size_t t = 0; parts != nullptr && t < mesh.triangles.size(); ++t)
             parts[t] = static_cast<int32_t>(model::part_of_triangle(m.view(), t));
+    });
+}
+
+sqmap_code sqmap_sources(sqmap_model model, int64_t* triangles, int64_t* vertices)
+{
+    return guarded([&] {
+        const model::InputArrays<model::ArrayView>& input = capi::model_of(model)->view().input;
+        if (input.source_vertex.empty())
+            throw capi::Failure{SQMAP_E_MISSING, "model", "was baked without its input", "bake it again with without_input = 0"};
+        const auto number = [](std::uint32_t source) { return source == model::k_no_source ? -1 : std::int64_t{source}; };
+        if (triangles != nullptr) std::transform(input.source_triangle.begin(), input.source_triangle.end(), triangles, number);
+        if (vertices != nullptr) std::transform(input.source_vertex.begin(), input.source_vertex.end(), vertices, number);
     });
 }
 

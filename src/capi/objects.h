@@ -81,6 +81,7 @@ struct Surface {
     explicit Surface(const model::ModelView& view);
     mesh::Mesh mesh;
     mesh::Bvh bvh;
+    std::span<const std::uint32_t> source;  ///< numbers of its triangles in the input; may be empty
 };
 
 /// A model over bytes that stay where they are. opened.cpp says which kinds of models each library opens.

@@ -79,14 +79,14 @@ std::size_t answer(const query::Body& body, const Batch& batch, const sqmap_quer
     return contacts;
 }
 
-void answer(const query::Body& body, const Batch& batch, const sqmap_query_options& o, const sqmap_distances& out)
+/// how(points, answers): of a batch.
+template <class How>
+void answer(const Batch& batch, const sqmap_query_options& o, const sqmap_distances& out, How&& how)
 {
-    const double band =
-        o.band == 0 ? query::k_baked_band : checked(o.band, 0, std::numeric_limits<double>::infinity(), "options.band");
     for_batches(batch.points.size(), threads_of(o), [&](parallel::Slice slice) {
         alignas(query::SignedDistance) std::byte memory[k_batch * sizeof(query::SignedDistance)];  // not set to defaults first
         const std::span<query::SignedDistance> answers{reinterpret_cast<query::SignedDistance*>(memory), k_batch};
-        query::distances(body, batch.points.subspan(slice.first, slice.count), answers, band);
+        how(batch.points.subspan(slice.first, slice.count), answers);
         const auto at = [&](std::size_t i) -> const query::SignedDistance& { return answers[i]; };
         fill(out.distance, slice,
              [&](std::size_t i) { return (at(i).status & query::k_not_finite) != 0 ? k_nan : at(i).distance; });
@@ -95,24 +95,34 @@ void answer(const query::Body& body, const Batch& batch, const sqmap_query_optio
         fill(out.part, slice, [&](std::size_t i) { return at(i).part; });
         fill(out.known, slice, [&](std::size_t i) { return static_cast<std::uint8_t>(at(i).known); });
         fill(out.status, slice, [&](std::size_t i) { return at(i).status; });
+        fill(out.triangle, slice, [&](std::size_t i) { return at(i).triangle; });
     });
 }
 
-/// A tie goes to the triangle with the lowest number: the order of the tree depends on the standard library.
-mesh::ClosestPoint first_closest(const Surface& surface, Vec3d p)
+/// Of several at the same distance the triangle that faces the point most, then the first in the input.
+mesh::ClosestPoint facing_closest(const Surface& surface, Vec3d p)
 {
+    constexpr double k_tie = 1e-12, k_alike = 1e-12;  // of squared distances and of cosines
     mesh::ClosestPoint best;
-    double best_sq = std::numeric_limits<double>::infinity();
+    double best_sq = std::numeric_limits<double>::infinity(), most = -1;
+    const auto rank = [&](std::uint32_t t) { return (std::uint64_t{surface.source.empty() ? 0 : surface.source[t]} << 32) | t; };
     surface.bvh.visit_nearest(p, best_sq, [&](std::uint32_t t, double) {
         const mesh::Triangle& tri = surface.mesh.triangles[t];
-        const Vec3d q = closest_point_on_triangle(p, surface.mesh.vertices[tri[0]], surface.mesh.vertices[tri[1]],
-                                                  surface.mesh.vertices[tri[2]]);
-        const double distance_sq = norm_sq(q - p);
-        if (distance_sq < best_sq || (distance_sq == best_sq && t < best.triangle)) {
-            best_sq = distance_sq;
-            best = {q, t, std::sqrt(distance_sq)};
+        const Vec3d a = surface.mesh.vertices[tri[0]], b = surface.mesh.vertices[tri[1]], c = surface.mesh.vertices[tri[2]];
+        const Vec3d q = closest_point_on_triangle(p, a, b, c), offset = q - p;
+        const double distance_sq = norm_sq(offset);
+        if (distance_sq <= best_sq * (1 + k_tie) + std::numeric_limits<double>::min()) {
+            const Vec3d across = cross(b - a, c - a);
+            const double size = norm(across) * std::sqrt(distance_sq);
+            const double facing = size > 0 ? std::abs(dot(across, offset)) / size : 0;
+            const bool is_nearer = distance_sq * (1 + k_tie) < best_sq;
+            if (is_nearer || facing > most + k_alike || (facing >= most - k_alike && rank(t) < rank(best.triangle))) {
+                most = is_nearer ? facing : std::max(most, facing);
+                best = {q, t, std::sqrt(distance_sq)};
+            }
+            best_sq = std::min(best_sq, distance_sq);
         }
-        return best_sq * (1 + 1e-12) + std::numeric_limits<double>::min();  // what rounds to the same is visited, too
+        return best_sq * (1 + k_tie) + std::numeric_limits<double>::min();  // what rounds to the same is visited, too
     });
     return best;
 }
@@ -125,7 +135,7 @@ void answer(const Surface& surface, const Batch& batch, const sqmap_query_option
             const Vec3d p = batch.points[i];
             mesh::ClosestPoint found{{k_nan, k_nan, k_nan}, 0xffffffff, k_nan};
             if (is_finite(p)) {
-                found = first_closest(surface, apply(back, p));
+                found = facing_closest(surface, apply(back, p));
                 found.point = apply(batch.pose, found.point);
             }
             const parallel::Slice one{i, 1};
@@ -155,6 +165,21 @@ sqmap_code sqmap_query_points(sqmap_model model, const sqmap_points* points, con
     });
 }
 
+sqmap_code sqmap_exact_distances(sqmap_model model, const sqmap_points* points, const sqmap_query_options* options,
+                                 sqmap_distances* distances)
+{
+    return guarded([&] {
+        const capi::Model& m = *capi::model_of(model);
+        const capi::Batch batch = capi::batch_of(points);
+        const sqmap_distances out = capi::taken(&needed(distances, "distances"), "distances");
+        const query::Body body{&m.view(), nullptr, batch.pose};
+        capi::answer(batch, capi::taken(options, "options"), out,
+                     [&](std::span<const Vec3d> some, std::span<query::SignedDistance> answers) {
+                         query::exact_distances(body, some, answers);
+                     });
+    });
+}
+
 sqmap_code sqmap_signed_distances(sqmap_model model, const sqmap_points* points, const sqmap_query_options* options,
                                   sqmap_distances* distances)
 {
@@ -162,7 +187,13 @@ sqmap_code sqmap_signed_distances(sqmap_model model, const sqmap_points* points,
         const capi::Model& m = *capi::model_of(model);
         const capi::Batch batch = capi::batch_of(points);
         const sqmap_distances out = capi::taken(&needed(distances, "distances"), "distances");
-        capi::answer({&m.view(), nullptr, batch.pose}, batch, capi::taken(options, "options"), out);
+        const sqmap_query_options o = capi::taken(options, "options");
+        const double band =
+            o.band == 0 ? query::k_baked_band : capi::checked(o.band, 0, std::numeric_limits<double>::infinity(), "options.band");
+        const query::Body body{&m.view(), nullptr, batch.pose};
+        capi::answer(batch, o, out, [&](std::span<const Vec3d> some, std::span<query::SignedDistance> answers) {
+            query::distances(body, some, answers, band);
+        });
     });
 }
 

@@ -28,6 +28,16 @@ flatbuffers::Offset<fb::Distance> write_distance(flatbuffers::FlatBufferBuilder&
     return table.Finish();
 }
 
+flatbuffers::Offset<fb::Input> write_input(flatbuffers::FlatBufferBuilder& builder, const model::ModelData& data)
+{
+    if (!model::has_input(data.view())) return {};
+    TableWriter writer(builder, *fb::InputTypeTable());
+    model::InputArrays<model::ArrayData>::each(writer, data.input);
+    fb::InputBuilder table(builder);
+    writer.add_fields([](flatbuffers::voffset_t) {});
+    return table.Finish();
+}
+
 flatbuffers::Offset<fb::Cure> write_cure(flatbuffers::FlatBufferBuilder& builder, const model::ModelData& data)
 {
     const model::Cure& c = data.cure;
@@ -47,6 +57,7 @@ flatbuffers::Offset<fb::Model> write_table(flatbuffers::FlatBufferBuilder& build
     if (!data.polytope_ends.empty()) model::BoundArrays<model::ArrayData>::each(writer, data);
     writer.set("distance", write_distance(builder, data));
     writer.set("cure", write_cure(builder, data));
+    writer.set("input", write_input(builder, data));
     const model::Measured& m = data.measured;
     const auto measured = fb::CreateMeasured(builder, m.points, m.missed, m.false_contacts, m.eq35_mean, m.eq35_p99, m.eq35_max,
                                              m.depth_median, m.depth_p95, m.depth_p99, m.depth_max, m.normal_median, m.q2_share,
@@ -98,6 +109,7 @@ SectionBytes section_bytes(const model::ModelView& v, std::size_t total)
     s.distance = model::bytes_of(v.distance);
     s.exact = model::bytes_of<model::CandidateArrays<model::ArrayView>>(v);
     s.mesh = model::bytes_of<model::MeshArrays<model::ArrayView>>(v);
+    s.input = model::bytes_of(v.input);
     return s;
 }
 

@@ -148,7 +148,8 @@ std::string model_json(const model::ModelView& m, std::size_t total)
                     {"exact_lists", bytes.exact},
                     {"exact_mesh", bytes.mesh},
                     {"distance", bytes.distance},
-                    {"without_exact", bytes.total - bytes.exact - bytes.mesh}};
+                    {"input", bytes.input},
+                    {"without_exact", bytes.total - bytes.exact - bytes.mesh - bytes.input}};
     out["band"] = static_cast<double>(m.distance.header.band) * m.header.unit;
     out["cure"] = json_of(m.cure);
     out["measured"] = json_of(m.measured);

@@ -111,6 +111,7 @@ private:
             out_.admission = Admission::Closed;
         } else if (options_.repair >= Repair::Wrap && cured(repairs, [&] { wrap_up(cleaned); })) {
             out_.admission = Admission::Wrapped;
+            std::fill(out_.source_triangle.begin(), out_.source_triangle.end(), k_no_polygon);  // a surface of its own
         } else {
             throw Refused{first_};
         }

@@ -23,18 +23,19 @@ Words next_rung(const AdmitOptions& options)
     return {", or use ", Setting::Repair, "close or wrap"};
 }
 
-/// For each of the canonical mesh's triangles, whether it was made up; empty for none. mesh: the same with the faces in their
-/// order.
-std::vector<std::uint8_t> made_up_of(const Mesh& canonical, const Mesh& mesh, std::span<const Face> faces)
+/// The polygon of each of the canonical mesh's triangles. triangles: of the faces, with the canonical mesh's vertices.
+std::vector<std::uint32_t> polygons_of(std::span<const Triangle> triangles, std::span<const Face> faces)
 {
-    Mesh made{mesh.vertices, {}};
-    for (std::size_t f = 0; f < faces.size(); ++f)
-        if (faces[f].polygon == k_none) made.triangles.push_back(mesh.triangles[f]);
-    std::vector<std::uint8_t> out;
-    if (made.triangles.empty()) return out;
-    made = canonicalized(made);  // the same vertices in the same order
-    for (const Triangle& t : canonical.triangles)
-        out.push_back(std::binary_search(made.triangles.begin(), made.triangles.end(), t) ? 1 : 0);
+    std::vector<Face> canonical(faces.begin(), faces.end());
+    for (std::size_t f = 0; f < faces.size(); ++f) {
+        Triangle& v = canonical[f].v;
+        v = triangles[f];
+        std::rotate(v.begin(), std::min_element(v.begin(), v.end()), v.end());
+    }
+    std::sort(canonical.begin(), canonical.end(),
+              [](const Face& a, const Face& b) { return std::tie(a.v, a.polygon) < std::tie(b.v, b.polygon); });
+    std::vector<std::uint32_t> out;
+    for (const Face& f : canonical) out.push_back(f.polygon);
     return out;
 }
 
@@ -270,7 +271,11 @@ private:
         facts.triangle_count = mesh.triangles.size();
         facts.box = box_of(mesh.vertices);
         out_.mesh = canonicalized(mesh);
-        out_.made_up = made_up_of(out_.mesh, mesh, surface_.faces);
+        for (const std::uint32_t v : order) out_.source_vertex.push_back(surface_.source[v]);  // canonical already
+        out_.source_triangle = polygons_of(mesh.triangles, surface_.faces);
+        const auto is_made_up = [](std::uint32_t polygon) { return polygon == k_none; };
+        if (std::any_of(out_.source_triangle.begin(), out_.source_triangle.end(), is_made_up))
+            for (const std::uint32_t polygon : out_.source_triangle) out_.made_up.push_back(is_made_up(polygon) ? 1 : 0);
     }
 
     /// With Repair::None what would have been repaired refuses, by the code that names it best.

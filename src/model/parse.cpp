@@ -294,6 +294,7 @@ std::uint64_t content_hash(const ModelView& view) noexcept
         hash_bytes(hash, std::span<const double>(moved));
         hash_bytes(hash, view.made_up_cells);
     }
+    if (has_input(view)) InputArrays<ArrayView>::each(add, view.input);
     return hash;
 }
 
@@ -311,6 +312,8 @@ ParseStatus read_model(const fb::Model& model, const std::byte* end, ModelView& 
         std::memcpy(&v.distance.header, d->header(), sizeof(DistanceHeader));
         DistanceArrays<ArrayView>::each(TableReader(d, *fb::DistanceTypeTable()), v.distance);
     }
+    if (const fb::Input* input = model.input(); input != nullptr)
+        InputArrays<ArrayView>::each(TableReader(input, *fb::InputTypeTable()), v.input);
     if (const fb::Measured* m = model.measured(); m != nullptr)
         v.measured = {m->points(),        m->missed(),       m->false_contacts(),   m->eq35_mean(),       m->eq35_p99(),
                       m->eq35_max(),      m->depth_median(), m->depth_p95(),        m->depth_p99(),       m->depth_max(),
@@ -336,6 +339,28 @@ ParseStatus read_model(const fb::Model& model, const std::byte* end, ModelView& 
     return content_hash(v) == model.content_hash() ? ParseStatus::Ok : ParseStatus::BadHash;
 }
 
+/// Checks that the caller's coordinates are those of the vertices, up to rounding: boxes about these lead to those.
+ParseStatus check_input(const ModelView& v) noexcept
+{
+    const InputArrays<ArrayView>& in = v.input;
+    if (!has_input(v))
+        return in.source_triangle.empty() && in.source_vertex.empty() ? ParseStatus::Ok : ParseStatus::BadStructure;
+    if (!in.coordinates32.empty() && !in.coordinates64.empty()) return ParseStatus::BadStructure;
+    if (in.coordinates32.size() + in.coordinates64.size() != v.vertices.size() ||
+        in.source_triangle.size() != v.triangle_part.size() || in.source_vertex.size() != v.vertices.size() / 3)
+        return ParseStatus::BadStructure;
+    const Header& h = v.header;
+    const Vec3d origin{h.origin[0], h.origin[1], h.origin[2]};
+    for (std::size_t i = 0; i < v.vertices.size() / 3; ++i) {
+        const Vec3d p = input_vertex(v, i), stored = cast<double>(vec3(&v.vertices[3 * i])), given = (p - origin) / h.unit;
+        if (!is_finite(p)) return ParseStatus::BadValue;
+        // What rounding to float takes, and subtraction far from zero.
+        const double rounding = k_input_rounding * norm(stored) + 1e-14 * (norm(origin) + norm(p)) / h.unit;
+        if (!(norm(given - stored) <= rounding)) return ParseStatus::BadValue;
+    }
+    return ParseStatus::Ok;
+}
+
 ParseStatus check_surface(const ModelView& v) noexcept
 {
     if (!finite(v.vertices)) return ParseStatus::BadValue;
@@ -352,6 +377,7 @@ ParseStatus check_surface(const ModelView& v) noexcept
     for (const Part& part : v.parts)
         if (const ParseStatus status = check_superquadric(part); status != ParseStatus::Ok) return status;
     if (const ParseStatus status = check_bounds(v); status != ParseStatus::Ok) return status;
+    if (const ParseStatus status = check_input(v); status != ParseStatus::Ok) return status;
     if (!v.made_up_cells.empty() && v.made_up_cells.size() != (v.locator_cells.size() + 31) / 32)
         return ParseStatus::BadStructure;
     return check_distance(v);

@@ -34,6 +34,9 @@ private:
     const flatbuffers::TypeTable& fields_;
 };
 
+/// Share of its distance from the origin by which rounding to float may have moved a vertex: twice 2^-24.
+inline constexpr double k_input_rounding = 1.2e-7;
+
 /// True where an array of a size has the entries from first on.
 constexpr bool within(std::uint32_t first, std::uint64_t count, std::size_t size) { return std::uint64_t(first) + count <= size; }
 

@@ -196,7 +196,7 @@ TEST(ModelFile, TheSectionsAddUpToTheFile)
 {
     const std::vector<std::byte> bytes = serialize(torus_model());
     const SectionBytes s = section_bytes(torus_model().view(), bytes.size());
-    const std::size_t sections = s.superquadrics + s.polytopes + s.map + s.locator + s.exact + s.mesh + s.distance;
+    const std::size_t sections = s.superquadrics + s.polytopes + s.map + s.locator + s.exact + s.mesh + s.distance + s.input;
     EXPECT_EQ(s.total, bytes.size());
     EXPECT_LT(sections, s.total);
     EXPECT_LT(s.total - sections, 2000u) << "more than the header, the strings and FlatBuffers' own tables";

@@ -422,6 +422,7 @@ void query_distances(const query::Body& touched, std::span<const Vec3d> points, 
     for (std::size_t i = 0; i < points.size(); i += 7) answers[i] = query::distance(touched, points[i]);
     for (const std::size_t count : {std::size_t{3}, std::size_t{100}, points.size()})
         query::distances(touched, points.first(count), answers);
+    query::exact_distances(touched, points.first(std::min<std::size_t>(points.size(), 500)), answers);
     query::distances(touched, collider, answers);
     (void)query::is_nearer(touched, collider, 0.1);
 }

@@ -25,6 +25,12 @@ struct Cured {
     mesh::Deviation deviation{};
 };
 
+/// Numbers of the mesh's triangles and vertices in the caller's input, for the model to keep: bake_mesh fills them in.
+struct SourceNumbers {
+    std::span<const std::uint32_t> triangle{};  ///< #triangles, model::k_no_source where nothing of the input stood
+    std::span<const std::uint32_t> vertex{};    ///< #vertices, the same; both empty: the mesh's own numbers
+};
+
 /// How bake() works. The defaults are those of `sqmap bake`.
 struct BakeOptions {
     double target_error = 0.5;  ///< percent of R_max: layer-3 depth error, 99th percentile
@@ -34,14 +40,18 @@ struct BakeOptions {
     double split_gain = 0.05;    ///< a split stays if it saves this share of the part's cost
     bool exact = true;           ///< store the exact layer
     bool locator = true;         ///< store the locator, which the exact layer needs; without it charts alone answer
-    double band = 5;             ///< percent of R_max, 0 to 100: how far on either side signed distances are exact
-    unsigned threads = 0;        ///< 0: one a core; the result does not depend on it
+    /// With the exact layer: store the mesh's own coordinates and numbers, so that query::exact_distances answers in double and
+    /// answers name the caller's triangles. Up to 18 bytes a triangle.
+    bool keep_input = true;
+    double band = 5;       ///< percent of R_max, 0 to 100: how far on either side signed distances are exact
+    unsigned threads = 0;  ///< 0: one a core; the result does not depend on it
     decompose::DecomposeOptions decompose{};
     /// Parts that are taken as they are, edited by hand: neither cut, split nor joined. Of the mesh's own triangles, labels below
     /// part_count, none empty; outlives the call. Null: found as section 3 says.
     const decompose::Partition* partition = nullptr;
     fit::FitOptions fit{};
-    Cured cured{};  ///< outlives the call
+    Cured cured{};           ///< outlives the call
+    SourceNumbers source{};  ///< outlives the call
     /// Called with a stage's name and how much of it is done, in [0, 1]; from the calling thread.
     std::function<void(const char* stage, double done)> progress{};
 };

@@ -30,7 +30,7 @@ struct SectionBytes {
     std::size_t polytopes = 0;  ///< with the figures of all bounds
     std::size_t map = 0;        ///< central maps
     std::size_t locator = 0;
-    std::size_t exact = 0, mesh = 0;
+    std::size_t exact = 0, mesh = 0, input = 0;
     std::size_t distance = 0;  ///< signed distance on both sides
 };
 /// Sections of a parsed model whose file has `total` bytes.

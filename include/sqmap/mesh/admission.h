@@ -128,6 +128,9 @@ struct MeshFacts {
     double area = 0, volume = 0;  ///< volume: signed, closed meshes only
 };
 
+/// The number of what is none of the input.
+inline constexpr std::uint32_t k_no_polygon = 0xffffffffu;
+
 /// A mesh that was taken and its repairs, or the reason of a refusal.
 struct AdmitResult {
     Admission admission = Admission::Refused;
@@ -135,11 +138,13 @@ struct AdmitResult {
     std::vector<RepairNote> repairs;
     std::vector<Warning> warnings;
     MeshFacts facts;
-    Mesh mesh;                           ///< canonical; empty after a refusal
-    bool solid = false;                  ///< the mesh bounds a volume: where its winding number is positive
-    std::vector<std::uint8_t> crossed;   ///< #triangles, 1 where another one cuts it (for mesh/solid.h); empty if none is cut
-    std::vector<std::uint8_t> made_up;   ///< #triangles, 1 where nothing of the input stood; empty below Closed
-    std::optional<Deviation> deviation;  ///< from the input, units of the result; from Closed up
+    Mesh mesh;                          ///< canonical; empty after a refusal
+    bool solid = false;                 ///< the mesh bounds a volume: where its winding number is positive
+    std::vector<std::uint8_t> crossed;  ///< #triangles, 1 where another one cuts it (for mesh/solid.h); empty if none is cut
+    std::vector<std::uint8_t> made_up;  ///< #triangles, 1 where nothing of the input stood; empty below Closed
+    std::vector<std::uint32_t> source_triangle;  ///< #triangles: number of the polygon that it is of, k_no_polygon: made here
+    std::vector<std::uint32_t> source_vertex;    ///< #vertices: number of the position, k_no_polygon: made here
+    std::optional<Deviation> deviation;          ///< from the input, units of the result; from Closed up
 };
 
 }  // namespace sqmap::mesh

@@ -174,6 +174,27 @@ struct BoundArrays {
     }
 };
 
+/// The mesh as the caller gave it, for answers in double and in the caller's numbers; in the file a table of its own. Empty in a
+/// model without triangles, and where bake left it out (BakeOptions::keep_input).
+template <template <class> class Array>
+struct InputArrays {
+    Array<float> coordinates32;            ///< #vertices by 3, mesh units, where every coordinate is a float
+    Array<double> coordinates64;           ///< #vertices by 3, mesh units, where some are not
+    Array<std::uint32_t> source_triangle;  ///< #triangles: number in the input, from zero; k_no_source: made up, or not known
+    Array<std::uint32_t> source_vertex;    ///< #vertices: the same
+    /// In the file's order.
+    template <class Visit, class... Of>
+    static constexpr void each(Visit&& visit, Of&... of)
+    {
+        visit("coordinates32", of.coordinates32...);
+        visit("coordinates64", of.coordinates64...);
+        visit("source_triangle", of.source_triangle...);
+        visit("source_vertex", of.source_vertex...);
+    }
+};
+/// The number of what the input does not have.
+inline constexpr std::uint32_t k_no_source = 0xffffffffu;
+
 /// The arrays from which signed distances are answered; in the file a table of its own, as the paper maps.
 template <template <class> class Array>
 struct DistanceArrays {

@@ -106,6 +106,7 @@ struct ModelView : CentralArrays<ArrayView>,
     Header header{};
     ArrayView<Part> parts;
     DistanceArrays<ArrayView> distance;
+    InputArrays<ArrayView> input;
     Measured measured{};  ///< by bake
     Cure cure{};
     ArrayView<std::uint32_t> made_up_cells;     ///< a bit for each of locator_cells; empty where nothing was made up
@@ -124,6 +125,19 @@ struct ModelView : CentralArrays<ArrayView>,
 [[nodiscard]] constexpr bool has_locator(const ModelView& view) { return !view.bricks.empty(); }
 /// False where the model was baked without its exact layer.
 [[nodiscard]] constexpr bool has_exact(const ModelView& view) { return !view.triangle_part.empty(); }
+/// False where the model keeps its vertices as floats alone: exact distances are in float then.
+[[nodiscard]] constexpr bool has_input(const ModelView& view)
+{
+    return !view.input.coordinates32.empty() || !view.input.coordinates64.empty();
+}
+/// A vertex in mesh units, as the caller gave it. @pre has_input(view) and the vertex exists
+[[nodiscard]] constexpr Vec3d input_vertex(const ModelView& view, std::size_t vertex)
+{
+    const std::size_t i = 3 * vertex;
+    if (const ArrayView<double>& c = view.input.coordinates64; !c.empty()) return {c[i], c[i + 1], c[i + 2]};
+    const ArrayView<float>& c = view.input.coordinates32;
+    return cast<double>(Vec3f{c[i], c[i + 1], c[i + 2]});
+}
 /// Vertex k (0 to 2) of a triangle. @pre has_exact(view) and the triangle exists
 [[nodiscard]] constexpr std::uint32_t triangle_vertex(const ModelView& view, std::uint32_t triangle, std::uint32_t k)
 {
@@ -180,6 +194,12 @@ template <template <class> class Array>
 [[nodiscard]] constexpr Vec3d to_mesh_units(const Header& header, Vec3f p)
 {
     return header.unit * cast<double>(p) + Vec3d{header.origin[0], header.origin[1], header.origin[2]};
+}
+
+/// A vertex in mesh units: as the caller gave it where the model keeps that, else rounded to float. @pre it exists
+[[nodiscard]] constexpr Vec3d mesh_vertex(const ModelView& view, std::size_t vertex)
+{
+    return has_input(view) ? input_vertex(view, vertex) : to_mesh_units(view.header, vec3(&view.vertices[3 * vertex]));
 }
 
 }  // namespace sqmap::model

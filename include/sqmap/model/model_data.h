@@ -21,6 +21,7 @@ struct ModelData : CentralArrays<ArrayData>,
     Header header{};
     ArrayData<Part> parts;
     DistanceArrays<ArrayData> distance;
+    InputArrays<ArrayData> input;
     Measured measured;
     Cure cure;
     ArrayData<std::uint32_t> made_up_cells;
@@ -37,6 +38,7 @@ struct ModelData : CentralArrays<ArrayData>,
         BoundArrays<ArrayView>::each(look, view, *this);
         DistanceArrays<ArrayView>::each(look, view.distance, distance);
         view.distance.header = distance.header;
+        InputArrays<ArrayView>::each(look, view.input, input);
         view.header = header;
         view.locator = locator;
         view.measured = measured;

@@ -5,6 +5,7 @@
 #include "model/flags.h"
 #include "query/dispatch/model_point.h"
 #include "query/distance/distance_kernels.h"
+#include "query/distance/double_search.h"
 #include "query/exact/exact_layer.h"
 #include "query/probe/probe_job.h"
 
@@ -21,6 +22,12 @@ namespace {
 using model::ModelView;
 
 constexpr double k_widest = 1e15;  // model units: squares of floats do not overflow
+
+/// Exact distances are sought in double where the model has doubles, of a size whose fourth powers are doubles too.
+bool has_doubles(const ModelView& model)
+{
+    return model::has_input(model) && model.header.unit > 1e-50 && model.header.unit < 1e50;
+}
 
 Vec3d origin_of(const ModelView& model) { return {model.header.origin[0], model.header.origin[1], model.header.origin[2]}; }
 
@@ -84,6 +91,16 @@ struct WaitingPoints {
 /// Answers what the tree of bounds knows a few hundred points at a time, and searches for the rest by thousands.
 class Batch {
 public:
+    /// In double where the model has what that takes.
+    struct InDouble {};
+
+    /// pose: of the model, in the frame of points and answers.
+    Batch(const ModelView& model, const Pose& pose, InDouble, std::span<SignedDistance> answers)
+        : Batch(model, pose, k_everywhere, answers)
+    {
+        exact_kind_ = has_doubles(model) ? DistanceKind::Exact : DistanceKind::ExactInFloat;
+        in_double_ = has_doubles(model);
+    }
     /// pose: of the model, in the frame of points and answers.
     Batch(const ModelView& model, const Pose& pose, double band, std::span<SignedDistance> answers)
         : model_(model),
@@ -161,7 +178,9 @@ private:
         search_surfaces(model_, points, found);
         for (std::size_t i = 0; i < points.size(); ++i) {
             SignedDistance& answer = answers_[near_.index[i]];
-            if (model::has_exact(model_))
+            if (in_double_ && found[i].entry >= 0)
+                finish_in_double(points[i], static_cast<std::uint32_t>(found[i].entry), answer);
+            else if (model::has_exact(model_))
                 finish_exact(points[i], found[i], answer);
             else
                 finish_approximate(points[i], answer);
@@ -181,7 +200,7 @@ private:
         const auto away = static_cast<double>(found.distance) * model_.header.unit;
         answer.distance = found.sides == k_seen_inside ? -away : away;
         answer.gradient = {};
-        answer.part = -1;
+        answer.part = answer.triangle = -1;
         answer.known = DistanceKind::LowerBound;
         answer.status = k_ok;
     }
@@ -192,7 +211,9 @@ private:
         const double sign = inside ? -1 : 1, unit = model_.header.unit;
         const Vec3d point = answer.witness;
         if (found.entry < 0) {
-            answer = {0, {}, point, -1, DistanceKind::LowerBound, k_no_exact};
+            answer = {};
+            answer.witness = point;
+            answer.status = k_no_exact;
             return;
         }
         const std::uint32_t triangle = triangle_of(found.entry);
@@ -202,9 +223,33 @@ private:
         const bool touching = !(found.distance > 1e-5f * model_.header.sphere[3]);
         answer.gradient = touching ? pose_.rotation * normal_of(triangle) : -sign * normalized(offset);
         answer.witness = point + unit * offset;
-        answer.part = static_cast<std::int32_t>(model_.triangle_part[triangle] & model::k_part_mask);
-        answer.known = DistanceKind::Exact;
-        answer.status = k_ok;
+        answer.known = exact_kind_;
+        name_triangle(triangle, answer);
+    }
+
+    /// answer.witness is the queried point.
+    void finish_in_double(Vec3f in_model, std::uint32_t entry, SignedDistance& answer) const
+    {
+        const Vec3d point = answer.witness;
+        const NearestInDouble found = nearest_in_double(model_, apply(to_mesh_, point), entry);
+        const bool is_solid = model_.header.solid != 0;
+        const bool inside = is_solid && (found.side == 0 ? query_exact(model_, in_model).contact : found.side < 0);
+        const double sign = inside ? -1 : 1;
+        answer.distance = sign * found.distance + 0.0;  // not -0
+        // On the surface, its own normal.
+        const bool touching = !(found.distance > 1e-9 * static_cast<double>(model_.header.sphere[3]) * model_.header.unit);
+        answer.gradient = pose_.rotation * (touching ? found.normal : -sign / found.distance * found.offset);
+        answer.witness = point + pose_.rotation * found.offset;
+        answer.known = exact_kind_;
+        name_triangle(found.triangle, answer);
+    }
+
+    void name_triangle(std::uint32_t triangle, SignedDistance& answer) const
+    {
+        const std::uint16_t word = model_.triangle_part[triangle];
+        answer.triangle = static_cast<std::int32_t>(triangle);
+        answer.part = static_cast<std::int32_t>(model::part_of(word));
+        answer.status = model::is_made_up(word) ? k_made_up : k_ok;
     }
 
     /// Turns a direction from model space to the caller's frame.
@@ -325,14 +370,12 @@ private:
     const double per_unit_;
     std::span<SignedDistance> answers_;
     float within_;
+    DistanceKind exact_kind_ = DistanceKind::Exact;
+    bool in_double_ = false;
     WaitingPoints<k_bounded_at_once> new_;
     WaitingPoints<k_searched_at_once> near_;
     Scratch<NearestSurface, k_searched_at_once> found_;
 };
-
-}  // namespace
-
-namespace {
 
 /// The answer for a body without a model.
 SignedDistance of_nothing(Vec3d point)
@@ -341,6 +384,20 @@ SignedDistance of_nothing(Vec3d point)
     answer.distance = std::numeric_limits<double>::max();
     answer.witness = point;
     return answer;
+}
+
+/// how: the band, or Batch::InDouble.
+template <class How>
+void answer_batch(const Body& touched, std::span<const Vec3d> points, std::span<SignedDistance> answers, How how)
+{
+    const std::size_t count = std::min(points.size(), answers.size());
+    if (touched.model == nullptr) {
+        std::transform(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(count), answers.begin(), of_nothing);
+        return;
+    }
+    Batch batch(*touched.model, touched.pose, how, answers);
+    for (std::size_t i = 0; i < count; ++i) batch.add(points[i], i);
+    batch.flush();
 }
 
 }  // namespace
@@ -356,19 +413,31 @@ SignedDistance distance(const ModelView& model, Vec3d point, double band) noexce
 
 void distances(const Body& touched, std::span<const Vec3d> points, std::span<SignedDistance> answers, double band) noexcept
 {
-    const std::size_t count = std::min(points.size(), answers.size());
-    if (touched.model == nullptr) {
-        std::transform(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(count), answers.begin(), of_nothing);
-        return;
-    }
-    Batch batch(*touched.model, touched.pose, band, answers);
-    for (std::size_t i = 0; i < count; ++i) batch.add(points[i], i);
-    batch.flush();
+    answer_batch(touched, points, answers, band);
 }
 
 void distances(const ModelView& model, std::span<const Vec3d> points, std::span<SignedDistance> answers, double band) noexcept
 {
     distances(Body{&model}, points, answers, band);
+}
+
+SignedDistance exact_distance(const Body& touched, Vec3d point) noexcept
+{
+    SignedDistance answer;
+    exact_distances(touched, {&point, 1}, {&answer, 1});
+    return answer;
+}
+
+SignedDistance exact_distance(const ModelView& model, Vec3d point) noexcept { return exact_distance(Body{&model}, point); }
+
+void exact_distances(const Body& touched, std::span<const Vec3d> points, std::span<SignedDistance> answers) noexcept
+{
+    answer_batch(touched, points, answers, Batch::InDouble{});
+}
+
+void exact_distances(const ModelView& model, std::span<const Vec3d> points, std::span<SignedDistance> answers) noexcept
+{
+    exact_distances(Body{&model}, points, answers);
 }
 
 void distances(const Body& touched, const Body& collider, std::span<SignedDistance> answers) noexcept

@@ -83,6 +83,11 @@ void find_nearest(const ModelView& model, std::span<const Vec3f> points, std::sp
     for (std::size_t first = 0; first < points.size(); first += hn::Lanes(df)) hierarchy.finish(packet, first, &found[first]);
 }
 
+void find_leaves(const ModelView& model, Vec3f point, float reach, LeafVisit visit, void* context)
+{
+    Hierarchy(model).each_leaf(point, reach, [=](std::uint32_t leaf) { return visit(context, leaf); });
+}
+
 }  // namespace sqmap::query::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -94,6 +99,7 @@ namespace sqmap::query {
 
 HWY_EXPORT(find_bounds);
 HWY_EXPORT(find_nearest);
+HWY_EXPORT(find_leaves);
 
 std::size_t bound_surfaces(const model::ModelView& model, float within, std::span<const Vec3f> points,
                            std::span<NearestSurface> found, std::span<std::uint16_t> near) noexcept
@@ -110,6 +116,12 @@ void search_surfaces(const model::ModelView& model, std::span<const Vec3f> point
         std::fill_n(found.begin(), points.size(), NearestSurface{});
     else
         HWY_DYNAMIC_DISPATCH(find_nearest)(model, points, found);
+}
+
+void visit_leaves(const model::ModelView& model, Vec3f point, float reach, LeafVisit visit, void* context) noexcept
+{
+    SQMAP_ASSERT(!model.distance.groups.empty());
+    HWY_DYNAMIC_DISPATCH(find_leaves)(model, point, reach, visit, context);
 }
 
 }  // namespace sqmap::query

@@ -31,4 +31,15 @@ inline constexpr std::size_t k_bounded_at_once = 256, k_searched_at_once = 4096;
 /// @pre found.size() >= points.size()
 void search_surfaces(const model::ModelView& model, std::span<const Vec3f> points, std::span<NearestSurface> found) noexcept;
 
+/// Called with a leaf of the hierarchy; returns how far leaves may be from then on.
+using LeafVisit = float (*)(void* context, std::uint32_t leaf);
+
+/// Visits the leaves whose boxes are within reach of a point, model space, in float: boxes are farther than they seem by no more
+/// than k_box_rounding of the sum of the point's coordinates, those of the object's sphere and its radius.
+/// @pre the model has a hierarchy
+void visit_leaves(const model::ModelView& model, Vec3f point, float reach, LeafVisit visit, void* context) noexcept;
+/// A coordinate's difference, scaled and squared, takes eight roundings at most; turning into a leaf's axes, which are 6 off, ten
+/// more. Rounded up to a power of two.
+inline constexpr float k_box_rounding = 0x1p-19f;
+
 }  // namespace sqmap::query

@@ -94,6 +94,36 @@ public:
         points.unclear_sq[point] = nearest.unclear_sq;
     }
 
+    /// Calls visit(leaf) for the leaves whose boxes are within reach of a point; it returns the reach from then on.
+    template <class Visit>
+    HWY_INLINE void each_leaf(Vec3f p, float reach, Visit&& visit) const
+    {
+        struct Waiting {
+            float distance_sq;
+            std::uint32_t level, node;  // in its level
+        };
+        Waiting stack[model::k_max_hierarchy_levels * k_hierarchy_width];
+        std::size_t size = 0;
+        stack[size++] = {0.f, 0, 0};
+        HWY_ALIGN float distance_sq[k_row];
+        while (size > 0) {
+            const Waiting at = stack[--size];
+            if (at.distance_sq > reach * reach) continue;
+            if (at.level == levels_.count) {
+                for (std::uint32_t near = leaf_distances(p, at.node, reach * reach, distance_sq); near != 0; near &= near - 1) {
+                    const auto i = static_cast<std::uint32_t>(std::countr_zero(near));
+                    if (distance_sq[i] <= reach * reach) reach = visit(at.node * k_hierarchy_width + i);
+                }
+                continue;
+            }
+            for (std::uint32_t near = box_distances(p, at.level, at.node, reach * reach, distance_sq); near != 0;
+                 near &= near - 1) {
+                const auto i = static_cast<std::uint32_t>(std::countr_zero(near));
+                stack[size++] = {distance_sq[i], at.level + 1, at.node * k_hierarchy_width + i};
+            }
+        }
+    }
+
     /// A vector of the answers of a packet's points, from first on.
     HWY_INLINE void finish(const PointPacket& points, std::size_t first, NearestSurface* found) const
     {
@@ -236,21 +266,27 @@ protected:
         return std::min<std::uint32_t>(k_hierarchy_width, model::leaf_count(arrays_.header.entries) - group * k_hierarchy_width);
     }
 
-    /// Leaves of a group, the nearest two at a time.
-    HWY_INLINE void visit_leaves(Vec3f p, std::uint32_t group, float limit, Nearest& nearest) const
+    /// Which of a group's leaves are within reach.
+    HWY_INLINE std::uint32_t leaf_distances(Vec3f p, std::uint32_t group, float limit, float* out) const
     {
-        const std::uint32_t first = group * k_hierarchy_width;
         LeafBoxes boxes;
         decode(arrays_.groups[group], boxes);
-        HWY_ALIGN float distance_sq[k_row];
         std::uint32_t near = 0;
         for (std::size_t i = 0; i < k_row; i += hn::Lanes(df)) {
             const F d_sq =
                 to_box(boxes, {set(p.x), set(p.y), set(p.z)}, [i](const float* row) HWY_ATTR { return hn::Load(df, row + i); });
-            hn::Store(d_sq, df, distance_sq + i);
+            hn::Store(d_sq, df, out + i);
             near |= bits(hn::Le(d_sq, set(limit))) << i;
         }
-        near &= (1u << leaves_of(group)) - 1;
+        return near & ((1u << leaves_of(group)) - 1);
+    }
+
+    /// Leaves of a group, the nearest two at a time.
+    HWY_INLINE void visit_leaves(Vec3f p, std::uint32_t group, float limit, Nearest& nearest) const
+    {
+        const std::uint32_t first = group * k_hierarchy_width;
+        HWY_ALIGN float distance_sq[k_row];
+        std::uint32_t near = leaf_distances(p, group, limit, distance_sq);
         while (near != 0) {
             std::uint32_t best = 0, second = 0;
             float best_sq = INFINITY, second_sq = INFINITY;

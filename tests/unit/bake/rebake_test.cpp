@@ -104,7 +104,8 @@ void expect_right_distances(const model::ModelView& view, const mesh::Mesh& pose
     for (int i = 0; i < 3000; ++i) {
         const Vec3d on = posed.vertices[random.below(posed.vertices.size())];
         const Vec3d p = on + (i % 3 == 0 ? 0.3 : 0.04) * r_max * random.in_box({-1, -1, -1}, {1, 1, 1});
-        const query::SignedDistance a = query::distance(view, model::to_mesh_units(view.header, cast<float>(p)));
+        const query::SignedDistance a =
+            query::distance(view, model::to_mesh_units(view.header, cast<float>(p)), query::k_baked_band);
         const double truth = (solid.inside(p) ? -1 : 1) * solid.closest_boundary(p).distance,
                      found = a.distance / view.header.unit;
         if (std::abs(truth) > 1e-5 * r_max) {

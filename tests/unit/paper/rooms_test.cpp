@@ -150,7 +150,7 @@ TEST(PaperRooms, DistancesAreThoseOfTrianglesOrNone)
 {
     EXPECT_FALSE(model::has_distance(hand().view()));
     for (const Vec3d& p : points_about(hand().view(), 200)) {
-        const query::SignedDistance a = query::distance(hand().view(), p);
+        const query::SignedDistance a = query::distance(hand().view(), p, query::k_baked_band);
         EXPECT_EQ(a.known, query::DistanceKind::LowerBound);
         EXPECT_NE(a.status & k_not_given, 0);
     }

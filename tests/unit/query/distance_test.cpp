@@ -5,6 +5,7 @@
 #include "sqmap/io/model_file.h"
 #include "sqmap/math/random.h"
 #include "sqmap/math/rotation.h"
+#include "sqmap/math/triangle.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/mesh/solid.h"
@@ -99,7 +100,7 @@ TEST_P(DistanceOf, IsExactWithinTheBandOnBothSides)
     const Baked& b = GetParam()();
     const std::vector<Vec3d> points = b.points_about(0.049, 20000);
     std::vector<SignedDistance> answers(points.size());
-    distances(b.view, points, answers);
+    distances(b.view, points, answers, k_baked_band);
     for (std::size_t i = 0; i < points.size(); ++i) {
         const SignedDistance& a = answers[i];
         const double truth = b.truth(points[i]);
@@ -124,7 +125,7 @@ TEST_P(DistanceOf, IsBoundedBeyondTheBand)
     std::size_t bounds = 0;
     for (const double extent : {0.7, 2.0, 20.0, 1e6})
         for (const Vec3d& p : b.points_around(extent, 3000)) {
-            const SignedDistance a = distance(b.view, p);
+            const SignedDistance a = distance(b.view, p, k_baked_band);
             const double truth = b.truth(p);
             if (std::abs(truth) > 1e-5 * b.r_max) {
                 ASSERT_EQ(a.distance < 0, truth < 0);
@@ -174,11 +175,11 @@ TEST_P(DistanceOf, OnePointIsAsABatchToTheBit)
         points.push_back(0.5 * (b.mesh.vertices[t[0]] + b.mesh.vertices[t[1]]));
     }
     std::vector<SignedDistance> answers(points.size()), few(points.size());
-    distances(b.view, points, answers);
+    distances(b.view, points, answers, k_baked_band);
     for (std::size_t i = 0; i < points.size(); i += 100)
-        distances(b.view, std::span(points).subspan(i, 100), std::span(few).subspan(i, 100));
+        distances(b.view, std::span(points).subspan(i, 100), std::span(few).subspan(i, 100), k_baked_band);
     for (std::size_t i = 0; i < points.size(); ++i) {
-        expect_same(distance(b.view, points[i]), answers[i]);
+        expect_same(distance(b.view, points[i], k_baked_band), answers[i]);
         expect_same(few[i], answers[i]);
         if (HasFatalFailure()) return;
     }
@@ -211,10 +212,10 @@ TEST_P(DistanceOf, IsTheSameOnEveryInstructionSet)
     const Baked& b = GetParam()();
     const std::vector<Vec3d> points = b.points_about(0.07, 5000);
     std::vector<SignedDistance> first(points.size()), answers(points.size());
-    distances(b.view, points, first);
+    distances(b.view, points, first, k_baked_band);
     for (std::int64_t left = hwy::SupportedTargets() & HWY_TARGETS; left != 0; left &= left - 1) {
         hwy::SetSupportedTargetsForTest(left & -left);
-        distances(b.view, points, answers);
+        distances(b.view, points, answers, k_baked_band);
         hwy::SetSupportedTargetsForTest(0);
         for (std::size_t i = 0; i < points.size(); ++i) expect_same(first[i], answers[i]);
     }
@@ -233,8 +234,8 @@ TEST_P(DistanceOf, AnswersInTheFrameOfThePoses)
     std::vector<Vec3d> world;
     for (const Vec3d& p : points) world.push_back(apply(pose, p));
     std::vector<SignedDistance> own(points.size()), posed(points.size()), probed(points.size());
-    distances(b.view, points, own);
-    distances(body, world, posed);
+    distances(b.view, points, own, k_baked_band);
+    distances(body, world, posed, k_baked_band);
     std::vector<Vec3d> local;
     for (const Vec3d& p : points) local.push_back(apply(inverse(relative), p));
     const Probe probe(local);
@@ -363,6 +364,88 @@ TEST(Distance, WithoutAModelOrAPoseIsNowhere)
     for (const SignedDistance& a : answers) EXPECT_EQ(a.status, k_not_finite);
 }
 
+/// About the surface, and up to ten times the object's size away.
+std::vector<Vec3d> points_near_and_far(const Baked& b)
+{
+    std::vector<Vec3d> points = b.points_about(0.3, 1500);
+    for (const double extent : {1.0, 10.0}) {
+        const std::vector<Vec3d> more = b.points_around(extent, 500);
+        points.insert(points.end(), more.begin(), more.end());
+    }
+    return points;
+}
+
+TEST(ExactDistance, IsThatOfDoubleAtAnyDistance)
+{
+    const Baked& b = hand();
+    const std::vector<Vec3d> points = points_near_and_far(b);
+    std::vector<SignedDistance> answers(points.size());
+    exact_distances(b.view, points, answers);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const SignedDistance& a = answers[i];
+        ASSERT_EQ(a.known, DistanceKind::Exact);
+        ASSERT_NEAR(a.distance, b.truth(points[i]), 1e-12 * b.r_max);
+        ASSERT_NEAR(norm(a.witness - points[i]), std::abs(a.distance), 1e-12 * b.r_max);
+        ASSERT_NEAR(norm(a.gradient), 1, 1e-9);
+        // The witness point is on the triangle that is named.
+        const mesh::Triangle& t = b.mesh.triangles[static_cast<std::size_t>(a.triangle)];
+        const auto& v = b.mesh.vertices;
+        const Vec3d q = closest_point_on_triangle(a.witness, v[t[0]], v[t[1]], v[t[2]]);
+        ASSERT_NEAR(norm(q - a.witness), 0, 1e-12 * b.r_max);
+    }
+    for (std::size_t i = 0; i < points.size(); i += 17) expect_same(exact_distance(b.view, points[i]), answers[i]);
+}
+
+TEST(ExactDistance, IsOfTheUnionOfBodiesThatCross)
+{
+    const Baked& b = boxes();
+    const std::vector<Vec3d> points = points_near_and_far(b);
+    std::size_t precise = 0;
+    for (const Vec3d& p : points) {
+        const SignedDistance a = exact_distance(b.view, p);
+        const double truth = b.truth(p);
+        ASSERT_NEAR(a.distance, truth, 1e-6 * b.r_max);  // where the bodies cross the surface is stored in float
+        precise += std::abs(a.distance - truth) < 1e-12 * b.r_max ? 1 : 0;
+    }
+    EXPECT_GT(static_cast<double>(precise), 0.9 * static_cast<double>(points.size()));
+}
+
+TEST(ExactDistance, HasFiniteDifferencesThatAreItsGradient)
+{
+    const Baked& b = hand();
+    const double h = 1e-7 * b.r_max;
+    std::size_t good = 0, count = 0;
+    for (const Vec3d& p : b.points_about(0.2, 2000)) {
+        const SignedDistance a = exact_distance(b.view, p);
+        const double along =
+            exact_distance(b.view, p + h * a.gradient).distance - exact_distance(b.view, p - h * a.gradient).distance;
+        ++count;
+        good += std::abs(along / (2 * h) - 1) < 1e-6 ? 1 : 0;
+    }
+    EXPECT_GT(static_cast<double>(good), 0.999 * static_cast<double>(count));  // but at the medial axis
+}
+
+TEST(ExactDistance, SaysWhereItIsInFloat)
+{
+    const Baked b(mesh::polygonized(mesh::hand_capsules(), 0.05), {.keep_input = false});
+    for (const Vec3d& p : b.points_about(0.3, 500)) {
+        const SignedDistance a = exact_distance(b.view, p);
+        ASSERT_EQ(a.known, DistanceKind::ExactInFloat);
+        ASSERT_NEAR(a.distance, b.truth(p), 2e-7 * b.r_max);
+    }
+}
+
+TEST(ExactDistance, IsTheSameInEveryFrame)
+{
+    const Baked& b = hand();
+    const Body body{&b.view, nullptr, {rotation_by(Vec3d{0.3, -0.5, 0.2}), {3, 4, -5}}};
+    for (const Vec3d& p : b.points_about(0.2, 500)) {
+        const SignedDistance own = exact_distance(b.view, p), posed = exact_distance(body, apply(body.pose, p));
+        ASSERT_NEAR(own.distance, posed.distance, 1e-12 * b.r_max);
+        ASSERT_NEAR(norm(apply(body.pose, own.witness) - posed.witness), 0, 1e-6 * b.r_max);
+    }
+}
+
 TEST(Distance, AnswersAnyPoint)
 {
     const Baked& b = hand();
@@ -395,7 +478,7 @@ TEST(Distance, IsApproximateWithoutTheExactLayer)
     const Baked b(mesh::polygonized(mesh::hand_capsules(), 0.05), {.exact = false});
     std::size_t good = 0, count = 0;
     for (const Vec3d& p : b.points_about(0.04, 2000)) {
-        const SignedDistance a = distance(b.view, p);
+        const SignedDistance a = distance(b.view, p, k_baked_band);
         EXPECT_EQ(a.known, DistanceKind::Approximate);
         EXPECT_EQ(a.status, k_no_exact);
         ++count;
@@ -403,7 +486,7 @@ TEST(Distance, IsApproximateWithoutTheExactLayer)
     }
     EXPECT_GT(static_cast<double>(good), 0.99 * static_cast<double>(count));
     for (const Vec3d& p : b.points_around(1.5, 2000)) {
-        const SignedDistance a = distance(b.view, p);
+        const SignedDistance a = distance(b.view, p, k_baked_band);
         if (a.known != DistanceKind::LowerBound) continue;
         EXPECT_LE(std::abs(a.distance), std::abs(b.truth(p)));
         EXPECT_GE(std::abs(a.distance), 0.5 * std::abs(b.truth(p)));

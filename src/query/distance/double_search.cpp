@@ -1,0 +1,220 @@
+// J. A. Baerentzen, H. Aanaes, "Signed distance computation using the angle weighted pseudonormal", IEEE TVCG 11(3), 2005: of all
+// triangles that share the nearest point, the normals weighted by their angles there say on which side the point is.
+#include "query/distance/double_search.h"
+
+#include "model/flags.h"
+#include "query/distance/distance_kernels.h"
+#include "sqmap/math/triangle.h"
+#include "sqmap/math/trigonometry.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <span>
+
+namespace sqmap::query {
+
+namespace {
+
+using model::ModelView;
+
+using Corners = std::array<Vec3d, 3>;
+
+Corners stored_corners(const ModelView& model, std::uint32_t triangle)
+{
+    const auto corner = [&](std::uint32_t k) {
+        return cast<double>(model::vec3(&model.vertices[3 * std::size_t{model::triangle_vertex(model, triangle, k)}]));
+    };
+    return {corner(0), corner(1), corner(2)};
+}
+
+Corners input_corners(const ModelView& model, std::uint32_t triangle)
+{
+    const auto corner = [&](std::uint32_t k) { return model::input_vertex(model, model::triangle_vertex(model, triangle, k)); };
+    return {corner(0), corner(1), corner(2)};
+}
+
+/// The point of a triangle that lies in it as the nearest point to p lies in another one.
+Vec3d carried_over(Vec3d p, const Corners& from, const Corners& to)
+{
+    const Vec3d e = from[1] - from[0], f = from[2] - from[0];
+    const Vec3d g = closest_point_on_triangle(p, from[0], from[1], from[2]) - from[0];
+    const double ee = dot(e, e), ef = dot(e, f), ff = dot(f, f), ge = dot(g, e), gf = dot(g, f), area = ee * ff - ef * ef;
+    double v = 0, w = 0;
+    if (area > 0) {
+        v = (ff * ge - ef * gf) / area;
+        w = (ee * gf - ef * ge) / area;
+    } else if (ee >= ff && ee > 0) {
+        v = ge / ee;
+    } else if (ff > 0) {
+        w = gf / ff;
+    }
+    v = std::clamp(v, 0.0, 1.0);
+    w = std::clamp(w, 0.0, 1.0 - v);
+    return to[0] + v * (to[1] - to[0]) + w * (to[2] - to[0]);
+}
+
+std::uint32_t triangle_of(const ModelView& model, std::uint32_t entry)
+{
+    const auto triangles = static_cast<std::uint32_t>(model.triangle_part.size());
+    return entry < triangles ? entry : model.piece_triangle[entry - triangles];
+}
+
+/// Corners of an entry of the hierarchy, mesh units. A piece lies in its triangle as it does in the stored one.
+Corners corners_of(const ModelView& model, std::uint32_t entry)
+{
+    const std::uint32_t triangle = triangle_of(model, entry);
+    const Corners whole = input_corners(model, triangle);
+    if (triangle == entry) return whole;
+    const Corners stored = stored_corners(model, triangle);
+    const float* piece = &model.pieces[9 * std::size_t{entry - model.triangle_part.size()}];
+    const auto corner = [&](int k) { return carried_over(cast<double>(model::vec3(piece + 3 * k)), stored, whole); };
+    return {corner(0), corner(1), corner(2)};
+}
+
+double angle_at(const Corners& t, std::size_t corner)
+{
+    const Vec3d u = t[(corner + 1) % 3] - t[corner], v = t[(corner + 2) % 3] - t[corner];
+    return angle_of(norm(cross(u, v)), dot(u, v));
+}
+
+/// The angle that a triangle takes up about a point of its face, of an edge, or a corner.
+double weight_of(const Corners& t, unsigned corners)
+{
+    if (corners == 7) return 2 * std::numbers::pi;
+    if (std::popcount(corners) == 2) return std::numbers::pi;
+    return angle_at(t, static_cast<std::size_t>(std::countr_zero(corners)));
+}
+
+/// The triangles that are as near as double tells.
+class Ties {
+public:
+    /// entry: is measured first.
+    Ties(const ModelView& model, Vec3d point, std::uint32_t entry) : model_(model), point_(point), first_(entry)
+    {
+        const model::Header& h = model.header;
+        const Vec3d origin{h.origin[0], h.origin[1], h.origin[2]}, in_model = (point - origin) / h.unit;
+        const auto sum = [](Vec3d v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); };
+        const double object = sum(cast<double>(model::vec3(h.sphere))) + static_cast<double>(h.sphere[3]);
+        tolerance_ = 1e-15 * (sum(point) + sum(origin) + h.unit * object);
+        // Pieces are carried over from where they are stored, which rounding moves by as much as vertices.
+        slack_ = static_cast<double>(k_box_rounding) * (sum(in_model) + object) + tolerance_ / h.unit;
+        in_model_ = cast<float>(in_model);
+        measure(entry);
+    }
+
+    [[nodiscard]] NearestInDouble nearest()
+    {
+        const auto visit = [](void* ties, std::uint32_t leaf) { return static_cast<Ties*>(ties)->visit(leaf); };
+        visit_leaves(model_, in_model_, reach(), visit, this);
+        return answer();
+    }
+
+private:
+    struct Tie {
+        std::uint32_t entry;
+        unsigned corners;
+        Vec3d offset;
+        double distance_sq;
+    };
+
+    Tie* ties() { return reinterpret_cast<Tie*>(memory_); }
+    const Tie* ties() const { return reinterpret_cast<const Tie*>(memory_); }
+
+    float reach() const { return static_cast<float>((std::sqrt(best_sq_) / model_.header.unit + slack_) * (1 + 1e-6)); }
+
+    float visit(std::uint32_t leaf)
+    {
+        const model::DistanceArrays<model::ArrayView>& d = model_.distance;
+        const std::size_t first = std::size_t{leaf} * model::k_hierarchy_leaf;
+        for (std::size_t i = first; i < std::min<std::size_t>(first + model::k_hierarchy_leaf, d.header.entries); ++i) {
+            const std::uint32_t entry = d.entries16.empty() ? d.entries32[i] : d.entries16[i];
+            if (entry != first_) measure(entry);
+        }
+        return reach();
+    }
+
+    void measure(std::uint32_t entry)
+    {
+        const Corners t = corners_of(model_, entry);
+        const TriangleFoot<double> foot = foot_on_triangle(point_, t[0], t[1], t[2]);
+        const Vec3d offset = foot.point - point_;
+        const double distance_sq = norm_sq(offset);
+        if (!(distance_sq <= limit_sq_)) return;
+        if (distance_sq < best_sq_) {
+            best_sq_ = distance_sq;
+            const double limit = std::sqrt(distance_sq) + tolerance_;
+            limit_sq_ = limit * limit;
+            const auto is_farther = [this](const Tie& tie) { return tie.distance_sq > limit_sq_; };
+            count_ = static_cast<std::size_t>(std::remove_if(ties(), ties() + count_, is_farther) - ties());
+        }
+        if (count_ < k_max_ties)
+            ties()[count_++] = {entry, foot.corners, offset, distance_sq};
+        else
+            is_full_ = true;
+    }
+
+    /// The triangle's number in the input, and where that has none its own behind them.
+    std::uint64_t rank(std::uint32_t triangle) const
+    {
+        return (std::uint64_t{model_.input.source_triangle[triangle]} << 32) | triangle;
+    }
+
+    NearestInDouble answer() const
+    {
+        constexpr double k_alike = 1e-12, k_clear = 1e-9;
+        NearestInDouble out;
+        out.distance = std::sqrt(best_sq_);
+        const Tie* named = nullptr;
+        double most = -1, sum = 0, sizes = 0;
+        for (const Tie& tie : std::span(ties(), count_)) {
+            const Corners t = corners_of(model_, tie.entry);
+            const Vec3d across = cross(t[1] - t[0], t[2] - t[0]);
+            const double area = norm(across), away = std::sqrt(tie.distance_sq);
+            const Vec3d normal = area > 0 ? across / area : Vec3d{};
+            const double weight = weight_of(t, tie.corners), height = -dot(tie.offset, normal);
+            out.normal += weight * normal;
+            sum += weight * height;
+            sizes += weight * away;
+            const double facing = away > 0 ? std::abs(height) / away : 0;
+            const std::uint32_t triangle = triangle_of(model_, tie.entry);
+            if (named != nullptr &&
+                (facing < most - k_alike || (facing <= most + k_alike && rank(triangle) > rank(out.triangle))))
+                continue;
+            most = std::max(most, facing);
+            named = &tie;
+            out.triangle = triangle;
+        }
+        if (named == nullptr) return out;  // coordinates that overflow
+        out.offset = named->offset;
+        if (const double length = norm(out.normal); length > 0) out.normal = out.normal / length;
+        const bool says = !is_full_ && std::abs(sum) > k_clear * sizes && out.distance > 4 * tolerance_;
+        if (says) out.side = sum > 0 ? 1 : -1;
+        return out;
+    }
+
+    static constexpr std::size_t k_max_ties = 256;  ///< at more the exact layer says on which side the point is
+
+    const ModelView& model_;
+    Vec3d point_;
+    std::uint32_t first_;
+    Vec3f in_model_{};
+    double tolerance_ = 0;  ///< mesh units: what double tells of distances
+    double slack_ = 0;      ///< model units: by how much boxes may be farther than they seem
+    double best_sq_ = INFINITY, limit_sq_ = INFINITY;
+    bool is_full_ = false;
+    std::size_t count_ = 0;
+    alignas(Tie) std::byte memory_[k_max_ties * sizeof(Tie)];  ///< that nobody clears: most points have one
+};
+
+}  // namespace
+
+NearestInDouble nearest_in_double(const ModelView& model, Vec3d point, std::uint32_t entry) noexcept
+{
+    return Ties(model, point, entry).nearest();
+}
+
+}  // namespace sqmap::query
