@@ -104,7 +104,7 @@ mesh::ClosestPoint facing_closest(const Surface& surface, Vec3d p)
 {
     constexpr double k_tie = 1e-12, k_alike = 1e-12;  // of squared distances and of cosines
     mesh::ClosestPoint best;
-    double best_sq = std::numeric_limits<double>::infinity(), most = -1;
+    double best_sq = std::numeric_limits<double>::infinity(), best_facing = -1;
     const auto rank = [&](std::uint32_t t) { return (std::uint64_t{surface.source.empty() ? 0 : surface.source[t]} << 32) | t; };
     surface.bvh.visit_nearest(p, best_sq, [&](std::uint32_t t, double) {
         const mesh::Triangle& tri = surface.mesh.triangles[t];
@@ -116,8 +116,9 @@ mesh::ClosestPoint facing_closest(const Surface& surface, Vec3d p)
             const double size = norm(across) * std::sqrt(distance_sq);
             const double facing = size > 0 ? std::abs(dot(across, offset)) / size : 0;
             const bool is_nearer = distance_sq * (1 + k_tie) < best_sq;
-            if (is_nearer || facing > most + k_alike || (facing >= most - k_alike && rank(t) < rank(best.triangle))) {
-                most = is_nearer ? facing : std::max(most, facing);
+            if (is_nearer || facing > best_facing + k_alike ||
+                (facing >= best_facing - k_alike && rank(t) < rank(best.triangle))) {
+                best_facing = is_nearer ? facing : std::max(best_facing, facing);
                 best = {q, t, std::sqrt(distance_sq)};
             }
             best_sq = std::min(best_sq, distance_sq);

@@ -354,7 +354,7 @@ ParseStatus check_input(const ModelView& v) noexcept
     for (std::size_t i = 0; i < v.vertices.size() / 3; ++i) {
         const Vec3d p = input_vertex(v, i), stored = cast<double>(vec3(&v.vertices[3 * i])), given = (p - origin) / h.unit;
         if (!is_finite(p)) return ParseStatus::BadValue;
-        // What rounding to float takes, and subtraction far from zero.
+        // Rounding to float moves a vertex, and so does subtraction far from zero.
         const double rounding = k_input_rounding * norm(stored) + 1e-14 * (norm(origin) + norm(p)) / h.unit;
         if (!(norm(given - stored) <= rounding)) return ParseStatus::BadValue;
     }

@@ -169,7 +169,7 @@ private:
         NearestInDouble out;
         out.distance = std::sqrt(best_sq_);
         const Tie* named = nullptr;
-        double most = -1, sum = 0, sizes = 0;
+        double best_facing = -1, sum = 0, sizes = 0;
         for (const Tie& tie : std::span(ties(), count_)) {
             const Corners t = corners_of(model_, tie.entry);
             const Vec3d across = cross(t[1] - t[0], t[2] - t[0]);
@@ -182,9 +182,9 @@ private:
             const double facing = away > 0 ? std::abs(height) / away : 0;
             const std::uint32_t triangle = triangle_of(model_, tie.entry);
             if (named != nullptr &&
-                (facing < most - k_alike || (facing <= most + k_alike && rank(triangle) > rank(out.triangle))))
+                (facing < best_facing - k_alike || (facing <= best_facing + k_alike && rank(triangle) > rank(out.triangle))))
                 continue;
-            most = std::max(most, facing);
+            best_facing = std::max(best_facing, facing);
             named = &tie;
             out.triangle = triangle;
         }
