@@ -164,7 +164,7 @@ SQMAP_API sqmap_code sqmap_info(sqmap_model model, sqmap_text* json);
 /// Notes about the mesh that was baked and about its model, a line each; empty of a model that was opened.
 SQMAP_API sqmap_code sqmap_notes(sqmap_model model, sqmap_text* lines);
 /// Numbers of the baked triangles and vertices in the mesh that was given, -1 of what a cure made (all of a wrapped mesh): as
-/// many as sqmap_facts counts; each array may be null. Polygons of a file count as one. Errors: E_MISSING of a model without its
+/// many as sqmap_facts counts; each may be null. Polygons of a file count as one. Errors: E_MISSING of a model without its
 /// input.
 SQMAP_API sqmap_code sqmap_sources(sqmap_model model, int64_t* triangles, int64_t* vertices);
 /// The baked triangles, in the order to which answers refer: vertices (sqmap_facts.vertices x 3), triangles and the part of each

@@ -212,7 +212,7 @@ class Arguments(unittest.TestCase):
             return False
         if function == "sqmap_query_points":
             return math.isnan(row(("contacts", "depth"), ctypes.c_double)) and row(("contacts", "status"), ctypes.c_uint8) & 1 == 1
-        if function == "sqmap_signed_distances":
+        if function in ("sqmap_signed_distances", "sqmap_exact_distances"):
             return math.isnan(row(("distances", "distance"), ctypes.c_double))
         return function == "sqmap_closest_points" and row(("closest", "triangle"), ctypes.c_uint32) == 0xffffffff
 
@@ -230,7 +230,7 @@ class Arguments(unittest.TestCase):
                 if not kind.endswith("*"):
                     continue
                 arguments = self.good(function) | {name: None}
-                if f"{name} may be null" in comment or (every and kind in ("double*", "uint32_t*", "int32_t*")):
+                if f"{name} may be null" in comment or (every and kind in ("double*", "uint32_t*", "int32_t*", "int64_t*")):
                     self.assertEqual(self.call(function, arguments), 0, (function, name))
                 else:
                     self.refused(function, arguments, name, (1,))
