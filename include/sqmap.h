@@ -265,7 +265,7 @@ typedef struct sqmap_distances {
 /// Errors are some 1e-16 of the coordinates' size. A model without its input answers in float (SQMAP_KNOWN_FLOAT), one without
 /// triangles by layer 3 (SQMAP_KNOWN_APPROXIMATE). Of several triangles at that distance the one is named that faces the point
 /// most, then the first as they were given. options may be null; only threads is read.
-/// Cost: about 1 us a point in batches; no allocation and no lock on one thread.
+/// Cost: 2 us a point, 5 us ten sizes away; no allocation and no lock on one thread.
 SQMAP_API sqmap_code sqmap_exact_distances(sqmap_model model, const sqmap_points* points, const sqmap_query_options* options,
                                            sqmap_distances* distances);
 /// Signed distances or bounds of them, in float, for real time: exact to 1e-7 of R_max within options.band, whose default is the

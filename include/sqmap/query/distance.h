@@ -64,8 +64,8 @@ void distances(const model::ModelView& model, std::span<const Vec3d> points, std
 /// the caller gave, and the nearest answers, named by its angle to the point, then by its number in the input. Errors are some
 /// 1e-16 of the coordinates' size, so that finite differences are derivatives. Across the edges where triangles cut each other
 /// the surface is stored in float. A model without its input answers in float, and its answer says so (ExactInFloat); one without
-/// triangles as distance() does. Everything else is as there. Cost: about twice that of distance(). At concave edges beyond the
-/// surface, and on the medial axis within, the nearest point is one of several and the gradient jumps.
+/// triangles as distance() does. Everything else is as there. Cost: 2 us a point, 5 us ten sizes away. At concave edges beyond
+/// the surface, and on the medial axis within, the nearest point is one of several and the gradient jumps.
 [[nodiscard]] SignedDistance exact_distance(const Body& touched, Vec3d point) noexcept;
 /// The same in the mesh's own frame and units.
 [[nodiscard]] SignedDistance exact_distance(const model::ModelView& model, Vec3d point) noexcept;
