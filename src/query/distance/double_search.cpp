@@ -169,6 +169,7 @@ private:
         NearestInDouble out;
         out.distance = std::sqrt(best_sq_);
         const Tie* named = nullptr;
+        bool is_on_faces = true;
         double best_facing = -1, sum = 0, sizes = 0;
         for (const Tie& tie : std::span(ties(), count_)) {
             const Corners t = corners_of(model_, tie.entry);
@@ -176,6 +177,7 @@ private:
             const double area = norm(across), away = std::sqrt(tie.distance_sq);
             const Vec3d normal = area > 0 ? across / area : Vec3d{};
             const double weight = weight_of(t, tie.corners), height = -dot(tie.offset, normal);
+            is_on_faces = is_on_faces && tie.corners == 7;
             out.normal += weight * normal;
             sum += weight * height;
             sizes += weight * away;
@@ -191,7 +193,9 @@ private:
         if (named == nullptr) return out;  // coordinates that overflow
         out.offset = named->offset;
         if (const double length = norm(out.normal); length > 0) out.normal = out.normal / length;
-        const bool says = !is_full_ && std::abs(sum) > k_clear * sizes && out.distance > 4 * tolerance_;
+        // Pieces meet where float stores their corners, so that of those about an edge one alone may tie.
+        const bool is_whole = model_.piece_triangle.empty() || is_on_faces;
+        const bool says = !is_full_ && is_whole && std::abs(sum) > k_clear * sizes && out.distance > 4 * tolerance_;
         if (says) out.side = sum > 0 ? 1 : -1;
         return out;
     }
