@@ -102,7 +102,7 @@ void answer(const Batch& batch, const sqmap_query_options& o, const sqmap_distan
 /// Of several at the same distance the triangle that faces the point most, then the first in the input.
 mesh::ClosestPoint facing_closest(const Surface& surface, Vec3d p)
 {
-    constexpr double k_tie = 1e-12, k_alike = 1e-12;  // of squared distances and of cosines
+    constexpr double k_tie = 1e-14, k_alike = 1e-12;  // of squared distances and of cosines
     mesh::ClosestPoint best;
     double best_sq = std::numeric_limits<double>::infinity(), best_facing = -1;
     const auto rank = [&](std::uint32_t t) { return (std::uint64_t{surface.source.empty() ? 0 : surface.source[t]} << 32) | t; };
