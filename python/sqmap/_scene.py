@@ -82,7 +82,7 @@ class Scene:
                 "primitive_normals": normal.reshape(*shape, 3)}
 
     def _nearest(self, xyz: np.ndarray, threads: Optional[int]) -> tuple[Distances, np.ndarray]:
-        """Of the union, and the geometry of each answer."""
+        """Distances to the union, and the geometry of each answer."""
         best = self._models[0].distances(xyz, threads=threads)
         geometry = np.where(np.isnan(best.distance), self.INVALID_ID, 0).astype(np.uint32)
         for number, model in enumerate(self._models[1:], 1):

@@ -54,7 +54,7 @@ def points_on_circle(count):
 
 
 class Trimesh(unittest.TestCase):
-    """Of tests/test_proximity.py."""
+    """Cases of tests/test_proximity.py."""
 
     def test_a_sphere_of_radius_one_from_radius_two(self):
         points = 2 * ball(2)[0]
@@ -115,7 +115,7 @@ class Trimesh(unittest.TestCase):
 
 
 class Open3d(unittest.TestCase):
-    """Of test_raycasting_scene.py."""
+    """Cases of test_raycasting_scene.py."""
 
     def triangle(self):
         scene = sqmap.Scene()
