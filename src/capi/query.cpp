@@ -99,7 +99,7 @@ void answer(const Batch& batch, const sqmap_query_options& o, const sqmap_distan
     });
 }
 
-/// Of several at the same distance the triangle that faces the point most, then the first in the input.
+/// A tie goes to the triangle that faces the point most, then to the first in the input.
 mesh::ClosestPoint facing_closest(const Surface& surface, Vec3d p)
 {
     constexpr double k_tie = 1e-14, k_alike = 1e-12;  // of squared distances and of cosines
