@@ -107,7 +107,7 @@ TEST_F(Capi, DistancesHaveTheBitsOfTheLibrary)
         sqmap_query_options options{};
         options.size = sizeof options;
         options.band = band;
-        sqmap_distances out{sizeof out, distance.data(), gradient.data(), nullptr, nullptr, known.data(), status.data()};
+        sqmap_distances out{sizeof out, distance.data(), gradient.data(), nullptr, nullptr, known.data(), status.data(), nullptr};
         ASSERT_EQ(sqmap_signed_distances(model_, &in, &options, &out), SQMAP_OK) << sqmap_last_error()->message;
         for (std::size_t i = 0; i < n; ++i) {
             const query::SignedDistance d = query::distance(view(), points_[i], band == 0 ? query::k_baked_band : band);
@@ -121,6 +121,26 @@ TEST_F(Capi, DistancesHaveTheBitsOfTheLibrary)
             ASSERT_TRUE(!std::isinf(band) || i == 17 || known[i] == SQMAP_KNOWN_EXACT);
         }
     }
+}
+
+TEST_F(Capi, ExactDistancesHaveTheBitsOfTheLibraryAndNameTriangles)
+{
+    const std::size_t n = points_.size();
+    std::vector<double> distance(n);
+    std::vector<std::uint8_t> known(n);
+    std::vector<std::uint32_t> triangle(n);
+    const sqmap_points in = points();
+    sqmap_distances out{sizeof out, distance.data(), nullptr, nullptr, nullptr, known.data(), nullptr, triangle.data()};
+    ASSERT_EQ(sqmap_exact_distances(model_, &in, nullptr, &out), SQMAP_OK) << sqmap_last_error()->message;
+    for (std::size_t i = 0; i < n; ++i) {
+        const query::SignedDistance d = query::exact_distance(view(), points_[i]);
+        ASSERT_EQ(known[i], static_cast<std::uint8_t>(d.known));
+        ASSERT_EQ(static_cast<std::int32_t>(triangle[i]), d.triangle);
+        ASSERT_TRUE(i == 17 ? std::isnan(distance[i]) : distance[i] == d.distance);
+    }
+    std::vector<std::int64_t> source(view().triangle_part.size());
+    ASSERT_EQ(sqmap_sources(model_, source.data(), nullptr), SQMAP_OK);
+    for (std::size_t i = 0; i < source.size(); ++i) EXPECT_EQ(source[i], std::int64_t{view().input.source_triangle[i]});
 }
 
 TEST_F(Capi, ProbesAndPairsHaveTheBitsOfTheLibrary)
@@ -234,7 +254,7 @@ TEST_F(Capi, TrianglesAreThoseThatWereBaked)
     std::vector<std::int32_t> parts(facts.triangles);
     ASSERT_EQ(sqmap_triangles(model_, vertices.data(), triangles.data(), parts.data()), SQMAP_OK);
     for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
-        const Vec3d expected = model::to_mesh_units(view().header, cast<float>(mesh.vertices[i]));
+        const Vec3d expected = model::input_vertex(view(), i);
         EXPECT_EQ(std::memcmp(&vertices[3 * i], &expected, sizeof expected), 0);
     }
     EXPECT_EQ(std::memcmp(triangles.data(), mesh.triangles.data(), 4 * triangles.size()), 0);
@@ -259,7 +279,7 @@ TEST_F(Capi, StructsOfOtherHeadersAreTaken)
         std::uint64_t unknown;
     } longer{};
     longer.known.size = sizeof longer;
-    sqmap_distances out{sizeof out, distance.data(), nullptr, nullptr, nullptr, nullptr, nullptr};
+    sqmap_distances out{sizeof out, distance.data(), nullptr, nullptr, nullptr, nullptr, nullptr, nullptr};
     EXPECT_EQ(sqmap_signed_distances(model_, &in, &longer.known, &out), SQMAP_OK);
     longer.unknown = 1;
     expect_refused(sqmap_signed_distances(model_, &in, &longer.known, &out), SQMAP_E_ARGUMENT, "options");
@@ -421,7 +441,7 @@ TEST_F(Capi, TicksAllocateNothing)
     ASSERT_EQ(sqmap_make_workspace(n, &workspace), SQMAP_OK);
     ASSERT_EQ(sqmap_make_session(model_, nullptr, &session), SQMAP_OK);
     const sqmap_bodies bodies{sizeof bodies, {model_, probe, nullptr}, {model_, probe, nullptr}};
-    sqmap_distances distances{sizeof distances, distance.data(), nullptr, nullptr, nullptr, nullptr, nullptr};
+    sqmap_distances distances{sizeof distances, distance.data(), nullptr, nullptr, nullptr, nullptr, nullptr, nullptr};
     sqmap_contacts contacts{};
     contacts.size = sizeof contacts;
     contacts.depth = distance.data();

@@ -173,6 +173,7 @@ struct Calls {
         const sqmap_model model = handle(models);
         if (kind == 0) return sqmap_query_points(model, maybe(in), maybe(how), maybe(c));
         if (kind == 1) return sqmap_signed_distances(model, maybe(in), maybe(how), maybe(d));
+        if (kind == 3) return sqmap_exact_distances(model, maybe(in), maybe(how), maybe(d));
         return sqmap_closest_points(model, maybe(in), maybe(how), maybe(n));
     }
     sqmap_code bodies(bool as_pair)
@@ -281,7 +282,7 @@ struct Calls {
             case 2:
             case 3:
             case 4:
-                return batch(below(random, 3));
+                return batch(below(random, 4));
             case 5:
                 return bodies(false);
             case 6:
