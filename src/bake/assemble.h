@@ -3,7 +3,7 @@
 
 #include "bake/central/central_map.h"
 #include "bake/parts/part.h"
-#include "sqmap/bake/bake.h"
+#include "sqmap/bake/bake_types.h"
 #include "sqmap/mesh/solid.h"
 #include "sqmap/model/model_data.h"
 
