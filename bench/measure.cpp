@@ -56,6 +56,11 @@ constexpr Topic k_topics[] = {
     {"scene-cost", "far|pile|probe BODIES FRAMES",
      "What a scene does in a frame, to be counted by callgrind; with 0 FRAMES the set-up alone. At most 5000 bodies.",
      &measure_scene_cost},
+    {"segmentation", "FOLDER [--sheet PICTURE.png] [--labels FOLDER]",
+     "Rand index error of parts and of named parts against people's, per class. FOLDER holds models/N.off and "
+     "humans/N_K.seg.gz of\n"
+     "the Princeton benchmark. --sheet: each model's parts, named parts and a person's. --labels: N.csv, part and name a face.",
+     &measure_segmentation},
     {"skin", "HAND.glb OBJECT [--cell SHARE] [--layer 2|3|exact] [--solids LEAST_WEIGHT] [--worst FILE.csv]",
      "Contacts of a skinned model against the exact skinned mesh, and against rigid solids, one a joint.", &measure_skin},
     {"wrap", "[--alpha SHARE] [--offset SHARE] MESH...",
@@ -65,7 +70,7 @@ constexpr Topic k_topics[] = {
 void print_topics(std::FILE* out)
 {
     std::fputs("Usage: sqmap_measure TOPIC ...     sqmap_measure TOPIC --help says more\n", out);
-    for (const Topic& topic : k_topics) std::fprintf(out, "  %-11s %s\n", topic.name, topic.about);
+    for (const Topic& topic : k_topics) std::fprintf(out, "  %-12s %s\n", topic.name, topic.about);
     std::fputs("Exit code: 0 done, 2 bad input, 64 wrong usage, 69 the topic's package was missing when this was built.\n", out);
 }
 

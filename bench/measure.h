@@ -14,6 +14,7 @@ int measure_haptic(int argc, char** argv);
 int measure_joints(int argc, char** argv);
 int measure_rebake(int argc, char** argv);
 int measure_scene_cost(int argc, char** argv);
+int measure_segmentation(int argc, char** argv);
 int measure_skin(int argc, char** argv);
 int measure_wrap(int argc, char** argv);
 

@@ -1,9 +1,8 @@
 #include "commands.h"
-#include "common/hash_text.h"
 #include "common/layer_name.h"
-#include "common/program_words.h"
 #include "common/reports.h"
 #include "load_options.h"
+#include "model_mesh.h"
 #include "sqmap/bake/evaluate.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/paper/bake.h"
@@ -11,18 +10,11 @@
 
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace sqmap::app {
 namespace {
-
-bool is_mesh_of(const model::ModelView& m, const mesh::Mesh& mesh)
-{
-    return m.header.triangle_count == mesh.triangles.size() && m.header.vertex_count == mesh.vertices.size() &&
-           (m.mesh_hash == 0 || m.mesh_hash == mesh::content_hash(mesh));
-}
-
-std::string hash_suffix(std::uint64_t hash) { return hash == 0 ? "" : " (hash " + hash_text(hash) + ")"; }
 
 void print_distribution(const char* name, const bake::Distribution& d, const char* unit)
 {
@@ -52,17 +44,6 @@ struct EvalArguments {
     MeshOptions load;
     bool json = false;
 };
-
-/// One line says that the mesh is not the model's, and what to do.
-void print_other_mesh(const model::ModelView& m, const mesh::Mesh& mesh, const EvalArguments& o)
-{
-    std::fprintf(stderr,
-                 "%s was not baked from %s: it was made of %s, %u vertices and %u triangles%s; this mesh has %zu and %zu%s\n"
-                 "  give the mesh it was baked from, with the same --repair, --surface, --thickness and --unit\n",
-                 o.model.c_str(), o.mesh.c_str(), std::string(m.source).c_str(), m.header.vertex_count, m.header.triangle_count,
-                 hash_suffix(m.mesh_hash).c_str(), mesh.vertices.size(), mesh.triangles.size(),
-                 hash_suffix(mesh::content_hash(mesh)).c_str());
-}
 
 /// mesh: model space.
 void measure(const model::ModelView& m, const mesh::Mesh& mesh, const EvalArguments& o)
@@ -96,17 +77,10 @@ void measure(const model::ModelView& m, const mesh::Mesh& mesh, const EvalArgume
 
 int run(const EvalArguments& o)
 {
-    const AdmittedMesh loaded = admit_mesh(o.mesh, o.load);
-    if (loaded.refused()) {
-        std::fprintf(stderr, "%s: %s", o.mesh.c_str(), report(loaded).c_str());
-        return 2;
-    }
     const paper::MappedModel file(o.model);
-    if (!is_mesh_of(file.view(), loaded.mesh)) {
-        print_other_mesh(file.view(), loaded.mesh, o);
-        return 2;
-    }
-    measure(file.view(), bake::model_space(loaded.mesh), o);
+    const std::optional<AdmittedMesh> mesh = mesh_of_model(file.view(), o.model, o.mesh, o.load);
+    if (!mesh) return 2;
+    measure(file.view(), bake::model_space(mesh->mesh), o);
     return 0;
 }
 

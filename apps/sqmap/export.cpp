@@ -1,5 +1,6 @@
 #include "sqmap/collider/export.h"
 #include "commands.h"
+#include "export_labels.h"
 #include "shape_options.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/io/replace_file.h"
@@ -21,6 +22,7 @@ struct ExportArguments {
     std::optional<collider::Format> format;
     collider::ShapeChoice shape;
     unsigned threads = 0;
+    LabelOptions labels;
 };
 
 collider::Format format_of(const ExportArguments& o)
@@ -60,7 +62,9 @@ int run(const ExportArguments& o)
 void add_export(CommandLine& line)
 {
     const auto options = std::make_shared<ExportArguments>();
-    Command command = line.add("export", "Write shapes that enclose a model's parts, for robots, simulators and planners");
+    Command command = line.add(
+        "export",
+        "Write shapes that enclose a model's parts, for robots, simulators and planners, or labels of a mesh's polygons");
     command.option("model", options->model, "Model (.sqmap) with its exact layer").required().existing_file();
     command.option("-o,--output", options->output, "File to write; meshes that it needs are written beside it").required();
     const auto take = [options](const std::string& text) {
@@ -72,11 +76,14 @@ void add_export(CommandLine& line)
         .shows_default("");
     add_shape_option(command, options->shape);
     command.option("--report", options->report, "Write the figures as JSON");
+    add_label_options(command, options->labels);
     command.option("--threads", options->threads, "Threads, 0 for one a core; the file does not depend on it");
     command.footer(
         "Every shape is certified to hold its part as it is written, its decimals rounded outwards.\n"
         "Exit code: 0 written, 2 not a valid model or nothing written, 64 wrong usage, 70 internal error.");
-    command.run<io::ModelFileError, mesh::Error>([options] { return run(*options); });
+    command.run<io::ModelFileError, mesh::Error>([options] {
+        return options->labels.wanted ? write_labels(options->model, options->output, options->labels) : run(*options);
+    });
 }
 
 }  // namespace sqmap::app

@@ -1,5 +1,6 @@
 #include "commands.h"
 #include "common/reports.h"
+#include "sqmap/model/named_parts.h"
 #include "sqmap/model/parse.h"
 #include "sqmap/paper/model.h"
 #include "sqmap/paper/model_file.h"
@@ -68,9 +69,9 @@ void print(const std::string& name, const model::ModelView& m, const io::Section
     const bool central = !paper::is_paper(m);
     print_doubt(m);
     const std::string source = m.source.empty() ? "" : " from " + std::string(m.source);  // models of libraries name none
-    std::printf("%s: %zu parts, %s projection, %u triangles, made by %s%s%s\n", name.c_str(), m.parts.size(),
-                central ? "central" : "normal", m.header.triangle_count, std::string(m.made_by).c_str(), source.c_str(),
-                rung_suffix(m.cure));
+    std::printf("%s: %zu parts with %u names, %s projection, %u triangles, made by %s%s%s\n", name.c_str(), m.parts.size(),
+                model::group_count(m), central ? "central" : "normal", m.header.triangle_count, std::string(m.made_by).c_str(),
+                source.c_str(), rung_suffix(m.cure));
     print_cure(m.cure);
     std::printf("  baked with %s\n", m.options.empty() ? "the default options" : std::string(m.options).c_str());
     std::printf(
@@ -88,12 +89,13 @@ void print(const std::string& name, const model::ModelView& m, const io::Section
     else
         std::printf("  no signed distances: bake it with --exact\n");
     if (!central) print_maps(m);
-    std::printf("  part      a1       a2       a3    eps1  eps2  triangles  largest F\n");
+    std::printf("  part name      a1       a2       a3    eps1  eps2  triangles  largest F\n");
     for (std::size_t i = 0; i < m.parts.size(); ++i) {
         const model::Part& p = m.parts[i];
-        std::printf("  %4zu %8.4f %8.4f %8.4f  %5.2f %5.2f  %9u  %.6f%s%s%s\n", i, p.a[0], p.a[1], p.a[2], p.eps[0], p.eps[1],
-                    p.triangle_count, p.largest_f, p.taper[0] != 0 || p.taper[1] != 0 ? " tapered" : "",
-                    p.bend != 0 ? " bent" : "", model::is_fallback(p) ? " fallback" : "");
+        std::printf("  %4zu %4u %8.4f %8.4f %8.4f  %5.2f %5.2f  %9u  %.6f%s%s%s\n", i, model::group_of_part(m, i), p.a[0], p.a[1],
+                    p.a[2], p.eps[0], p.eps[1], p.triangle_count, p.largest_f,
+                    p.taper[0] != 0 || p.taper[1] != 0 ? " tapered" : "", p.bend != 0 ? " bent" : "",
+                    model::is_fallback(p) ? " fallback" : "");
     }
     print_bounds(m);
 }

@@ -8,9 +8,11 @@
 #include "bake/parts/fit.h"
 #include "budget.h"
 #include "model/flags.h"
+#include "sqmap/decompose/named_parts.h"
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/model/model.h"
+#include "sqmap/model/named_parts.h"
 #include "sqmap/parallel/for_each.h"
 
 #include <algorithm>
@@ -210,11 +212,20 @@ BakeResult Bake::run()
     result.report.fineness = fineness_;
     result.report.target_met = m.depth_p99 <= options_.target_error && !model::has_wrong_verdicts(m);
     result.report.parts = part_reports();
+    name_parts(result.model);
     result.report.partition = std::move(fitted_.partition);
     progress("measure", 1);
     lap("measure");
     result.report.seconds = std::move(seconds_);
     return result;
+}
+
+/// Parts that a person has cut have names of their own.
+void Bake::name_parts(model::ModelData& model) const
+{
+    if (options_.partition != nullptr) return;
+    const std::vector<std::uint32_t> groups = decompose::named_parts(mesh_, fitted_.partition);
+    for (std::size_t i = 0; i < groups.size(); ++i) model::set_group(model.parts[i], groups[i]);
 }
 
 void Bake::progress(const char* stage, double done) const

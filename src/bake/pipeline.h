@@ -129,6 +129,7 @@ protected:
 
 private:
     void progress(const char* stage, double done) const;
+    void name_parts(model::ModelData& model) const;
     [[nodiscard]] Draft meet_target();
     [[nodiscard]] std::vector<PartReport> part_reports() const;
 

@@ -11,6 +11,7 @@
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/solid.h"
+#include "sqmap/model/named_parts.h"
 #include "sqmap/parallel/for_each.h"
 
 #include <algorithm>
@@ -367,6 +368,7 @@ private:
         model_.source = before_.source;
         model_.options = before_.options;
         model_.cure = before_.cure;
+        for (const std::uint32_t part : report_.remade) model::copy_group(before_.parts[part], model_.parts[part]);
         for (const model::Part& p : model_.parts)
             report_.certificates.push_back(
                 {static_cast<double>(p.largest_f), static_cast<double>(p.tolerance), p.largest_f <= 1});

@@ -1,5 +1,6 @@
 
 #include "sqmap/io/model_file.h"
+#include "sqmap/model/named_parts.h"
 #include "sqmap/model/parse.h"
 
 #include <nlohmann/json.hpp>
@@ -19,8 +20,10 @@ ordered_json array_of(const float* values, int count)
     return out;
 }
 
-ordered_json part_json(const model::Part& p, std::size_t index, const model::Header& h)
+ordered_json part_json(const model::ModelView& m, std::size_t index)
 {
+    const model::Part& p = m.parts[index];
+    const model::Header& h = m.header;
     ordered_json out;
     out["part"] = index;
     out["a1"] = p.a[0];
@@ -56,6 +59,7 @@ ordered_json part_json(const model::Part& p, std::size_t index, const model::Hea
     out["vertices"] = p.vertex_count;
     out["area"] = p.area;
     out["base_cells"] = p.cells.count;
+    out["group"] = model::group_of_part(m, index);
     return out;
 }
 
@@ -153,9 +157,10 @@ std::string model_json(const model::ModelView& m, std::size_t total)
     out["band"] = static_cast<double>(m.distance.header.band) * m.header.unit;
     out["cure"] = json_of(m.cure);
     out["measured"] = json_of(m.measured);
+    out["groups"] = model::group_count(m);
     out["parts"] = ordered_json::array();
     for (std::uint32_t i = 0; i < m.parts.size(); ++i) {
-        ordered_json& part = out["parts"].emplace_back(part_json(m.parts[i], i, m.header));
+        ordered_json& part = out["parts"].emplace_back(part_json(m, i));
         if (m.polytope_ends.empty()) continue;
         part["bounds"] = bounds_of(m, i);
         part["polytope"] = polytope_json(m, i);

@@ -293,6 +293,30 @@ class Program(unittest.TestCase):
         self.assertIn("bounds: superquadric, polytope, both", printed)
         self.assertRegex(printed, r"\n +0 +[01]\.\d+ +1\.\d+ +[01]\.\d+ .*20 sides\n whole")
 
+    def test_labels_of_polygons_in_the_files_order(self):
+        run("shapes", "torus", "-o", "torus.obj")
+        self.assertEqual(run("bake", "torus.obj", "-o", "torus.sqmap").returncode, 0)
+        with open("torus.obj") as text:
+            lines = text.read().splitlines()
+        face = next(i for i, line in enumerate(lines) if line.startswith("f "))
+        first = lines[face].split()[1]
+        with open("torus_and_more.obj", "w") as out:  # a face without area, which is dropped
+            out.write("\n".join(lines[:face] + [f"f {first} {first} {first}"] + lines[face:]) + "\n")
+        result = run("export", "torus.sqmap", "--labels", "--mesh", "torus_and_more.obj", "-o", "labels.csv")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        with open("labels.csv") as text:
+            labels = [int(line) for line in text]
+        self.assertEqual(len(labels), 1 + sum(line.startswith("f ") for line in lines))
+        self.assertEqual(labels[0], -1)
+        names = {part["group"] for part in json.loads(run("info", "torus.sqmap", "--json").stdout)["parts"]}
+        self.assertEqual(set(labels[1:]), names)
+        self.assertEqual(names, set(range(len(names))))
+        another = run("export", "torus.sqmap", "--labels", "--mesh", "sphere.obj", "-o", "none.csv")
+        self.assertEqual(another.returncode, 2)
+        self.assertIn("was not baked from sphere.obj", another.stderr)
+        self.assertFalse(os.path.exists("none.csv"))
+        self.assertEqual(run("export", "torus.sqmap", "--labels", "-o", "none.csv").returncode, 64)
+
     def test_the_report_of_a_bake(self):
         with open("report.json") as text:
             report = json.load(text)

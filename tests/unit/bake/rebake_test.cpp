@@ -6,6 +6,7 @@
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/solid.h"
+#include "sqmap/model/named_parts.h"
 #include "sqmap/query/distance.h"
 #include "sqmap/query/probe.h"
 #include "support/baked_shapes.h"
@@ -170,6 +171,8 @@ TEST(Rebake, AMovedFingerAnswersAsAFullBakeOfItsParts)
     EXPECT_TRUE(std::find(again.report.remade.begin(), again.report.remade.end(), hand.finger) != again.report.remade.end());
     const mesh::Mesh posed = hand.in_model_space(vertices);
     expect_right(again.model, posed);
+    for (std::size_t part = 0; part < again.model.parts.size(); ++part)
+        EXPECT_EQ(model::group_of_part(again.model.view(), part), model::group_of_part(hand.baked.model.view(), part));
 
     // A full bake has a model space and superquadrics of its own; the exact layer depends on neither.
     mesh::Mesh moved = hand.mesh;

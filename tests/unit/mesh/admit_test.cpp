@@ -211,6 +211,40 @@ TEST(Gate, PolygonsBecomeTrianglesThatCoverThemOnce)
     EXPECT_NEAR(result.facts.area, 6 + 8, 1e-12);
 }
 
+TEST(Gate, TrianglesNameThePolygonsThatTheyWereCutFrom)
+{
+    Polygons p;
+    p.positions = polygon_cube().positions;
+    p.add({1, 1, 3});  // dropped
+    for (const auto& q : {std::array{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}})
+        p.add({q[0], q[1], q[2], q[3]});
+    const AdmitResult result = judge(p);
+    ASSERT_EQ(result.source_triangle.size(), 12u);
+    std::vector<int> triangles(7, 0);
+    for (std::uint32_t t = 0; t < 12; ++t) {
+        const std::uint32_t polygon = result.source_triangle[t];
+        ASSERT_LT(polygon, 7u);
+        ++triangles[polygon];
+        for (const std::uint32_t v : result.mesh.triangles[t]) {
+            const auto first = p.indices.begin() + p.offsets[polygon], end = p.indices.begin() + p.offsets[polygon + 1];
+            EXPECT_TRUE(std::any_of(first, end, [&](std::int64_t corner) {
+                return p.positions[static_cast<std::size_t>(corner)] == result.mesh.vertices[v];
+            })) << t;
+        }
+    }
+    EXPECT_EQ(triangles, (std::vector<int>{0, 2, 2, 2, 2, 2, 2}));
+}
+
+TEST(Gate, FillingsAreOfNoPolygon)
+{
+    Polygons p = polygon_cube();
+    remove_face(p, 3);
+    const AdmitResult result = judge(p, {.repair = Repair::Close});
+    ASSERT_EQ(result.made_up.size(), result.source_triangle.size());
+    for (std::size_t t = 0; t < result.made_up.size(); ++t)
+        EXPECT_EQ(result.source_triangle[t] == k_no_polygon, result.made_up[t] != 0);
+}
+
 TEST(Gate, FileOrderHasNoInfluence)
 {
     const AdmitResult expected = judge(polygon_cube());

@@ -1,0 +1,26 @@
+// Named parts: the parts of a mesh as a person would name them, each made of one or several parts of a partition.
+#pragma once
+
+#include "sqmap/decompose/decompose.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace sqmap::decompose {
+
+/// Thresholds of named_parts(), free of scale: parts are joined across a border where the surface turns inwards by less on
+/// average; radians.
+struct NamedPartOptions {
+    double least_bend = 0.12;    ///< of a border that was cut for curvature or for the fit
+    double salient_bend = 0.04;  ///< of a border that was cut because a part protrudes, which speaks for the border already
+};
+
+/// Joins parts whose border a person would not cut, because the surface hardly turns inwards across it: a hollow body, a handle
+/// or a table's top may have several parts for the sake of their bounds, and is one thing. partition: of the mesh's triangles.
+/// Any units and frame. Returns the number of each part's named part (#parts), counted from zero in the order of their first
+/// part. Cost: O(n log n) in the mesh. Thread-safe. @throw std::bad_alloc Source: the minima rule (D. D. Hoffman, W. A. Richards,
+/// "Parts of recognition", Cognition 18, 1984).
+[[nodiscard]] std::vector<std::uint32_t> named_parts(const mesh::Mesh& mesh, const Partition& partition,
+                                                     const NamedPartOptions& options = {});
+
+}  // namespace sqmap::decompose

@@ -1,0 +1,173 @@
+// Named parts by the minima rule: D. D. Hoffman, W. A. Richards, "Parts of recognition", Cognition 18, 1984: people cut where a
+// surface is concave. Regions are merged as in A. Golovinskiy, T. Funkhouser, "Randomized cuts for 3D mesh analysis", ACM
+// Trans. Graph. 27(5), 2008 (their hierarchical clustering), by the bend of their border.
+#include "sqmap/decompose/named_parts.h"
+
+#include "cut.h"
+#include "partition.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <numbers>
+#include <numeric>
+
+namespace sqmap::decompose {
+
+namespace {
+
+using Pair = std::pair<std::uint32_t, std::uint32_t>;
+
+/// An edge between two parts: the triangles on either side, the one of the part with the lower number first.
+struct BorderEdge {
+    std::uint32_t triangle[2];
+    double length;
+};
+
+/// How far the surface bends inwards along a border, radians times length, and the border's length.
+struct Bend {
+    double sum = 0, length = 0;
+    [[nodiscard]] double mean() const { return length > 0 ? sum / length : 0; }
+};
+
+/// Directions and centres of the surface on one side of a border, an entry an edge.
+struct Sides {
+    std::vector<Vec3d> normal, centre;
+};
+
+/// The surface beside a border up to a distance, each triangle with the edge of the border that is nearest in its part.
+class Surroundings {
+public:
+    explicit Surroundings(const CutSurface& surface) : surface_(surface), distance_(surface.area.size(), k_unreached)
+    {
+        for (std::uint32_t t = 0; t < surface.area.size(); ++t) centre_.push_back(mesh::triangle_centroid(surface.mesh, t));
+    }
+
+    Sides beside(std::span<const BorderEdge> border, int side, double reach, std::span<const std::uint32_t> part_of_triangle)
+    {
+        std::vector<Vec3d> normal(border.size()), centre(border.size());
+        std::vector<double> area(border.size(), 0.0);
+        std::vector<std::pair<double, std::uint32_t>> heap;
+        std::vector<std::uint32_t> touched;
+        std::map<std::uint32_t, std::uint32_t> edge_of;  // of a triangle: its nearest edge; several edges of one share theirs
+        for (std::uint32_t e = 0; e < border.size(); ++e) {
+            const std::uint32_t t = border[e].triangle[side];
+            if (!edge_of.try_emplace(t, e).second) continue;
+            distance_[t] = 0;
+            touched.push_back(t);
+            heap.emplace_back(0.0, t);
+        }
+        std::make_heap(heap.begin(), heap.end(), std::greater<>());
+        while (!heap.empty()) {
+            std::pop_heap(heap.begin(), heap.end(), std::greater<>());
+            const auto [d, t] = heap.back();
+            heap.pop_back();
+            if (d > distance_[t]) continue;
+            const std::uint32_t e = edge_of.at(t);
+            const mesh::Triangle& tri = surface_.mesh.triangles[t];
+            const std::vector<Vec3d>& v = surface_.mesh.vertices;
+            normal[e] += cross(v[tri[1]] - v[tri[0]], v[tri[2]] - v[tri[0]]);
+            centre[e] += surface_.area[t] * centre_[t];
+            area[e] += surface_.area[t];
+            for (const std::uint32_t o : surface_.graph.neighbours[t]) {
+                if (o == mesh::k_no_triangle || part_of_triangle[o] != part_of_triangle[t]) continue;
+                const double to = d + norm(centre_[o] - centre_[t]);
+                if (to > reach || to >= distance_[o]) continue;
+                if (distance_[o] == k_unreached) touched.push_back(o);
+                distance_[o] = to;
+                edge_of[o] = e;
+                heap.emplace_back(to, o);
+                std::push_heap(heap.begin(), heap.end(), std::greater<>());
+            }
+        }
+        for (const std::uint32_t t : touched) distance_[t] = k_unreached;
+        Sides out;
+        for (const BorderEdge& edge : border) {
+            const std::uint32_t e = edge_of.at(edge.triangle[side]);
+            out.normal.push_back(sqmap::normalized(normal[e]));
+            out.centre.push_back(area[e] > 0 ? centre[e] / area[e] : centre_[edge.triangle[side]]);
+        }
+        return out;
+    }
+
+private:
+    const CutSurface& surface_;
+    std::vector<Vec3d> centre_;
+    std::vector<double> distance_;  ///< scratch, k_unreached between calls
+};
+
+/// The borders between parts, by pair.
+std::map<Pair, std::vector<BorderEdge>> borders_of(const CutSurface& s, const Partition& partition)
+{
+    std::map<Pair, std::vector<BorderEdge>> borders;
+    for (std::uint32_t t = 0; t < s.area.size(); ++t)
+        for (int e = 0; e < 3; ++e) {
+            const std::uint32_t o = s.graph.neighbours[t][e];
+            if (o == mesh::k_no_triangle || o < t) continue;
+            const std::uint32_t a = partition.part_of_triangle[t], b = partition.part_of_triangle[o];
+            if (a < b) borders[{a, b}].push_back({{t, o}, s.edge_length[t][e]});
+            if (b < a) borders[{b, a}].push_back({{o, t}, s.edge_length[t][e]});
+        }
+    return borders;
+}
+
+/// The angle by which the surface turns inwards across a border, where it does; convex edges count as flat. Directions are means
+/// over half the radius of a circle as long as the border, so that noise and a cut beside its crease matter little.
+Bend bend_of(Surroundings& surroundings, std::span<const BorderEdge> border, std::span<const std::uint32_t> part_of_triangle)
+{
+    Bend bend;
+    for (const BorderEdge& edge : border) bend.length += edge.length;
+    const double reach = 0.5 * bend.length / (2 * std::numbers::pi);
+    const Sides a = surroundings.beside(border, 0, reach, part_of_triangle);
+    const Sides b = surroundings.beside(border, 1, reach, part_of_triangle);
+    for (std::size_t e = 0; e < border.size(); ++e) {
+        if (dot(a.normal[e] - b.normal[e], b.centre[e] - a.centre[e]) <= 0) continue;
+        bend.sum += border[e].length * std::atan2(norm(cross(a.normal[e], b.normal[e])), dot(a.normal[e], b.normal[e]));
+    }
+    return bend;
+}
+
+/// Joins b to a.
+void join(std::map<Pair, Bend>& bends, std::uint32_t a, std::uint32_t b)
+{
+    std::map<Pair, Bend> joined;
+    for (const auto& [pair, bend] : bends) {
+        const std::uint32_t x = pair.first == b ? a : pair.first, y = pair.second == b ? a : pair.second;
+        if (x == y) continue;
+        Bend& sum = joined[{std::min(x, y), std::max(x, y)}];
+        sum.sum += bend.sum;
+        sum.length += bend.length;
+    }
+    bends = std::move(joined);
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> named_parts(const mesh::Mesh& mesh, const Partition& partition, const NamedPartOptions& options)
+{
+    const CutSurface surface(mesh);
+    Surroundings surroundings(surface);
+    std::map<Pair, Bend> bends;
+    for (const auto& [pair, border] : borders_of(surface, partition))
+        bends[pair] = bend_of(surroundings, border, partition.part_of_triangle);
+    for (const Boundary& b : partition.boundaries)
+        if (const auto it = bends.find({b.part_a, b.part_b}); it != bends.end() && b.kind == CutKind::Salient)
+            it->second.sum += (options.least_bend - options.salient_bend) * it->second.length;
+    std::vector<std::uint32_t> group(partition.part_count);
+    std::iota(group.begin(), group.end(), 0u);
+    while (!bends.empty()) {
+        const auto flattest = std::min_element(bends.begin(), bends.end(),
+                                               [](const auto& l, const auto& r) { return l.second.mean() < r.second.mean(); });
+        if (flattest->second.mean() > options.least_bend) break;
+        const auto [a, b] = flattest->first;
+        for (std::uint32_t& g : group)
+            if (g == b) g = a;
+        join(bends, a, b);
+    }
+    std::map<std::uint32_t, std::uint32_t> number;
+    for (std::uint32_t& g : group) g = number.try_emplace(g, static_cast<std::uint32_t>(number.size())).first->second;
+    return group;
+}
+
+}  // namespace sqmap::decompose
