@@ -348,7 +348,8 @@ class Export(unittest.TestCase):
         solid = 2 * math.pi ** 2 / 16
         hull = math.pi * 0.5 + math.pi ** 2 / 16 + 4 * math.pi / 3 / 64
         self.assertAlmostEqual(colliders["hull"]["volume_ratio"], hull / solid, delta=0.05)
-        self.assertAlmostEqual(colliders["box"]["volume_ratio"], 2.5 * 2.5 * 0.5 / solid, delta=0.12)
+        # The mesh's own box along the axes has a volume of 3.125; the least box is not larger.
+        self.assertLessEqual(colliders["box"]["volume"], 1.02 * 2.5 * 2.5 * 0.5)
         self.assertEqual(colliders["hull"]["handles_filled"], 1)
         self.assertLess(colliders["hull"]["support_excess"], 1e-9)
         self.assertAlmostEqual(colliders["hull"]["protrusion"], math.hypot(1, 0.25) - 0.25, delta=0.03)
