@@ -9,14 +9,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
+#include <utility>
 
 namespace sqmap::collider {
 namespace {
 
 constexpr double k_rounding = 1e-12;         ///< of the greatest coordinate: what a reader's arithmetic may be off by
 constexpr double k_thin = 1e-6;              ///< half the thickness of flat points, of their extent
-constexpr std::size_t k_max_searched = 400;  ///< corners of a hull that a search looks at
+constexpr std::size_t k_max_searched = 400;  ///< corners of a hull that a search looks at first
+constexpr std::size_t k_joining = 64;        ///< corners that join the next search
+constexpr int k_rounds = 8;                  ///< searches at most
+constexpr double k_excess = 2e-3;            ///< of the volume, that may lie between the shape of few corners and that of all
 
 /// The hull of points; of points in one plane, of six about each.
 mesh::Mesh solid_hull(std::span<const Vec3d> points)
@@ -52,6 +57,19 @@ mesh::Mesh fewer_corners(const mesh::Mesh& hull, std::size_t count)
     for (std::size_t i = 0; i < is_kept.size(); ++i)
         if (is_kept[i] != 0) kept.push_back(hull.vertices[i]);
     return mesh::convex_hull(kept);
+}
+
+/// The hull of its corners and of those of all that lie farthest outside a shape.
+mesh::Mesh with_farthest(const mesh::Mesh& hull, std::span<const Vec3d> all, const Shape& shape)
+{
+    const Outside outside(shape);
+    std::vector<std::pair<double, std::size_t>> order;
+    for (std::size_t i = 0; i < all.size(); ++i)
+        if (const double d = outside(all[i]); d > 0) order.emplace_back(-d, i);
+    std::sort(order.begin(), order.end());
+    std::vector<Vec3d> points = hull.vertices;
+    for (std::size_t i = 0; i < std::min(order.size(), k_joining); ++i) points.push_back(all[order[i].second]);
+    return mesh::convex_hull(points);
 }
 
 Candidate search(Kind kind, const mesh::Mesh& hull)
@@ -134,15 +152,26 @@ Shape enclosing(Kind kind, std::span<const Vec3d> points)
     const Box box = box_of(hull.vertices);
     const Vec3d middle = centre(box);
     const double scale = norm(size(box));
-    mesh::Mesh searched = fewer_corners(hull, k_max_searched);
-    for (Vec3d& p : searched.vertices) p = (p - middle) / scale;
-    const Candidate found = search(kind, searched);
-    shape.xyz = rounded(middle + scale * found.centre);
-    if (kind != Kind::Sphere) shape.rpy = rounded(rpy_of(found.axes));
-    shape.size = scale * found.size;
-    double reach = norm(shape.xyz);
+    double reach = 0;
     for (const Vec3d& p : hull.vertices) reach = std::max(reach, norm(p));
-    measure_about(shape, hull.vertices, k_rounding * reach);
+    mesh::Mesh searched = fewer_corners(hull, k_max_searched);
+    double least = std::numeric_limits<double>::infinity();
+    // A search over few corners leaves others outside. Where holding them too costs volume, the farthest join the search.
+    for (int round = 0; round < k_rounds; ++round) {
+        mesh::Mesh about_one = searched;
+        for (Vec3d& p : about_one.vertices) p = (p - middle) / scale;
+        const Candidate found = search(kind, about_one);
+        Shape held{.kind = kind, .xyz = rounded(middle + scale * found.centre), .size = scale * found.size};
+        if (kind != Kind::Sphere) held.rpy = rounded(rpy_of(found.axes));
+        const Shape few = held;
+        measure_about(held, hull.vertices, k_rounding * std::max(reach, norm(held.xyz)));
+        if (const double v = volume(held); v < least) {
+            least = v;
+            shape = held;
+        }
+        if (searched.vertices.size() == hull.vertices.size() || volume(held) <= (1 + k_excess) * volume(few)) break;
+        searched = with_farthest(searched, hull.vertices, few);
+    }
     return shape;
 }
 

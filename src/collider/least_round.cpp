@@ -12,12 +12,12 @@ namespace sqmap::collider {
 namespace {
 
 constexpr int k_directions = 96;
-constexpr std::size_t k_facets = 40, k_starts = 8;
+constexpr std::size_t k_facet_axes = 40, k_axis_starts = 8;
 
 std::vector<Vec3d> directions_of(const mesh::Mesh& hull)
 {
     std::vector<Vec3d> out = half_sphere(k_directions);
-    const std::vector<Vec3d> normals = facet_normals(hull, k_facets);
+    const std::vector<Vec3d> normals = facet_normals(hull, k_facet_axes);
     out.insert(out.end(), normals.begin(), normals.end());
     const Candidate ellipsoid = least_ellipsoid(hull.vertices), box = least_box(hull);
     for (int k = 0; k < 3; ++k)
@@ -87,7 +87,7 @@ Candidate least_cylinder(const mesh::Mesh& hull)
 {
     std::vector<Candidate> starts;
     for (const Vec3d& d : directions_of(hull)) starts.push_back(cylinder_about(hull.vertices, axes_along(d)));
-    keep_best(starts, k_starts);
+    keep_best(starts, k_axis_starts);
     Candidate best = starts.front();
     for (const Candidate& start : starts) {
         const auto at = [&](const std::array<double, 2>& x) {
@@ -107,7 +107,7 @@ Candidate least_capsule(const mesh::Mesh& hull)
         const Shadow s = shadow_of(hull.vertices, axes);
         starts.push_back(capsule_about(hull.vertices, axes, s.centre, s.radius));
     }
-    keep_best(starts, k_starts);
+    keep_best(starts, k_axis_starts);
     Candidate best = starts.front();
     for (const Candidate& start : starts) {
         const Vec3d on = transpose_mul(start.axes, start.centre);

@@ -20,8 +20,8 @@ namespace {
 
 constexpr int k_cells_along = 44;  ///< of the longest side of the box
 constexpr int k_rounds = 30;
-constexpr int k_directions = 40;      ///< of a half sphere, in which a ball's protrusion is probed
-constexpr double k_rounding = 1e-12;  ///< of the greatest coordinate
+constexpr int k_tried_directions = 40;     ///< of a half sphere, in which a ball's protrusion is probed
+constexpr double k_ball_rounding = 1e-12;  ///< of the greatest coordinate
 
 /// A piece of the solid by its corners.
 struct GridPiece {
@@ -135,7 +135,7 @@ class Cover {
 public:
     Cover(const std::vector<GridPiece>& pieces, const mesh::Solid& solid) : pieces_(pieces), solid_(solid)
     {
-        directions_ = half_sphere(k_directions);
+        directions_ = half_sphere(k_tried_directions);
         Cluster all;
         all.pieces.resize(pieces.size());
         std::iota(all.pieces.begin(), all.pieces.end(), std::size_t{0});
@@ -272,7 +272,7 @@ std::vector<Shape> covering_spheres(const mesh::Mesh& surface, std::span<const s
         double radius = 0;
         for (const std::size_t i : c.pieces)
             for (const Vec3d& p : pieces[i].corners) radius = std::max(radius, norm(p - ball.xyz));
-        radius = rounded_up(radius + k_rounding * reach);
+        radius = rounded_up(radius + k_ball_rounding * reach);
         ball.size = {radius, radius, radius};
         out.push_back(ball);
     }

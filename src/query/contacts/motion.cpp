@@ -14,10 +14,10 @@ namespace sqmap::query {
 namespace {
 
 /// A piece of the motion: positions of b's points in a's frame at both ends.
-class Piece {
+class MotionPiece {
 public:
     /// sag: how far a point is off its chord at most.
-    Piece(const TriangleTree& a, const TriangleTree& b, const Affine (&ends)[2], double sag)
+    MotionPiece(const TriangleTree& a, const TriangleTree& b, const Affine (&ends)[2], double sag)
         : a_(a), b_(b), ends_{ends[0], ends[1]}, options_{.separation = sag, .until = 1}
     {
     }
@@ -135,12 +135,13 @@ BodyTouch first_touch(const Body& a, const Body& b, const Pose& to) noexcept
     for (int k = 0; k < pieces; ++k) {
         const Affine ends[2] = {first, pose_at(k + 1)};
         const double sag = motion.sag(pieces);
-        Piece piece(tree_a, tree_b, ends, sag);
+        MotionPiece piece(tree_a, tree_b, ends, sag);
         // No point of b is farther from where it is at the piece's beginning than its middle moves and its box turns.
         const double reach = norm(apply(ends[1], middle) - apply(ends[0], middle)) + radius * motion.turn / pieces + 2 * sag;
         const CandidateJob job(tree_a, tree_b, ends[0], reach);
         find_candidates(
-            job, [](void* self, std::span<const TrianglePair> pairs) noexcept { return static_cast<Piece*>(self)->take(pairs); },
+            job,
+            [](void* self, std::span<const TrianglePair> pairs) noexcept { return static_cast<MotionPiece*>(self)->take(pairs); },
             &piece);
         if (piece.touch().touches) return {true, std::max((k + piece.touch().time) / pieces - 1e-12, 0.), k_ok};
         first = ends[1];
