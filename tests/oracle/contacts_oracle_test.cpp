@@ -14,7 +14,7 @@
 namespace sqmap {
 namespace {
 
-using Kernel = CGAL::Exact_predicates_exact_constructions_kernel;
+using ExactKernel = CGAL::Exact_predicates_exact_constructions_kernel;
 
 /// The triangles and edges of a mesh as the query sees them: of b moved by b_in_a.
 struct ExactMesh {
@@ -25,9 +25,12 @@ struct ExactMesh {
             points.emplace_back(p.x, p.y, p.z);
         }
     }
-    [[nodiscard]] const Kernel::Point_3& corner(std::size_t t, std::size_t k) const { return points[mesh.triangles[t][k % 3]]; }
-    [[nodiscard]] Kernel::Triangle_3 triangle(std::size_t t) const { return {corner(t, 0), corner(t, 1), corner(t, 2)}; }
-    [[nodiscard]] Kernel::Segment_3 side(std::size_t t, std::size_t k) const { return {corner(t, k), corner(t, k + 1)}; }
+    [[nodiscard]] const ExactKernel::Point_3& corner(std::size_t t, std::size_t k) const
+    {
+        return points[mesh.triangles[t][k % 3]];
+    }
+    [[nodiscard]] ExactKernel::Triangle_3 triangle(std::size_t t) const { return {corner(t, 0), corner(t, 1), corner(t, 2)}; }
+    [[nodiscard]] ExactKernel::Segment_3 side(std::size_t t, std::size_t k) const { return {corner(t, k), corner(t, k + 1)}; }
     /// The lower half-edge of an edge.
     [[nodiscard]] std::size_t edge(std::size_t t, std::size_t k) const
     {
@@ -38,7 +41,7 @@ struct ExactMesh {
         return 3 * t + k;
     }
     const mesh::Mesh& mesh;
-    std::vector<Kernel::Point_3> points;
+    std::vector<ExactKernel::Point_3> points;
 };
 
 /// Pairs that meet, and regions of them: pairs that share where an edge meets a triangle belong together.
@@ -55,7 +58,7 @@ Truth truth_of(const ExactMesh& a, const ExactMesh& b)
     std::map<std::tuple<int, std::size_t, std::size_t>, std::size_t> first;
     for (std::size_t t = 0; t < a.mesh.triangles.size(); ++t)
         for (std::size_t s = 0; s < b.mesh.triangles.size(); ++s) {
-            const Kernel::Triangle_3 ta = a.triangle(t), tb = b.triangle(s);
+            const ExactKernel::Triangle_3 ta = a.triangle(t), tb = b.triangle(s);
             if (!CGAL::do_intersect(ta, tb)) continue;
             const std::size_t self = parent.size();
             parent.push_back(self);
