@@ -134,7 +134,7 @@ ordered_json colliders_json(const AdmittedMesh& loaded)
     return out;
 }
 
-void print_colliders(const AdmittedMesh& loaded)
+void print_losses(const AdmittedMesh& loaded)
 {
     std::printf("  as a collider, certified to hold the mesh; each fills %llu cavities and %lld handles\n",
                 static_cast<unsigned long long>(cavities_of(loaded)),
@@ -267,7 +267,7 @@ void add_check(CommandLine& line)
             std::printf("%s\n", dumped(out, 2).c_str());
         } else {
             print(options->file, loaded);
-            if (collides) print_colliders(loaded);
+            if (collides) print_losses(loaded);
         }
         return loaded.refused() ? 2 : 0;
     });

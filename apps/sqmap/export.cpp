@@ -52,7 +52,7 @@ int run(const ExportArguments& o)
     if (!o.report.empty()) files.insert(files.begin(), {o.report, collider::report_json(made) + '\n'});
     for (const collider::ExportFile& f : files) io::refuse_to_replace(f.path, {o.model});
     collider::write(files);
-    print_exported(made);
+    print_colliders(made);
     for (const collider::ExportFile& f : files) std::printf("wrote %s\n", f.path.string().c_str());
     return 0;
 }
