@@ -20,7 +20,7 @@ constexpr double k_rounding = 1e-12;         ///< of the greatest coordinate: wh
 constexpr double k_thin = 1e-6;              ///< half the thickness of flat points, of their extent
 constexpr std::size_t k_max_searched = 400;  ///< corners of a hull that a search looks at first
 constexpr std::size_t k_joining = 64;        ///< corners that join the next search
-constexpr int k_rounds = 8;                  ///< searches at most
+constexpr int k_max_searches = 8;            ///< searches at most
 constexpr double k_excess = 2e-3;            ///< of the volume, that may lie between the shape of few corners and that of all
 
 /// The hull of points; of points in one plane, of six about each.
@@ -157,7 +157,7 @@ Shape enclosing(Kind kind, std::span<const Vec3d> points)
     mesh::Mesh searched = fewer_corners(hull, k_max_searched);
     double least = std::numeric_limits<double>::infinity();
     // A search over few corners leaves others outside. Where holding them too costs volume, the farthest join the search.
-    for (int round = 0; round < k_rounds; ++round) {
+    for (int round = 0; round < k_max_searches; ++round) {
         mesh::Mesh about_one = searched;
         for (Vec3d& p : about_one.vertices) p = (p - middle) / scale;
         const Candidate found = search(kind, about_one);
