@@ -109,10 +109,19 @@ class Hull:
             u, v = [q - p for p, q in zip(a, b)], [q - p for p, q in zip(a, c)]
             n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
             self.planes.append((n, sum(p * q for p, q in zip(n, a))))
+        self.rounded = [tuple(map(float, (*n, offset))) for n, offset in self.planes]
         self.is_convex = all(self.holds(v) for v in vertices)
 
     def holds(self, p):
-        return all(n[0] * p[0] + n[1] * p[1] + n[2] * p[2] <= offset for n, offset in self.planes)
+        x, y, z = map(float, p)
+        for i, (a, b, c, d) in enumerate(self.rounded):
+            # Ten roundings, each of at most half a unit of the last place of what is summed; where that decides nothing, exactly.
+            u, v, w = a * x, b * y, c * z
+            if u + v + w - d > -2e-15 * (abs(u) + abs(v) + abs(w) + abs(d)):
+                n, offset = self.planes[i]
+                if n[0] * p[0] + n[1] * p[1] + n[2] * p[2] > offset:
+                    return False
+        return True
 
 
 def read_obj(path):
