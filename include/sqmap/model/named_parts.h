@@ -1,4 +1,5 @@
 // Named parts of a model: what a person would name one thing may have several superquadrics.
+// Pure functions: any number of threads.
 #pragma once
 
 #include "sqmap/math/assert.h"
