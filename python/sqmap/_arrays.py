@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import ctypes
+import functools
 import math
 import os
 from typing import Any, Optional, Union
@@ -31,14 +32,27 @@ def _what(value: Any) -> str:
     return "is None" if value is None else f"is a {type(value).__name__}"
 
 
+def _comes_from(value: Any, package: str) -> bool:
+    """True of an object of a package, which need not be installed."""
+    return type(value).__module__.partition(".")[0] == package
+
+
+def is_open3d_tensor(value: Any) -> bool:
+    """True of an open3d.core.Tensor."""
+    return _comes_from(value, "open3d") and hasattr(value, "numpy")
+
+
 def array_of(values: Any, element: str) -> np.ndarray:
-    """An array of whatever type; the same memory where it is one already."""
+    """An array of whatever type; the same memory where it is one already, or a tensor of torch or Open3D on the CPU."""
     if values is None:
         raise refuse(element, "is None", "give an array of numbers")
     try:
+        if is_open3d_tensor(values):  # its iterator would give tensors of one number each
+            return np.asarray(values.cpu().numpy())
         return np.asarray(values)
     except Exception as e:  # what __array__ of a foreign object raises
-        raise refuse(element, f"is no array: {e}", "give an array of numbers") from None
+        cure = f"give {element}.detach().cpu()" if _comes_from(values, "torch") else "give an array of numbers"
+        raise refuse(element, f"is no array: {e}", cure) from None
 
 
 def numbers(values: Any, element: str) -> np.ndarray:
@@ -69,8 +83,22 @@ def indices(values: Any, element: str = "triangles") -> np.ndarray:
     return np.ascontiguousarray(array, dtype=np.int64)
 
 
+def _one_mesh(mesh: Any) -> Any:
+    """The object that holds triangles: a trimesh Scene gives its instances as one mesh, an Open3D tensor mesh two arrays."""
+    try:
+        if hasattr(mesh, "geometry") and hasattr(mesh, "dump"):
+            return mesh.to_mesh() if hasattr(mesh, "to_mesh") else mesh.dump(concatenate=True)
+        if _comes_from(mesh, "open3d") and hasattr(mesh, "vertex") and hasattr(mesh, "triangle"):
+            return mesh.vertex["positions"], mesh.triangle["indices"]
+    except Exception as e:  # what a foreign object raises: an empty scene, a tensor mesh without triangles
+        raise refuse("mesh", f"has no triangles: {e!r}", "give (vertices, triangles), an object with both, or a path") from None
+    return mesh
+
+
 def triangles_of(mesh: Any) -> tuple[np.ndarray, np.ndarray]:
-    """(vertices, triangles) of a pair of arrays, or of an object with vertices and faces or triangles (trimesh, Open3D)."""
+    """(vertices, triangles) of a pair of arrays, or of an object with vertices and faces or triangles: of trimesh, a Scene included,
+    and of Open3D, its tensor meshes included."""
+    mesh = _one_mesh(mesh)
     if isinstance(mesh, (tuple, list)):
         if len(mesh) != 2:
             raise refuse("mesh", f"has {len(mesh)} members", "give (vertices, triangles), an object with both, or a path")
@@ -155,6 +183,11 @@ def cores(threads: Optional[int]) -> int:
     return len(os.sched_getaffinity(0)) if threads is None else max(1, count(threads, "threads", 1024))
 
 
+def batch_cores(threads: Optional[int], points: int) -> Optional[int]:
+    """The same of a batch, where few points are one core's work."""
+    return 1 if threads is None and points <= 4096 else cores(threads)
+
+
 def path_of(path: Any, element: str = "path") -> bytes:
     """The bytes of a file's name."""
     try:
@@ -168,6 +201,15 @@ def path_of(path: Any, element: str = "path") -> bytes:
 
 def query_options(layer: Layer = 3, *, threads: Optional[int] = 1, tolerance: float = 0.0, margin: float = 0.0, band: float = 0.0,
                   smooth: bool = False, first_only: bool = False) -> c.QueryOptions:
+    """Options of a query, to be read alone: equal ones are one object."""
+    try:
+        return _query_options(layer, threads, tolerance, margin, band, smooth, first_only)
+    except TypeError:  # what is not hashable is no option
+        return _query_options.__wrapped__(layer, threads, tolerance, margin, band, smooth, first_only)
+
+
+@functools.lru_cache(maxsize=64, typed=True)
+def _query_options(layer: Any, threads: Any, tolerance: Any, margin: Any, band: Any, smooth: Any, first_only: Any) -> c.QueryOptions:
     if isinstance(layer, bool) or not isinstance(layer, (int, str)) or layer not in LAYERS:
         raise refuse("layer", f"is {layer!r}", 'take 1, 2, 3, "exact" or "auto"')
     return c.QueryOptions(layer=LAYERS[layer], threads=cores(threads), tolerance=number(tolerance, "tolerance"),

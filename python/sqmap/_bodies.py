@@ -43,18 +43,36 @@ class Probe(Owned):
 
     def __init__(self, points: Any, triangles: Any = None) -> None:
         xyz = rows(points)
+        corners = None if triangles is None else indices(triangles)
         handle = c.Handle()
-        if triangles is None:
+        if corners is None:
             c.call("sqmap_make_probe", points_struct(xyz), handle)
         else:
-            corners = indices(triangles)
             c.call("sqmap_make_solid_probe", c.Mesh(vertices=address(xyz), vertex_count=len(xyz), triangles=address(corners),
                                                     triangle_count=len(corners)), handle)
         super().__init__(handle)
-        self._size = len(xyz)
+        self._made_of = (xyz.copy(), corners if corners is None else corners.copy())
+        #: (v,) and (t,) int64: numbers in the mesh that Probe.of's model was given, -1 where a cure made it up; else None.
+        self.source_vertex: Optional[np.ndarray] = None
+        self.source_triangle: Optional[np.ndarray] = None
+
+    @classmethod
+    def of(cls, model: Model, triangles: bool = True) -> "Probe":
+        """The vertices of a model's mesh, and its triangles unless told otherwise. Where the model has its input, source_vertex and
+        source_triangle number them as the mesh that was given: source_vertex[found.contacts["index"]]."""
+        with instance(model, Model, "model").use("model"):
+            vertices, corners = model.mesh
+            out = cls(vertices, corners if flag(triangles, "triangles") else None)
+            if model.facts.has_input:
+                out.source_vertex, out.source_triangle = model.source_vertex, model.source_triangle if triangles else None
+        return out
+
+    def __reduce__(self) -> Any:
+        with self.use():
+            return Probe, self._made_of, {"source_vertex": self.source_vertex, "source_triangle": self.source_triangle}
 
     def __len__(self) -> int:
-        return self._size
+        return len(self._made_of[0])
 
 
 class ProbeContacts(NamedTuple):
@@ -175,6 +193,11 @@ class Workspace(Owned):
         handle = c.Handle()
         c.call("sqmap_make_workspace", count(contacts, "contacts"), handle)
         super().__init__(handle)
+        self._contacts = contacts
+
+    def __reduce__(self) -> Any:
+        with self.use():
+            return Workspace, (self._contacts,)
 
 
 def query_pair(a: Body, b: Body, workspace: Optional[Workspace] = None, *, layer: Layer = 3, margin: float = 0.0,

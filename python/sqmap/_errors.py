@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import re
+from typing import Any
 
 
 class Error(Exception):
@@ -16,6 +17,9 @@ class Error(Exception):
         self.element = element
         self.message = message
         self.cure = cure
+
+    def __reduce__(self) -> Any:  # out of a pool's process it comes as it is
+        return type(self), (self.code, self.element, self.message, self.cure)
 
 
 class ArgumentError(Error, ValueError):

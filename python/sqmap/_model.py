@@ -11,9 +11,10 @@ from typing import Any, NamedTuple, Optional, Union
 import numpy as np
 
 from . import _library as c
-from ._arrays import (Layer, cores, count, finite, flag, instance, number, path_of, pointer, pose_of, query_options, refuse, rows,
+from ._arrays import (Layer, batch_cores, cores, count, finite, flag, instance, number, path_of, pointer, pose_of, query_options, refuse, rows,
                       triangles_of)
-from ._errors import ClosedError, FileError
+from ._errors import ClosedError
+from ._export import export
 from ._progress import Progress, run
 from ._render import render
 
@@ -40,6 +41,11 @@ class Owned:
         self.turn = threading.Lock()  # of what one thread at a time may use
         self._users = 0
         self._closed = False
+
+    def __reduce__(self) -> Any:
+        """A session belongs to its process, as all do that do not say what they are made of."""
+        name = type(self).__name__
+        raise refuse(name, "belongs to the process that made it", f"make a {name} in each process")
 
     def use(self, element: str = "") -> "_Use":
         """The open handle, for the length of a call. element: the argument that it came as, for errors."""
@@ -135,12 +141,20 @@ class Facts(NamedTuple):
     has_input: bool     #: the mesh's own coordinates and numbers are kept: exact distances are in double
 
 
-def address(array: Optional[np.ndarray]) -> Optional[int]:
-    return None if array is None else array.ctypes.data
+def address(array: np.ndarray) -> int:
+    """The first byte of an array."""
+    try:
+        return ctypes.addressof(ctypes.c_char.from_buffer(array))  # half the time of array.ctypes
+    except (TypeError, ValueError):  # it is empty, or not to be written
+        return array.ctypes.data
 
 
 def points_struct(points: np.ndarray, pose: Optional[c.Pose] = None) -> c.Points:
-    return c.Points(xyz=address(points), count=len(points), pose=pointer(pose))
+    out = c.Points()
+    out.xyz, out.count = address(points), len(points)
+    if pose is not None:
+        out.pose = pointer(pose)
+    return out
 
 
 class Model(Owned):
@@ -155,11 +169,16 @@ class Model(Owned):
     # Files
 
     @classmethod
-    def load(cls, path: "os.PathLike[str] | str", key: Optional[str] = None) -> "Model":
+    def load(cls, path: "os.PathLike[str] | str", key: Optional[str] = None, *, copy: bool = False) -> "Model":
         """Maps a model file; with key, the model of that key in an archive of `sqmap batch`.
 
+        The system reads a mapped file when it is needed. One that another program shortens or overwrites in place meanwhile ends
+        this process; replacing it, as save does, leaves the model whole. copy: read all of it now, and be safe from both.
         Raises FileError, ModelError, VersionError; ArgumentError where the archive holds no such model.
         """
+        if flag(copy, "copy"):
+            with cls.load(path, key) as mapped:
+                return cls.from_bytes(mapped.to_bytes())
         handle = c.Handle()
         if key is None:
             c.call("sqmap_open", path_of(path), handle)
@@ -189,6 +208,9 @@ class Model(Owned):
             first, size = ctypes.c_void_p(), ctypes.c_size_t()
             c.call("sqmap_bytes", handle, first, size)
             return ctypes.string_at(first, size.value)
+
+    def __reduce__(self) -> Any:
+        return Model.from_bytes, (self.to_bytes(),)
 
     # Facts
 
@@ -269,25 +291,9 @@ class Model(Owned):
         return vertices, triangles, parts
 
     def export(self, path: "os.PathLike[str] | str") -> None:
-        """Writes the triangles, a group for each part, as .obj, or what info has as .json. Raises FileError."""
-        name = os.fsdecode(path_of(path))
-        if name.endswith(".json"):
-            text = json.dumps(self.info, indent=2) + "\n"
-        elif name.endswith(".obj"):
-            vertices, triangles, parts = self._triangles()
-            lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
-            for part in np.unique(parts).tolist():
-                lines.append(f"g part_{part}")
-                lines += [f"f {i} {j} {k}" for i, j, k in (triangles[parts == part].astype(np.int64) + 1).tolist()]
-            text = "\n".join(lines) + "\n"
-        else:
-            raise refuse("path", f"ends in {os.path.splitext(name)[1]!r}", "take .obj or .json")
-        try:
-            with open(name, "w", encoding="utf-8") as out:
-                out.write(text)
-        except OSError as e:
-            raise FileError("E_FILE", name, f"cannot be written: {e.strerror}",
-                            "look at the folder, its rights and the space that is left") from None
+        """Writes the triangles, a group for each part, as .obj or .glb (coordinates in float, from the object's centre), or what info
+        has as .json; whole or not at all. Raises FileError; MissingError of a model without the exact layer."""
+        export(self, os.fsdecode(path_of(path)))
 
     # Points
 
@@ -301,11 +307,10 @@ class Model(Owned):
         n = len(xyz)
         contact, certain, status = np.empty(n, np.bool_), np.empty(n, np.bool_), np.empty(n, np.uint8)
         depth, normal, closest, part = np.empty(n), np.empty((n, 3)), np.empty((n, 3)), np.empty(n, np.int32)
-        options = query_options(layer, threads=threads, tolerance=tolerance, margin=margin, smooth=smooth)
+        options = query_options(layer, threads=batch_cores(threads, n), tolerance=tolerance, margin=margin, smooth=smooth)
         out = c.Contacts(contact=address(contact), depth=address(depth), normal=address(normal), closest=address(closest),
                          part=address(part), certain=address(certain), status=address(status))
-        with self.use() as handle:
-            c.call("sqmap_query_points", handle, points_struct(xyz, pose_of(pose)), options, out)
+        self._call("sqmap_query_points", points_struct(xyz, pose_of(pose)), options, out)
         return Contacts(contact, depth, normal, closest, part, certain, status)
 
     def distances(self, points: Any, *, band: Optional[float] = None, pose: Any = None,
@@ -335,9 +340,14 @@ class Model(Owned):
         return np.negative(distance, out=distance)
 
     def _distances(self, xyz: np.ndarray, band: Optional[float], pose: Any, threads: Optional[int], out: c.Distances) -> None:
-        options = query_options(threads=threads, band=0.0 if band is None else number(band, "band"))
+        options = query_options(threads=batch_cores(threads, len(xyz)), band=0.0 if band is None else number(band, "band"))
+        function = "sqmap_exact_distances" if band is None else "sqmap_signed_distances"
+        self._call(function, points_struct(xyz, pose_of(pose)), options, out)
+
+    def _call(self, function: str, points: c.Points, options: c.QueryOptions, out: c.Sized) -> None:
         with self.use() as handle:
-            c.call("sqmap_exact_distances" if band is None else "sqmap_signed_distances", handle, points_struct(xyz, pose_of(pose)), options, out)
+            if getattr(c.library, function)(handle, ctypes.byref(points), ctypes.byref(options), ctypes.byref(out)) != 0:
+                raise c.last_error(function)
 
     def contains(self, points: Any, *, threads: Optional[int] = None) -> np.ndarray:
         """(n,) bool: which points (n, 3) are inside: where signed_distance is above zero, so nowhere of a surface.
@@ -360,8 +370,7 @@ class Model(Owned):
         xyz = rows(points)
         n = len(xyz)
         closest, distance, triangle = np.empty((n, 3)), np.empty(n), np.empty(n, np.uint32)
-        with self.use() as handle:
-            c.call("sqmap_closest_points", handle, points_struct(xyz), query_options(threads=threads),
+        self._call("sqmap_closest_points", points_struct(xyz), query_options(threads=batch_cores(threads, n)),
                    c.Closest(closest=address(closest), distance=address(distance), triangle=address(triangle)))
         return closest, distance, triangle.view(np.int32).astype(np.int64)
 

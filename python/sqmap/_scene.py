@@ -6,14 +6,15 @@ from typing import Any, Optional
 
 import numpy as np
 
-from ._arrays import count, instance, numbers, refuse, triangles_of
+from ._arrays import count, instance, is_open3d_tensor, numbers, refuse, triangles_of
 from ._model import Distances, Model, bake
 
 
 class Scene:
     """Closed meshes as one solid, with the functions of open3d.t.geometry.RaycastingScene that compute distances.
 
-    Points are arrays of shape {..., 3}; answers have the leading shape, in NumPy arrays. Distances are exact, in double, and negative
+    Points are arrays of shape {..., 3}; answers have the leading shape, in NumPy arrays, or in Open3D's tensors where the points are
+    one. Distances are exact, in double, and negative
     inside. Several geometries count as their union. Where two of them overlap so that the union's surface cannot be told from
     theirs, a point is refused with an ArgumentError: bake these meshes as one, which finds the union."""
 
@@ -40,24 +41,29 @@ class Scene:
             self._given[number] = triangles_of(mesh)
         return number
 
-    def compute_signed_distance(self, query_points: Any, nthreads: int = 0) -> np.ndarray:
-        """{...}: to the nearest surface, negative inside. nthreads: 0 is one a core."""
+    def compute_signed_distance(self, query_points: Any, nthreads: int = 0, nsamples: int = 1) -> Any:
+        """{...}: to the nearest surface, negative inside. nthreads: 0 is one a core; nsamples: Open3D's rays that vote on a sign, an
+        odd number, which changes nothing here."""
         xyz, shape = self._points(query_points)
-        return self._nearest(xyz, _threads(nthreads))[0].distance.reshape(shape)
+        _check_samples(nsamples)
+        return _as(query_points, self._nearest(xyz, _threads(nthreads))[0].distance.reshape(shape))
 
-    def compute_distance(self, query_points: Any, nthreads: int = 0) -> np.ndarray:
+    def compute_distance(self, query_points: Any, nthreads: int = 0) -> Any:
         """{...}: to the nearest surface, never negative."""
-        return np.abs(self.compute_signed_distance(query_points, nthreads))
-
-    def compute_occupancy(self, query_points: Any, nthreads: int = 0) -> np.ndarray:
-        """{...} float32: 1 inside, 0 outside, as the sign of the distance. Raises ArgumentError for a point that is not finite."""
         xyz, shape = self._points(query_points)
+        return _as(query_points, np.abs(self._nearest(xyz, _threads(nthreads))[0].distance).reshape(shape))
+
+    def compute_occupancy(self, query_points: Any, nthreads: int = 0, nsamples: int = 1) -> Any:
+        """{...} float32: 1 inside, 0 outside, as the sign of the distance; nsamples as there. Raises ArgumentError for a point that is
+        not finite."""
+        xyz, shape = self._points(query_points)
+        _check_samples(nsamples)
         out = np.zeros(len(xyz), np.bool_)
         for model in self._models:
             out |= model._contains(xyz, _threads(nthreads), "query_points")
-        return out.astype(np.float32).reshape(shape)
+        return _as(query_points, out.astype(np.float32).reshape(shape))
 
-    def compute_closest_points(self, query_points: Any, nthreads: int = 0) -> dict[str, np.ndarray]:
+    def compute_closest_points(self, query_points: Any, nthreads: int = 0) -> dict[str, Any]:
         """points {..., 3}, geometry_ids {...}, primitive_ids {...} (uint32; of the mesh that was given, INVALID_ID where a cure made
         the surface up), primitive_uvs {..., 2} (of the triangle's corners as given to add_triangles, else as in Model.mesh),
         primitive_normals {..., 3}."""
@@ -77,9 +83,10 @@ class Scene:
                 corners = np.where((source >= 0)[:, None, None], given[0][given[1][source]], corners)
             uv[own] = _barycentric(corners[:, 0], corners[:, 1], corners[:, 2], found.closest[own])
         points = np.where(np.isnan(found.distance)[:, None], np.nan, found.closest)
-        return {"points": points.reshape(*shape, 3), "geometry_ids": geometry.reshape(shape),
-                "primitive_ids": primitive.reshape(shape), "primitive_uvs": uv.reshape(*shape, 2),
-                "primitive_normals": normal.reshape(*shape, 3)}
+        answers = {"points": points.reshape(*shape, 3), "geometry_ids": geometry.reshape(shape),
+                   "primitive_ids": primitive.reshape(shape), "primitive_uvs": uv.reshape(*shape, 2),
+                   "primitive_normals": normal.reshape(*shape, 3)}
+        return {name: _as(query_points, answer) for name, answer in answers.items()}
 
     def _nearest(self, xyz: np.ndarray, threads: Optional[int]) -> tuple[Distances, np.ndarray]:
         """Distances to the union, and the geometry of each answer."""
@@ -108,6 +115,16 @@ class Scene:
         if array.ndim < 1 or array.shape[-1] != 3:
             raise refuse("query_points", f"has the shape {array.shape}", "give points in the last axis: (..., 3)")
         return array.reshape(-1, 3), array.shape[:-1]
+
+
+def _as(query_points: Any, answer: np.ndarray) -> Any:
+    """An answer of the kind of the points: an Open3D tensor where they are one."""
+    return type(query_points)(answer) if is_open3d_tensor(query_points) else answer
+
+
+def _check_samples(nsamples: int) -> None:
+    if count(nsamples, "nsamples") % 2 == 0:
+        raise refuse("nsamples", f"is {nsamples}", "give an odd number, as Open3D asks")
 
 
 def _threads(nthreads: int) -> Optional[int]:

@@ -1,5 +1,6 @@
 """Answers through Python: against closed forms, brute force and the program itself."""
 import json
+import os
 import pathlib
 import subprocess
 import sys
@@ -188,6 +189,11 @@ class Files(unittest.TestCase):
             obj, text = pathlib.Path(folder, "torus.obj"), pathlib.Path(folder, "torus.json")
             model.export(obj)
             model.export(text)
+            far = sqmap.bake((model.mesh[0] + 1e6, model.mesh[1]))
+            far.export(folder + "/far.glb")
+            np.testing.assert_allclose(sqmap.bake(folder + "/far.glb").mesh[0].min(0), far.mesh[0].min(0), rtol=0, atol=1e-6)
+            self.assertEqual(sqmap.bake(folder + "/far.glb").facts.triangles, far.facts.triangles)
+            self.assertEqual(len(os.listdir(folder)), 3)  # nothing is left beside them
             self.assertEqual(json.loads(text.read_text()), model.info)
             again = sqmap.bake(obj)
             self.assertEqual(again.info["mesh_hash"], sqmap.bake(model.mesh).info["mesh_hash"])

@@ -47,7 +47,7 @@ BY_NAME = {
     "what": ["smell", 5, b"parts", object()], "key": [5, object(), b"0" * 64], "up": ["w", 5, object(), []],
     "layer": [7, 0, True, "deep", 3.5, [3], object(), NAN], "mode": ["glued", 5, [], object()], "repair": ["glue", 5, [], object()],
     "projection": ["mercator", 5, [], object()], "source": [5, object(), b"x"], "progress": [5, "bar", object(), []],
-    "time": NUMBERS, "sample_time": NUMBERS, "sequence": INTEGERS, "acts": [*INTEGERS, 32],
+    "nsamples": [*INTEGERS, 0, 2], "time": NUMBERS, "sample_time": NUMBERS, "sequence": INTEGERS, "acts": [*INTEGERS, 32],
 }
 BY_ANNOTATION = {"float": NUMBERS, "Optional[float]": NUMBERS, "int": INTEGERS, "Optional[int]": INTEGERS, "bool": FLAGS}
 KINDS = {"Model": sqmap.Model, "Probe": sqmap.Probe, "Body": sqmap.Body, "Workspace": sqmap.Workspace}

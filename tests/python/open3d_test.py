@@ -44,6 +44,12 @@ class Open3d(unittest.TestCase):
             np.testing.assert_array_equal(inside[disputed] == 1, truth)
             np.testing.assert_array_equal(b[disputed] < 0, truth)
             print(f"{disputed.sum()} of {disputed.size} signs disputed, all decided for sqmap")
+            tensors = ours.compute_closest_points(tensor) | {"distance": ours.compute_signed_distance(tensor, nsamples=3),
+                                                             "occupancy": ours.compute_occupancy(tensor, nsamples=5)}
+            arrays = ours.compute_closest_points(points) | {"distance": b, "occupancy": inside}
+            for name, answer in tensors.items():
+                self.assertIsInstance(answer, o3d.core.Tensor)
+                np.testing.assert_array_equal(answer.numpy(), arrays[name])
             c, d = theirs.compute_closest_points(tensor), ours.compute_closest_points(points)
             for name in ("points", "geometry_ids", "primitive_ids"):
                 self.assertEqual(c[name].numpy().shape, d[name].shape)
@@ -53,7 +59,17 @@ class Open3d(unittest.TestCase):
     def test_an_open3d_mesh_is_baked(self):
         vertices, triangles = ball()
         mesh = o3d.geometry.TriangleMesh(o3d.utility.Vector3dVector(vertices), o3d.utility.Vector3iVector(triangles))
-        self.assertEqual(sqmap.bake(mesh).info["mesh_hash"], sqmap.bake((vertices, triangles)).info["mesh_hash"])
+        wanted = sqmap.bake((vertices, triangles)).to_bytes()
+        self.assertEqual(sqmap.bake(mesh).to_bytes(), wanted)
+        tensors = o3d.t.geometry.TriangleMesh(o3d.core.Tensor(vertices), o3d.core.Tensor(triangles))
+        self.assertEqual(sqmap.bake(tensors).to_bytes(), wanted)
+        scene = sqmap.Scene()
+        scene.add_triangles(tensors)
+        scene.add_triangles(o3d.core.Tensor(vertices + 5), o3d.core.Tensor(triangles))
+        self.assertEqual(scene.compute_occupancy(o3d.core.Tensor([[0.0, 0, 0], [5, 5, 5], [2.5, 2.5, 2.5]])).numpy().tolist(), [1, 1, 0])
+        with self.assertRaises(sqmap.ArgumentError) as raised:
+            sqmap.bake(o3d.t.geometry.TriangleMesh())
+        self.assertEqual(raised.exception.element, "mesh")
 
 
 if __name__ == "__main__":
