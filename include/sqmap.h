@@ -5,8 +5,8 @@
 // Frames: the mesh's own where no pose is given, else the frame in which poses are given.
 // Structs: set `size` to sizeof the struct and everything else to zero; zero stands for the default. A program that was
 // compiled against another 0.x of this header goes on working: what it does not know stays at its default.
-// Libraries: libsqmap has all of it. libsqmap_query, a third as large, leaves out sqmap_bake, sqmap_bake_file and models of the
-// normal projection, which it refuses with SQMAP_E_MISSING.
+// Libraries: libsqmap has all of it. libsqmap_query, a third as large, leaves out sqmap_bake, sqmap_bake_file, sqmap_export and
+// models of the normal projection, which it refuses with SQMAP_E_MISSING.
 // Errors: every function that can fail returns a code; sqmap_last_error() has the reason of this thread's last one. No
 // exception leaves the library. A handle that is {0}, closed or of another kind is an error (SQMAP_E_HANDLE), never a crash;
 // pointers have to be right. Errors count from zero, as arrays do: "mesh.triangles[3]" and "points.xyz[3]" are fourth rows.
@@ -173,6 +173,47 @@ SQMAP_API sqmap_code sqmap_sources(sqmap_model model, int64_t* triangles, int64_
 SQMAP_API sqmap_code sqmap_triangles(sqmap_model model, double* vertices, uint32_t* triangles, int32_t* parts);
 /// Closes a handle; {0} is passed over. What was made of the model goes on working.
 SQMAP_API sqmap_code sqmap_close_model(sqmap_model model);
+
+/// Files with shapes that enclose a model's parts.
+typedef enum sqmap_format {
+    SQMAP_FORMAT_DEFAULT = 0,  ///< as the ending of the file's name says
+    SQMAP_FORMAT_URDF = 1,     ///< box, cylinder and sphere; others as meshes in files beside it
+    SQMAP_FORMAT_MJCF = 2,     ///< MuJoCo: a free body with a geom a shape
+    SQMAP_FORMAT_SDF = 3,      ///< SDFormat 1.9
+    SQMAP_FORMAT_SRDF = 4,     ///< MoveIt's link_sphere_approximation: spheres alone
+    SQMAP_FORMAT_SPHERES = 5,  ///< cuRobo's YAML: spheres alone
+    SQMAP_FORMAT_JSON = 6,     ///< every parameter, and the equation that holds within
+    SQMAP_FORMAT_OBJ = 7,      ///< the shapes as triangles
+    SQMAP_FORMAT_GLB = 8
+} sqmap_format;
+
+/// Shapes that enclose a part.
+typedef enum sqmap_shape {
+    SQMAP_SHAPE_DEFAULT = 0,  ///< as SQMAP_SHAPE_HULL
+    SQMAP_SHAPE_BOX = 1,
+    SQMAP_SHAPE_SPHERE = 2,
+    SQMAP_SHAPE_ELLIPSOID = 3,
+    SQMAP_SHAPE_CAPSULE = 4,
+    SQMAP_SHAPE_CYLINDER = 5,
+    SQMAP_SHAPE_HULL = 6,
+    SQMAP_SHAPE_SUPERQUADRIC = 7
+} sqmap_shape;
+
+/// Options of an export. Zero: convex hulls, in the format of the file's ending.
+typedef struct sqmap_export_options {
+    size_t size;
+    int32_t format;    ///< sqmap_format
+    int32_t shape;     ///< sqmap_shape
+    uint32_t spheres;  ///< 1 to 4096: so many balls hold the whole together, and shape does not count
+    uint32_t threads;  ///< 0: one a core; the files do not depend on it
+} sqmap_export_options;
+
+/// Encloses each part in a shape that is certified to hold it as it is written, and writes the file and the meshes that it refers
+/// to beside it, each whole or not at all. options may be null. report may be null: volumes, support excess and protrusion of
+/// each shape and of the whole, as JSON. Lengths are in mesh units. The same as `sqmap export --as`; libsqmap_query lacks it.
+/// Errors: E_MISSING without the exact layer; E_ARGUMENT for a shape that the format does not hold, and a name whose ending is of
+/// no format; E_FILE. Cost: some 30 ms a part; seconds for balls.
+SQMAP_API sqmap_code sqmap_export(sqmap_model model, const char* path, const sqmap_export_options* options, sqmap_text* report);
 
 // ---------------------------------------------------------------------------------------------------- points
 

@@ -28,13 +28,7 @@ struct ExportArguments {
 collider::Format format_of(const ExportArguments& o)
 {
     if (o.format) return *o.format;
-    const std::string extension = fs::path(o.output).extension().string();
-    constexpr std::pair<const char*, collider::Format> k_extensions[] = {
-        {".urdf", collider::Format::Urdf}, {".sdf", collider::Format::Sdf},   {".srdf", collider::Format::Srdf},
-        {".mjcf", collider::Format::Mjcf}, {".json", collider::Format::Json}, {".obj", collider::Format::Obj},
-        {".glb", collider::Format::Glb}};
-    for (const auto& [ending, format] : k_extensions)
-        if (extension == ending) return format;
+    if (const std::optional<collider::Format> format = collider::format_by_ending(o.output)) return *format;
     throw WrongUsage("--as", "the name '" + o.output +
                                  "' does not say which file it is: give urdf, mjcf, sdf, srdf, spheres, json, "
                                  "obj or glb");

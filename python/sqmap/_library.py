@@ -54,6 +54,10 @@ class Facts(Sized):
                 ("has_exact", c_int32), ("is_normal", c_int32), ("is_doubtful", c_int32), ("has_input", c_int32)]
 
 
+class ExportOptions(Sized):
+    _fields_ = [("size", c_size_t), ("format", c_int32), ("shape", c_int32), ("spheres", c_uint32), ("threads", c_uint32)]
+
+
 class Pose(Structure):
     _fields_ = [("rotation", c_double * 9), ("translation", c_double * 3)]
 
@@ -185,6 +189,7 @@ FUNCTIONS: dict[str, list[Any]] = {
     "sqmap_sources": [Handle, c_void_p, c_void_p],
     "sqmap_triangles": [Handle, c_void_p, c_void_p, c_void_p],
     "sqmap_close_model": [Handle],
+    "sqmap_export": [Handle, c_char_p, POINTER(ExportOptions), POINTER(Text)],
     "sqmap_query_points": [Handle, POINTER(Points), POINTER(QueryOptions), POINTER(Contacts)],
     "sqmap_exact_distances": [Handle, POINTER(Points), POINTER(QueryOptions), POINTER(Distances)],
     "sqmap_signed_distances": [Handle, POINTER(Points), POINTER(QueryOptions), POINTER(Distances)],

@@ -19,6 +19,8 @@ from ._progress import Progress, run
 from ._render import render
 
 REPAIRS = {"auto": 0, "none": 1, "safe": 2, "close": 3, "wrap": 4}
+FORMATS = {"urdf": 1, "mjcf": 2, "sdf": 3, "srdf": 4, "spheres": 5, "json": 6, "obj": 7, "glb": 8}
+SHAPES = {"box": 1, "sphere": 2, "ellipsoid": 3, "capsule": 4, "cylinder": 5, "hull": 6, "superquadric": 7}
 
 
 class CuredWarning(UserWarning):
@@ -157,6 +159,16 @@ def points_struct(points: np.ndarray, pose: Optional[c.Pose] = None) -> c.Points
     return out
 
 
+def _shape_of(shape: Any) -> tuple[int, int]:
+    """The number of a shape, and of how many balls."""
+    if isinstance(shape, str) and shape in SHAPES:
+        return SHAPES[shape], 0
+    number_of = shape.removeprefix("spheres:") if isinstance(shape, str) else ""
+    if not number_of.isdecimal() or not 1 <= int(number_of) <= 4096 or not shape.startswith("spheres:"):
+        raise refuse("shape", f"is {shape!r}", f"take one of {', '.join(SHAPES)}, or spheres:N with N from 1 to 4096")
+    return 0, int(number_of)
+
+
 class Model(Owned):
     """A baked model. Any number of threads may query it at once.
 
@@ -290,10 +302,31 @@ class Model(Owned):
             c.call("sqmap_triangles", handle, address(vertices), address(triangles), address(parts))
         return vertices, triangles, parts
 
-    def export(self, path: "os.PathLike[str] | str") -> None:
-        """Writes the triangles, a group for each part, as .obj or .glb (coordinates in float, from the object's centre), or what info
-        has as .json; whole or not at all. Raises FileError; MissingError of a model without the exact layer."""
-        export(self, os.fsdecode(path_of(path)))
+    def export(self, path: "os.PathLike[str] | str", format: Optional[str] = None, shape: Optional[str] = None, *,
+               threads: Optional[int] = None) -> Optional[dict[str, Any]]:
+        """Encloses each part in a shape that is certified to hold it and writes them, as `sqmap export --as` does; returns their figures.
+
+        format: urdf, mjcf, sdf, srdf, spheres (cuRobo), json, obj, glb; without it the path's ending says. shape: hull (the default), box,
+        sphere, ellipsoid, capsule, cylinder, superquadric, or spheres:N, N balls that hold the whole. Meshes that the file refers to are
+        written beside it. Figures of the whole and of each shape: volume, support_excess, protrusion, in mesh units. With neither format
+        nor shape .obj and .glb hold the model's triangles, a group for each part (GLB in float, from the object's centre), and .json what
+        info has; then None is returned. All files appear whole or not at all. Raises FileError, MissingError of a model without
+        triangles, ArgumentError for a shape that the format does not hold."""
+        name = path_of(path)
+        if format is not None and (not isinstance(format, str) or format not in FORMATS):
+            raise refuse("format", f"is {format!r}", f"take one of {', '.join(FORMATS)}")
+        kind, spheres = _shape_of("hull" if shape is None else shape)
+        count_of_threads = 0 if threads is None else cores(threads)
+        if format is None and shape is None and name.endswith((b".glb", b".json", b".obj")):
+            export(self, os.fsdecode(name))
+            return None
+        report = c.Text()
+        buffer = ctypes.create_string_buffer(1024 * ((spheres or self.facts.parts) + 2))
+        report.text, report.capacity = ctypes.cast(buffer, ctypes.c_char_p), len(buffer)
+        options = c.ExportOptions(format=FORMATS.get(format or "", 0), shape=kind, spheres=spheres, threads=count_of_threads)
+        with self.use() as handle:
+            c.call("sqmap_export", handle, name, options, report)
+        return json.loads(buffer.value.decode("utf-8", "replace"))
 
     # Points
 

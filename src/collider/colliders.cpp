@@ -47,6 +47,14 @@ std::optional<Format> format_named(std::string_view name) noexcept
     return static_cast<Format>(found - k_formats.begin());
 }
 
+std::optional<Format> format_by_ending(const std::filesystem::path& path)
+{
+    const std::string ending = path.extension().string();
+    if (ending.empty()) return std::nullopt;
+    const std::optional<Format> format = format_named(ending.substr(1));
+    return format == Format::Spheres ? std::nullopt : format;  // cuRobo's file is YAML, whose ending says nothing
+}
+
 std::optional<ShapeChoice> choice_named(std::string_view text) noexcept
 {
     const std::string name = lower(text);

@@ -199,6 +199,28 @@ class Files(unittest.TestCase):
             self.assertEqual(again.info["mesh_hash"], sqmap.bake(model.mesh).info["mesh_hash"])
             self.assertEqual(obj.read_text().count("\ng part_") + obj.read_text().startswith("g part_"), model.facts.parts)
 
+    def test_exported_shapes_hold_the_mesh_and_are_those_of_the_program(self):
+        model = torus_model()
+        vertices = model.mesh[0]
+        with tempfile.TemporaryDirectory() as folder:
+            files = {name: pathlib.Path(folder, name) for name in ("ring.urdf", "ring.mjcf", "ring.sdf", "ring.glb", "hulls.obj")}
+            for path in files.values():
+                figures = model.export(path, shape="hull")
+                self.assertEqual((len(figures["shapes"]), figures["whole"]["support_excess"]), (model.facts.parts, 0))
+            self.assertTrue(files["ring.glb"].read_bytes().startswith(b"glTF"))
+            self.assertEqual(files["ring.urdf"].read_text().count("<collision"), model.facts.parts)
+            balls = model.export(pathlib.Path(folder, "balls"), "json", "spheres:8")
+            parts = json.loads(pathlib.Path(folder, "balls").read_text())["parts"]
+            self.assertEqual([p["name"] for p in parts], [s["name"] for s in balls["shapes"]])
+            inside = [np.linalg.norm(vertices - p["xyz"], axis=1) <= p["radius"] for p in parts]
+            self.assertTrue(np.any(inside, axis=0).all())
+            self.assertGreater(balls["whole"]["protrusion"], 0)
+            with self.assertRaises(sqmap.ArgumentError) as raised:
+                model.export(pathlib.Path(folder, "ring.srdf"), shape="box")
+            self.assertEqual(raised.exception.element, "shape")
+            with self.assertRaises(sqmap.MissingError):
+                sqmap.bake(ball(2), exact=False).export(pathlib.Path(folder, "ring.urdf"))
+
     def test_pictures_show_the_shape(self):
         picture = torus_model().render("mesh", size=(160, 120), up="z", elevation=90)
         self.assertEqual((picture.shape, picture.dtype), ((120, 160, 3), np.uint8))

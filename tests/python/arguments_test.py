@@ -47,6 +47,7 @@ BY_NAME = {
     "what": ["smell", 5, b"parts", object()], "key": [5, object(), b"0" * 64], "up": ["w", 5, object(), []],
     "layer": [7, 0, True, "deep", 3.5, [3], object(), NAN], "mode": ["glued", 5, [], object()], "repair": ["glue", 5, [], object()],
     "projection": ["mercator", 5, [], object()], "source": [5, object(), b"x"], "progress": [5, "bar", object(), []],
+    "format": ["step", 5, [], object()], "shape": ["egg", "spheres:0", "spheres:5000", "spheres:x", 5, [], object()],
     "nsamples": [*INTEGERS, 0, 2], "time": NUMBERS, "sample_time": NUMBERS, "sequence": INTEGERS, "acts": [*INTEGERS, 32],
 }
 BY_ANNOTATION = {"float": NUMBERS, "Optional[float]": NUMBERS, "int": INTEGERS, "Optional[int]": INTEGERS, "bool": FLAGS}

@@ -131,8 +131,8 @@ class World:
             return self.struct(kind[6:-1])
         if kind.startswith("sqmap_"):
             return c.Handle(self.open[kind[6:]].id)
-        return {"path": str(self.mesh_file if function == "sqmap_bake_file" else self.folder / "out.sqmap"
-                            if function == "sqmap_save" else self.model_file).encode(),
+        paths = {"sqmap_bake_file": self.mesh_file, "sqmap_save": self.folder / "out.sqmap", "sqmap_export": self.folder / "out.json"}
+        return {"path": str(paths.get(function, self.model_file)).encode(),
                 "archive": str(self.folder / "none.tar").encode(), "key": b"0" * 64,
                 "bytes": ctypes.c_void_p() if "**" in kind else self.bytes,
                 "size": ctypes.c_size_t() if "*" in kind else len(self.bytes), "contacts": 16,

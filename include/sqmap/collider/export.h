@@ -32,6 +32,8 @@ enum class Format : std::uint8_t {
 [[nodiscard]] const char* name_of(Format format) noexcept;
 /// The format of a name, whatever its case; nothing for another word.
 [[nodiscard]] std::optional<Format> format_named(std::string_view name) noexcept;
+/// The format that a file's ending says: ".urdf", ".mjcf", ".sdf", ".srdf", ".json", ".obj" or ".glb". Nothing for another.
+[[nodiscard]] std::optional<Format> format_by_ending(const std::filesystem::path& path);
 
 /// A shape for each part, or balls for the whole.
 struct ShapeChoice {
