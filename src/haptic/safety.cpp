@@ -45,6 +45,18 @@ Vec3d shortened(const Vec3d& v, double max_length)
     return length <= k_absurd * 2 ? std::max(max_length, 0.) / length * v : Vec3d{};
 }
 
+/// The wrench, force and torque shortened by one factor until both limits hold: the line of action and the ratio of torque to
+/// force stay as commanded, so a tool that is pressed harder at a limit does not seem to be pushed elsewhere. Zero for a wrench
+/// that cannot be measured.
+Wrench within(const Wrench& w, double max_force, double max_torque)
+{
+    const double force = norm(w.force), torque = norm(w.torque);
+    if (force <= max_force && torque <= max_torque) return w;
+    if (!(force <= k_absurd * 2 && torque <= k_absurd * 2)) return {};
+    const double share = std::min(force > max_force ? max_force / force : 1, torque > max_torque ? max_torque / torque : 1);
+    return std::max(share, 0.) * w;
+}
+
 /// The rotation vector from a to b: unit axis times angle, the world's axes.
 Vec3d turn_between(const Mat3d& a, const Mat3d& b)
 {
@@ -56,13 +68,11 @@ Vec3d turn_between(const Mat3d& a, const Mat3d& b)
     return cosine > 0 ? s : Vec3d{angle, 0, 0};  // half a turn: its axis does not matter: no hand turns that far in a tick
 }
 
-/// from may shrink at once; from there on it grows towards to by at most step.
-Vec3d grown(const Vec3d& from, const Vec3d& to, double step)
+/// As much of a vector as lies along another one: it shrinks at once, and never grows.
+Vec3d shrunk(const Vec3d& from, const Vec3d& to)
 {
     const double length_sq = norm_sq(from);
-    const Vec3d kept = length_sq > 0 ? std::clamp(dot(from, to) / length_sq, 0., 1.) * from : Vec3d{};
-    const Vec3d rest = to - kept;
-    return norm(rest) <= step ? to : kept + shortened(rest, step);
+    return length_sq > 0 ? std::clamp(dot(from, to) / length_sq, 0., 1.) * from : Vec3d{};
 }
 
 /// J in a spring of stiffness K that commands a force, where no more than max_force is exerted.
@@ -205,7 +215,10 @@ Wrench SafetyFilter::slewed(const Wrench& from, const Wrench& to, double dt) con
 {
     // A late tick may not step further than one in time.
     const double step = std::min(dt, device_.period);
-    return {grown(from.force, to.force, force_slew_ * step), grown(from.torque, to.torque, torque_slew_ * step)};
+    const Wrench kept{shrunk(from.force, to.force), shrunk(from.torque, to.torque)};
+    const Wrench rest{to.force - kept.force, to.torque - kept.torque};
+    const Wrench grown = within(rest, force_slew_ * step, torque_slew_ * step);
+    return grown == rest ? to : kept + grown;
 }
 
 /// Time, freshness, and what the user and the device allow.
@@ -361,7 +374,7 @@ void SafetyFilter::engage(const SafetyInput&, Tick& tick) noexcept
     }
 }
 
-/// Step 4. The limits, keeping directions.
+/// Step 4. The limits. Force and torque shrink together.
 void SafetyFilter::clamp(Tick& tick) noexcept
 {
     bool acted = false;
@@ -369,7 +382,7 @@ void SafetyFilter::clamp(Tick& tick) noexcept
         const double share = tick.share[z];
         tick.springs[z] =
             std::max(stored(tick.wrench[z], share), haptic::stored(share * tick.push[z], force_limit_, share * softest_));
-        const Wrench w{shortened(tick.wrench[z].force, force_limit_), shortened(tick.wrench[z].torque, torque_limit_)};
+        const Wrench w = within(tick.wrench[z], force_limit_, torque_limit_);
         acted = acted || !(w == tick.wrench[z]);
         tick.wrench[z] = w;
     }
@@ -405,8 +418,8 @@ void SafetyFilter::speed(Tick& tick) noexcept
         }
         if (zone.fast <= 0) continue;
         acted = true;
-        const Wrench brake{shortened(-k_fast_damping * zone.velocity, force_limit_),
-                           shortened(-k_fast_damping * k_arm * k_arm * zone.turn, torque_limit_)};
+        const Wrench damper{-k_fast_damping * zone.velocity, -k_fast_damping * k_arm * k_arm * zone.turn};
+        const Wrench brake = within(damper, force_limit_, torque_limit_);
         tick.wrench[z] = slewed(sent_before(zone, 1), brake, tick.dt);
         if (zone.fast > k_fast_fault) {
             latch(k_fault_fast);
@@ -495,7 +508,7 @@ void SafetyFilter::clamp_last(Tick& tick) noexcept
     bool acted = false;
     for (std::size_t z = 0; z < tick.zones; ++z) {
         const double share = tick.scale * tick.share[z];
-        Wrench w{shortened(tick.wrench[z].force, share * force_limit_), shortened(tick.wrench[z].torque, share * torque_limit_)};
+        Wrench w = within(tick.wrench[z], share * force_limit_, share * torque_limit_);
         if (!sane(w)) w = {};
         acted = acted || !(w == tick.wrench[z]);
         tick.wrench[z] = w;

@@ -144,10 +144,25 @@ TEST(SafetyClamp, TooMuchIsShortenedAlongItsDirectionBeforeTheOtherSteps)
         bench.tick();
         EXPECT_NE(bench.report.acted & k_acted_clamp, 0u);
     }
-    EXPECT_NEAR(bench.force().x, 1.2, 1e-12);
-    EXPECT_NEAR(bench.force().y, 1.6, 1e-12);
+    EXPECT_NEAR(bench.force().x, 0.6, 1e-12) << "torque is at its limit, so force falls by the same factor";
+    EXPECT_NEAR(bench.force().y, 0.8, 1e-12);
     EXPECT_NEAR(bench.safe[0].torque.y, 0.1, 1e-12);
     EXPECT_EQ(bench.filter.counters().last_clamped, 0u) << "nothing was left for the final clamp to do";
+}
+
+TEST(SafetyClamp, TorqueKeepsItsRatioToForceWhicheverLimitActs)
+{
+    // Commanded ever stronger about one line of action, past the limit in force, then past the limit in torque.
+    for (const double lever : {0.001, 0.02, 0.05, 0.08, 0.5}) {
+        Bench bench;
+        bench.engage();
+        for (double force = 0; force < 40; force += 0.05) {
+            bench.commanded[0] = {{0, force, 0}, {0, 0, lever * force}};
+            bench.tick();
+            ASSERT_NEAR(bench.safe[0].torque.z, lever * bench.force().y, 1e-12) << lever << " m, " << force << " N";
+        }
+        EXPECT_NEAR(bench.force().y, std::min(2., 0.1 / lever), 1e-12);
+    }
 }
 
 TEST(SafetyClamp, TheLeastOfUserAndDeviceHolds)
@@ -223,6 +238,20 @@ TEST(SafetySlew, ForceGrowsByAQuarterNewtonATickAndFallsAtOnce)
     bench.tick();
     EXPECT_EQ(bench.force().y, 0.3);
     EXPECT_EQ(bench.safe[0].torque.x, 0);
+}
+
+TEST(SafetySlew, ForceAndTorqueGrowTogether)
+{
+    for (const double lever : {0.001, 0.05, 0.4}) {
+        Bench bench;
+        bench.engage();
+        for (int i = 0; i < 20; ++i) {
+            bench.commanded[0] = {{0, 0.2, 0}, {0, 0, lever * 0.2}};
+            bench.tick();
+            ASSERT_NEAR(bench.safe[0].torque.z, lever * bench.force().y, 1e-12) << lever << " m, tick " << i;
+        }
+        EXPECT_NEAR(bench.force().y, 0.2, 1e-12);
+    }
 }
 
 TEST(SafetySlew, AReversalGoesThroughZeroAndGrowsFromThere)
