@@ -48,17 +48,19 @@ void TickWork::run(ServoTick& now, const TickActs& acts) noexcept
     const bool resumed_there = now.connected && now.sample.resumes != resumes_;
     if (now.connected) resumes_ = now.sample.resumes;
     now.commanded.fill({});
-    std::array<double, k_max_zones> pushes{};
+    std::array<double, k_max_zones> pushes{}, stiffened{};
     now.status = 0;
     if (now.connected && now.sample.sequence != 0)
-        now.status = tick_(context_, {now.sample, now.time, now.dt, now.degraded, now.tick, {pushes.data(), zones_}},
-                           {now.commanded.data(), zones_});
+        now.status = tick_(
+            context_, {now.sample, now.time, now.dt, now.degraded, now.tick, {pushes.data(), zones_}, {stiffened.data(), zones_}},
+            {now.commanded.data(), zones_});
     haptic::SafetyInput in{.time = now.time,
                            .sample_time = now.sample.time,
                            .sequence = now.sample.sequence,
                            .poses = {now.sample.poses.data(), zones_},
                            .commanded = {now.commanded.data(), zones_},
                            .pushes = {pushes.data(), zones_},
+                           .stiffened = {stiffened.data(), zones_},
                            .connected = now.connected,
                            .held = acts.held,
                            .stop = acts.stop,

@@ -20,7 +20,7 @@ constexpr double k_smoothing = 0.003;  // s, of the velocity
 constexpr double k_glitch = 0.02;      // s after motion above the top speed during which the velocity is not trusted
 constexpr double k_store = 0.2;        // J, maximum that a zone may store: 2 N over 10 cm
 constexpr double k_debt = 0.02;        // J, maximum that it may owe: more takes longer to be forgiven
-constexpr double k_ramp_store = 0.05;  // J, maximum that a ramp may give: half of 2 N over 5 cm
+constexpr double k_ramp_store = 0.05;  // J, maximum that stiffening may give in a contact: half of 2 N over 5 cm
 constexpr double k_slack = 1.25;       // of its springs' energy: a delay and an encoder may hide the excess
 constexpr double k_damping = 5;        // N s/m, maximum that the passivity step adds
 constexpr double k_min_valve = 1e-4;   // J: the valve closes over this much if the margin is less
@@ -160,7 +160,7 @@ struct SafetyFilter::Tick {
     std::array<bool, k_max_safe_zones> jumped{};
     std::array<double, k_max_safe_zones> push{};       // N, of springs, though they cancel in the commanded wrench
     std::array<double, k_max_safe_zones> springs{};    // J, maximum that the springs behind the commanded wrench hold
-    std::array<double, k_max_safe_zones> stiffened{};  // J that the ramp adds to them at rest
+    std::array<double, k_max_safe_zones> stiffened{};  // J that the ramp and the user add to them at rest
 };
 
 SafetyReport SafetyFilter::tick(const SafetyInput& in, std::span<Wrench> safe) noexcept
@@ -231,6 +231,7 @@ SafetyFilter::Tick SafetyFilter::begin(const SafetyInput& in, std::size_t capaci
     tick.share.fill(1);
     for (std::size_t z = 0; z < tick.zones; ++z) tick.wrench[z] = in.commanded[z];
     for (std::size_t z = 0; z < std::min(tick.zones, in.pushes.size()); ++z) tick.push[z] = in.pushes[z];
+    for (std::size_t z = 0; z < std::min(tick.zones, in.stiffened.size()); ++z) tick.stiffened[z] = in.stiffened[z];
     tick.dt = begun_ && sane(in.time) ? in.time - time_ : device_.period;
     tick.fresh = in.connected && in.sequence != 0 && (!sampled_ || in.sequence != sequence_);
     if (in.resume && setup_status_ == SetupStatus::Ok && faults_ != 0) {
@@ -254,6 +255,7 @@ void SafetyFilter::finite(const SafetyInput& in, Tick& tick) noexcept
         ok = ok && sane(in.poses[z]) && is_rotation(in.poses[z].rotation, k_rotation) && sane(in.commanded[z]);
     for (std::size_t z = 0; z < std::min(tick.zones, in.twists.size()); ++z) ok = ok && sane(in.twists[z]);
     for (std::size_t z = 0; z < std::min(tick.zones, in.pushes.size()); ++z) ok = ok && sane(in.pushes[z]);
+    for (std::size_t z = 0; z < std::min(tick.zones, in.stiffened.size()); ++z) ok = ok && sane(in.stiffened[z]);
     if (ok) return;
     tick.off = true;
     tick.acted |= k_acted_finite;
@@ -363,7 +365,7 @@ void SafetyFilter::engage(const SafetyInput&, Tick& tick) noexcept
         if (zone.phase == Phase::Ramping && !tick.off) {
             const double before = zone.ramp;
             zone.ramp = std::min(zone.ramp + std::min(tick.dt, 2 * device_.period) / k_engage_ramp, 1.);
-            tick.stiffened[z] = stored(zone.ramp * tick.wrench[z], zone.ramp) - stored(before * tick.wrench[z], before);
+            tick.stiffened[z] += stored(zone.ramp * tick.wrench[z], zone.ramp) - stored(before * tick.wrench[z], before);
             if (zone.ramp >= 1) zone.phase = Phase::Engaged;
         }
         if (zone.phase == Phase::Engaged) continue;
@@ -453,8 +455,9 @@ void SafetyFilter::passivity(Tick& tick) noexcept
         // The account never holds more than the springs do, and nothing out of contact, so that energy lost to friction cannot
         // pay for energy from elsewhere.
         const double springs = std::max(tick.springs[z], stored(then, tick.share[z]));
-        // A spring that the ramp stiffens while it is pressed in pushes the hand out: that much is the filter's own doing.
-        const double stiffened = std::min(tick.stiffened[z], zone.ramp_store);
+        // A spring that the ramp or the user stiffens while it is pressed in pushes the hand out, and nobody's motion paid for
+        // it.
+        const double stiffened = std::clamp(tick.stiffened[z], 0., zone.ramp_store);
         zone.ramp_store -= stiffened;
         zone.energy -= stiffened;
         // A motion there and back within two samples is a glitch: the second sample returns the energy that the first one took.
@@ -464,6 +467,7 @@ void SafetyFilter::passivity(Tick& tick) noexcept
         // comes and goes many times a second is one touch: else each would be given the margin anew.
         zone.free_for = free ? zone.free_for + tick.dt : 0;
         const bool left = zone.free_for > k_left;
+        if (left && zone.phase == Phase::Engaged) zone.ramp_store = k_ramp_store;
         const double kept = left ? 0 : margin_, rate = tick.dt / (left ? k_forgive_free : k_forgive);
         if (zone.energy > kept) zone.energy -= std::min(rate, 1.) * (zone.energy - kept);
         const double excess = zone.energy - margin_;

@@ -173,6 +173,38 @@ TEST(Feel, ForceIsTheSpringUpToItsLimit)
     }
 }
 
+TEST(Feel, AStiffnessSetWhileHeldIsTheOneSetBefore)
+{
+    constexpr double k_sequence[] = {50, 100, 250, 500, 1000, 1500, 500, 1500, 50, 500};
+    for (const ObjectPtr& object : demo_objects())
+        for (const double depth : {0.0045, 0.012}) {  // below the limit in force, and at it
+            const Spot spot = spots(*object, 0.02, 1, 1).at(0);
+            const auto afresh = [&](double stiffness) {
+                Press press(object, {.stiffness = stiffness}, spot);
+                press.to(depth).run(2);
+                return mean_force(press.to(depth), 0.2);
+            };
+            Press press(object, {.stiffness = k_sequence[0]}, spot);
+            press.to(depth).run(2);
+            for (const double stiffness : k_sequence) {
+                Rehearsal& run = press.to(depth);
+                run.adjust({.stiffness = stiffness});
+                run.run(1.5);
+                double sum = 0, squares = 0;
+                int n = 0;
+                run.run(0.5, [&](const Rehearsal::Tick& t) {
+                    const double force = norm(t.sent.force);
+                    sum += force, squares += force * force, ++n;
+                });
+                const double mean = sum / n, wanted = afresh(stiffness);
+                EXPECT_NEAR(mean, wanted, 0.03 * wanted) << object->name << ' ' << depth << " m, " << stiffness << " N/m";
+                EXPECT_LE(std::sqrt(std::max(0., squares / n - mean * mean)), 0.01 * mean)
+                    << object->name << ' ' << depth << " m, " << stiffness << " N/m chatters";
+                EXPECT_EQ(run.last().faults, 0u);
+            }
+        }
+}
+
 TEST(Feel, TenTapsAreAlike)
 {
     for (const ObjectPtr& object : demo_objects())

@@ -38,6 +38,7 @@ public:
     Rehearsal& operator=(const Rehearsal&) = delete;
 
     void aim(Vec3d target) { hand_.aim(target); }
+    void adjust(const Settings& settings) { forces_.adjust(live_of(settings, 1)); }
 
     /// degraded: the servo has no time to query.
     const Tick& tick(bool degraded = false)
@@ -48,13 +49,14 @@ public:
         haptic::Wrench wrench{};
         (void)forces_.step({.pose = pose, .dt = k_tick, .degraded = degraded}, wrench);
         const haptic::ZoneReport& report = forces_.report();
-        const double push = report.push;
+        const double push = report.push, stiffened = forces_.stiffened();
         const haptic::SafetyReport safety = filter_.tick({.time = time_,
                                                           .sample_time = time_,
                                                           .sequence = ++sequence_,
                                                           .poses = {&pose, 1},
                                                           .commanded = {&wrench, 1},
-                                                          .pushes = {&push, 1}},
+                                                          .pushes = {&push, 1},
+                                                          .stiffened = {&stiffened, 1}},
                                                          {&safe_, 1});
         written_ = true;
         last_ = {report.body.translation, pose.translation,   safe_, forces_.found().depth, safety.acted,

@@ -19,7 +19,8 @@ struct TickInput {
     double dt = 0;          ///< s since the last tick, measured
     bool degraded = false;  ///< the last tick overran or this one is late: answer cheaply, from the last contacts
     std::uint64_t tick = 0;
-    std::span<double> pushes{};  ///< zero at first; filled in if known, see haptic::SafetyInput::pushes
+    std::span<double> pushes{};     ///< zero at first; filled in if known, see haptic::SafetyInput::pushes
+    std::span<double> stiffened{};  ///< zero at first; filled in where settings change, see haptic::SafetyInput::stiffened
 };
 /// wrenches: one per zone, zero at first. Runs on the servo's thread: must not wait, allocate or throw. Its result becomes
 /// ServoTick::status. A plain function and a context: no indirection that could allocate.

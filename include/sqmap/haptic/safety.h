@@ -67,6 +67,9 @@ struct SafetyInput {
     /// N, per zone, where the algorithm knows: the push of its springs before those of opposite walls cancel, since they hold the
     /// energy that the hand has put in; empty: as much as is commanded.
     std::span<const double> pushes{};
+    /// J, per zone, that springs under load have gained since the last tick because the user made them stiffer; empty: none. They
+    /// push the hand out, which the passivity step would else take for energy from nowhere. At most 50 mJ of a contact count.
+    std::span<const double> stiffened{};
     bool connected = true;  ///< false: the device is gone
     bool held = true;       ///< the dead-man switch
     bool stop = false;      ///< STOP, which holds until resume

@@ -7,6 +7,7 @@
 #include "viewer/server/touch/tool.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace sqmap::viewer {
@@ -14,6 +15,7 @@ namespace {
 
 constexpr double k_static = 1.33;      // mu_static over mu_dynamic
 constexpr int k_sphere_divisions = 2;  // 162 points of a ball with the paper's force
+constexpr double k_stiffen = 0.1;      // s, time constant in which a spring under load takes a new stiffness
 constexpr double k_hold = 0.005;       // m of the hand's path in which a proxy takes another side
 
 }  // namespace
@@ -70,6 +72,7 @@ Forces::Forces(std::vector<ObjectPtr> objects, const Settings& settings) : objec
         if (settings.texture > 0) solid.material.texture = &texture_;
     state_ = std::make_unique<haptic::State>(tool_.state(solids_.size()));
     adjust(live_of(settings, 0));
+    state_->options(0).stiffness = state_->options(0).tangential_stiffness = wanted_;
 }
 
 query::Layer Forces::layer_of(const Live& live) const noexcept
@@ -88,7 +91,7 @@ void Forces::adjust(const Live& live) noexcept
 {
     haptic::ZoneOptions& zone = state_->options(0);
     zone.layer = layer_of(live);
-    zone.stiffness = zone.tangential_stiffness = live.stiffness;
+    wanted_ = live.stiffness;
     zone.damping = live.damping;
     for (haptic::TouchedBody& solid : solids_) {
         haptic::Material& material = solid.material;
@@ -100,13 +103,27 @@ void Forces::adjust(const Live& live) noexcept
     }
 }
 
+double Forces::stiffen(double dt) noexcept
+{
+    haptic::ZoneOptions& zone = state_->options(0);
+    const double before = zone.stiffness;
+    if (before == wanted_) return before;
+    // Hardly stiffer than wanted is as wanted.
+    const double next = before + std::clamp(dt / k_stiffen, 0., 1.) * (wanted_ - before);
+    zone.stiffness = zone.tangential_stiffness = std::abs(next - wanted_) < 1e-3 * wanted_ ? wanted_ : next;
+    return before;
+}
+
 haptic::StepResult Forces::step(const ForceInput& input, haptic::Wrench& wrench) noexcept
 {
     haptic::StepInput step{.touched = solids_, .poses = {&input.pose, 1}, .twists = {}, .dt = input.dt};
     if (input.has_twist) step.twists = {&input.twist, 1};
     step.degraded = input.degraded;
+    const double before = stiffen(input.dt), now = state_->options(0).stiffness;
     const haptic::StepResult result = haptic::step(*state_, step, {&wrench, 1});
     const haptic::ZoneReport& zone = report();
+    // The stretch of the spring is push / now.
+    stiffened_ = now > before ? 0.5 * (now - before) * (zone.push / now) * (zone.push / now) : 0;
     if (!input.degraded) found_ = {proxy_ ? zone.depth : zone.deepest, result.contacts, zone.point, zone.normal, {}};
     found_.body = zone.body;
     return result;

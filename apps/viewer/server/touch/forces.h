@@ -59,6 +59,8 @@ public:
     haptic::StepResult step(const ForceInput& input, haptic::Wrench& wrench) noexcept;
     [[nodiscard]] const haptic::ZoneReport& report() const noexcept { return state_->report(0); }
     [[nodiscard]] const Found& found() const noexcept { return found_; }
+    /// J that a stiffer spring under load has gained in the newest tick: for haptic::SafetyInput::stiffened.
+    [[nodiscard]] double stiffened() const noexcept { return stiffened_; }
 
     [[nodiscard]] const std::vector<ObjectPtr>& objects() const noexcept { return objects_; }  ///< null: held as the tool
 
@@ -69,6 +71,9 @@ public:
     [[nodiscard]] query::Layer layer_of(const Live& live) const noexcept;
 
 private:
+    /// Brings the spring nearer to the stiffness that is set. Returns the stiffness before.
+    double stiffen(double dt) noexcept;
+
     std::vector<ObjectPtr> objects_;
     std::vector<haptic::TouchedBody> solids_;
     bool doubtful_ = false;  ///< layers below the exact one give wrong verdicts on some object
@@ -78,6 +83,8 @@ private:
     haptic::Texture texture_{};
     haptic::Tool tool_;
     std::unique_ptr<haptic::State> state_;
+    double wanted_ = 0;     ///< N/m, that is set
+    double stiffened_ = 0;  ///< J
     Found found_{};
 };
 

@@ -64,6 +64,7 @@ std::uint32_t Touch::Work::tick_forces(void* context, const device::TickInput& i
     }
     const haptic::StepResult result = w.forces->step(force_input(input.sample, input.dt, input.degraded), wrenches[0]);
     if (!input.pushes.empty()) input.pushes[0] = w.forces->report().push;
+    if (!input.stiffened.empty()) input.stiffened[0] = w.forces->stiffened();
     w.now.found = w.forces->found();
     w.now.tick = input.tick;
     (void)w.queue.push(w.now);
