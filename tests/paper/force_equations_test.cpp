@@ -19,7 +19,7 @@ protected:
     [[nodiscard]] Vec3d force_at(Vec3d p) const
     {
         const query::Probe probe(std::vector<Vec3d>(1));
-        haptic::Zone zone{.probe = &probe, .options = paper::with_paper_force({.stiffness = 300, .blend_time = 0})};
+        haptic::Zone zone{.probe = &probe, .options = paper::with_paper_force({.stiffness = 300})};
         haptic::State state(std::span(&zone, 1));
         haptic::TouchedBody ball{.model = &model.view()};
         ball.material.friction = Friction::None;

@@ -71,7 +71,11 @@ void TouchSetup::load_tool(const std::filesystem::path& beside)
     haptic::Smoothing& smoothing = options_.zone.smoothing;
     smoothing.kernel = options_.kernel;
     const double max = views_.front().header.r_max * views_.front().header.unit;
-    if (options_.paper_force) options_.zone = paper::with_paper_force(options_.zone);
+    if (options_.paper_force) {
+        const double blend_time = options_.zone.blend_time;  // --blend
+        options_.zone = paper::with_paper_force(options_.zone);
+        options_.zone.blend_time = blend_time;
+    }
     if (is_shape(options_.tool, "sphere", max, tool.ball_radius)) {
         if (options_.paper_force) {
             tool.points = mesh::sphere(tool.ball_radius, 2).vertices;
@@ -99,8 +103,14 @@ void TouchSetup::load_tool(const std::filesystem::path& beside)
     if (options_.zone.layer == query::Layer::Exact && bare != views_.end())
         throw BadTouch(options_.objects[static_cast<std::size_t>(bare - views_.begin())].file +
                        " was baked without the exact layer: bake it with --exact, or touch it with --layer 3");
-    if (options_.zone.layer == query::Layer::Auto)
-        options_.zone.layer = (patch && !doubtful) || bare != views_.end() ? query::Layer::Three : query::Layer::Exact;
+    if (options_.zone.layer == query::Layer::Auto) {
+        const bool by_maps = options_.paper_force || (patch && !doubtful) || bare != views_.end();
+        options_.zone.layer = by_maps ? query::Layer::Three : query::Layer::Exact;
+        if (options_.paper_force && doubtful)
+            notes_.push_back(
+                "warning: the maps give wrong depths in places (W_LAYER3), and the paper's force is theirs; --layer "
+                "exact takes the triangles'");
+    }
     tool.max_touching = static_cast<std::uint32_t>(options_.tool_touching);
     tool.force = options_.zone;
     tool_ = haptic::Tool(std::move(tool));

@@ -127,11 +127,14 @@ public:
         return good;
     }
 
-    /// Depth and normal of the smoothed map at the foot of the surface found, as the tangent plane there has them.
+    /// Depth and normal of the smoothed map at the foot of the surface found. The depth is the one that the tangent plane there
+    /// has, with the printed projector that of eq. 21: |S - D(P_M)| with the smoothed D, on layer 2 of the nearest base sample.
     HWY_NOINLINE void smooth(const V3& p, PartAnswerLanes& a) const
     {
+        const bool printed = options_.projector == Projector::Printed;
         const AngleLanes angles = angles_at(a.shown.position);
-        const SampleLanes sample = map_.smoothed(angles, map_.interpolated(angles, options_.corrections));
+        const SampleLanes sample =
+            map_.smoothed(angles, printed ? sample_at(angles) : map_.interpolated(angles, options_.corrections));
         constexpr std::int32_t k_open = k_projection_miss | k_projection_cap;
         const M known = hn::And(equal(hn::And(sample.flags, set_int(k_open)), hn::Zero(di)),
                                 equal(hn::And(a.flags, set_int(k_projection_unproven | k_open)), hn::Zero(di)));
@@ -140,7 +143,8 @@ public:
         const V3 surface = surface_below(a.shown, hn::IfThenElseZero(known, sample.distance));
         a.surface = blend(good, surface, a.surface);
         a.normal = blend(good, sample.normal, a.normal);
-        a.depth = blend(good, dot(minus(surface, p), sample.normal), a.depth);
+        const F depth = printed ? hn::Sub(a.foot_distance, sample.distance) : dot(minus(surface, p), sample.normal);
+        a.depth = blend(good, depth, a.depth);
     }
 
     HWY_NOINLINE SampleLanes sample_at(const AngleLanes& angles) const

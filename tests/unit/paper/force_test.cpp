@@ -1,6 +1,7 @@
 // Section 6 on the paper's own maps: eqs. 21, 26, 32 and the mean of an impact zone.
 #include "sqmap/paper/force.h"
 #include "../haptic/touching.h"
+#include "sqmap/math/random.h"
 #include "sqmap/query/point.h"
 #include "support/paper_model.h"
 
@@ -26,11 +27,37 @@ TouchedBody body()
     return s;
 }
 
-ZoneOptions paper_force()
+ZoneOptions paper_force() { return sqmap::paper::with_paper_force({.stiffness = k}); }
+
+TEST(PaperForce, WithThePrintedProjectorTheDepthIsEq21sOnTheMapOfTheLayer)
 {
-    ZoneOptions o = sqmap::paper::with_paper_force({.stiffness = k});
-    o.blend_time = 0;
-    return o;
+    sqmap::test::PaperModel baked(mesh::rounded_box({0.05, 0.05, 0.03}, 0.01, 3), {.exact = false});
+    baked.set_options({.projector = paper::Projector::Printed});
+    const model::ModelView& view = baked.in_model_space();
+    ASSERT_EQ(view.parts.size(), 1u);
+    const paper::MapView map = paper::map_of(view, 0);
+    SplitMix64 random(5);
+    for (const query::Layer layer : {query::Layer::Two, query::Layer::Three}) {
+        int touching = 0, other = 0;
+        for (int i = 0; i < 2000; ++i) {
+            const float r = view.header.r_max;
+            const Vec3f p{static_cast<float>(random.between(-r, r)), static_cast<float>(random.between(-r, r)),
+                          static_cast<float>(random.between(-r, r))};
+            const query::PointResult found = query::query_point(view, cast<double>(p), {.layer = layer, .smoothed_map = true});
+            if (!found.contact || found.status != query::k_ok) continue;
+            // Eqs. 21 and 26 from the foot of eqs. 15 to 19 and the stored map.
+            const paper::PartAnswer foot =
+                paper::project(map, p, {.layer = layer, .projector = paper::Projector::Printed, .nearest_steps = 0});
+            const paper::MapSample sample = paper::sample_smoothed(map, foot.angles);
+            if (sample.flags != 0) continue;
+            ++touching;
+            EXPECT_NEAR(found.depth, foot.foot_distance - sample.distance, 2e-6 * r) << i;
+            EXPECT_LT(norm(found.normal - cast<double>(sample.normal)), 1e-5) << i;
+            other += std::abs(found.depth - dot(cast<double>(foot.surface - p), found.normal)) > 1e-3 * r;
+        }
+        EXPECT_GT(touching, 300);
+        EXPECT_GT(other, 10) << "eq. 21's is another depth than that of the tangent plane";
+    }
 }
 
 TEST(PaperForce, IsTheMeanOfTheSpringsOfTheSmoothedMap)

@@ -40,8 +40,8 @@ Forces::Forces(std::vector<ObjectPtr> objects, const Settings& settings) : objec
     const bool held = settings.tool == ToolKind::Mesh && settings.tool_object < objects_.size();
     const ObjectPtr tool_object = held ? std::exchange(objects_[settings.tool_object], nullptr) : nullptr;
     if (settings.paper_force && has_paper_force(objects_)) {
+        paper_force_ = true;
         zone = paper::with_paper_force(zone);
-        zone.blend_time = 0;
     } else if (settings.proxy) {
         proxy_ = true;
         zone.mode = haptic::Mode::Proxy;
@@ -77,7 +77,8 @@ Forces::Forces(std::vector<ObjectPtr> objects, const Settings& settings) : objec
 
 query::Layer Forces::layer_of(const Live& live) const noexcept
 {
-    if (doubtful_) return query::Layer::Exact;
+    if (paper_force_ && (!live.layer || *live.layer == query::Layer::Auto)) return query::Layer::Three;
+    if (doubtful_ && !paper_force_) return query::Layer::Exact;
     if (!live.layer) return patch_ ? query::Layer::Three : query::Layer::Exact;
     if (*live.layer != query::Layer::Auto) return *live.layer;
     // One layer for all: the most careful of theirs. Superquadrics alone push from outside the surface.

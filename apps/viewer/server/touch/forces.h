@@ -79,6 +79,7 @@ private:
     bool doubtful_ = false;  ///< layers below the exact one give wrong verdicts on some object
     bool patch_ = false;     ///< a hand or a mesh, or the paper's force
     bool proxy_ = false;
+    bool paper_force_ = false;  ///< of the maps, doubtful or not
     std::vector<float> texture_values_;
     haptic::Texture texture_{};
     haptic::Tool tool_;
