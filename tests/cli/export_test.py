@@ -110,7 +110,14 @@ class Hull:
             n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
             self.planes.append((n, sum(p * q for p, q in zip(n, a))))
         self.rounded = [tuple(map(float, (*n, offset))) for n, offset in self.planes]
-        self.is_convex = all(self.holds(v) for v in vertices)
+        # A closed surface that bends outwards at each edge is convex (van Heijenoort 1952).
+        across = {(t[i], t[(i + 1) % 3]): t[(i + 2) % 3] for t in triangles for i in range(3)}
+        self.is_convex = all((j, i) in across and self.below(k // 3, vertices[across[j, i]]) for k, (i, j) in enumerate(
+            (t[i], t[(i + 1) % 3]) for t in triangles for i in range(3)))
+
+    def below(self, plane, p):
+        n, offset = self.planes[plane]
+        return n[0] * p[0] + n[1] * p[1] + n[2] * p[2] <= offset
 
     def holds(self, p):
         x, y, z = map(float, p)
@@ -118,8 +125,7 @@ class Hull:
             # Ten roundings, each of at most half a unit of the last place of what is summed; where that decides nothing, exactly.
             u, v, w = a * x, b * y, c * z
             if u + v + w - d > -2e-15 * (abs(u) + abs(v) + abs(w) + abs(d)):
-                n, offset = self.planes[i]
-                if n[0] * p[0] + n[1] * p[1] + n[2] * p[2] > offset:
+                if not self.below(i, p):
                     return False
         return True
 
