@@ -109,7 +109,12 @@ class Hull:
             u, v = [q - p for p, q in zip(a, b)], [q - p for p, q in zip(a, c)]
             n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
             self.planes.append((n, sum(p * q for p, q in zip(n, a))))
-        self.rounded = [tuple(map(float, (*n, offset))) for n, offset in self.planes]
+        # Ten roundings, each of at most half a unit of the last place of what is summed, decide most points in floats.
+        self.reach = 2 * max(abs(float(c)) for v in vertices for c in v)
+        self.rounded = []
+        for n, offset in self.planes:
+            a, b, c, d = map(float, (*n, offset))
+            self.rounded.append((a, b, c, d - 2e-15 * (self.reach * (abs(a) + abs(b) + abs(c)) + abs(d))))
         # A closed surface that bends outwards at each edge is convex (van Heijenoort 1952).
         across = {(t[i], t[(i + 1) % 3]): t[(i + 2) % 3] for t in triangles for i in range(3)}
         self.is_convex = all((j, i) in across and self.below(k // 3, vertices[across[j, i]]) for k, (i, j) in enumerate(
@@ -121,13 +126,8 @@ class Hull:
 
     def holds(self, p):
         x, y, z = map(float, p)
-        for i, (a, b, c, d) in enumerate(self.rounded):
-            # Ten roundings, each of at most half a unit of the last place of what is summed; where that decides nothing, exactly.
-            u, v, w = a * x, b * y, c * z
-            if u + v + w - d > -2e-15 * (abs(u) + abs(v) + abs(w) + abs(d)):
-                if not self.below(i, p):
-                    return False
-        return True
+        far = max(abs(x), abs(y), abs(z)) > self.reach
+        return all(self.below(i, p) for i, (a, b, c, d) in enumerate(self.rounded) if far or a * x + b * y + c * z > d)
 
 
 def read_obj(path):
