@@ -75,14 +75,6 @@ Vec3d shrunk(const Vec3d& from, const Vec3d& to)
     return length_sq > 0 ? std::clamp(dot(from, to) / length_sq, 0., 1.) * from : Vec3d{};
 }
 
-/// J in a spring of stiffness K that commands a force, where no more than max_force is exerted.
-double stored(double commanded, double max_force, double stiffness)
-{
-    if (!(stiffness > 0)) return 0;
-    return commanded <= max_force ? 0.5 * commanded * commanded / stiffness
-                                  : max_force * (commanded - 0.5 * max_force) / stiffness;
-}
-
 }  // namespace
 
 const char* describe(SetupStatus status) noexcept
@@ -197,8 +189,8 @@ void SafetyFilter::latch(std::uint32_t fault) noexcept
 double SafetyFilter::stored(const Wrench& commanded, double share) const noexcept
 {
     const double k = share * softest_;
-    return haptic::stored(norm(commanded.force), force_limit_, k) +
-           haptic::stored(norm(commanded.torque), torque_limit_, k * k_lever * k_lever);
+    return spring_energy(norm(commanded.force), force_limit_, k) +
+           spring_energy(norm(commanded.torque), torque_limit_, k * k_lever * k_lever);
 }
 
 double SafetyFilter::heat(const Wrench& w) const noexcept
@@ -383,7 +375,7 @@ void SafetyFilter::clamp(Tick& tick) noexcept
     for (std::size_t z = 0; z < tick.zones; ++z) {
         const double share = tick.share[z];
         tick.springs[z] =
-            std::max(stored(tick.wrench[z], share), haptic::stored(share * tick.push[z], force_limit_, share * softest_));
+            std::max(stored(tick.wrench[z], share), spring_energy(share * tick.push[z], force_limit_, share * softest_));
         const Wrench w = within(tick.wrench[z], force_limit_, torque_limit_);
         acted = acted || !(w == tick.wrench[z]);
         tick.wrench[z] = w;

@@ -32,6 +32,13 @@ const char* describe(StiffnessReason reason) noexcept
     return i < std::size(k_names) ? k_names[i] : "unknown reason";
 }
 
+double spring_energy(double commanded, double max_force, double stiffness) noexcept
+{
+    if (!(stiffness > 0)) return 0;
+    return commanded <= max_force ? 0.5 * commanded * commanded / stiffness
+                                  : max_force * (commanded - 0.5 * max_force) / stiffness;
+}
+
 DeviceLimits with_careful_numbers(const DeviceLimits& device) noexcept
 {
     DeviceLimits d = device;

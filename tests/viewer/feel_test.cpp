@@ -15,6 +15,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <map>
 
 namespace sqmap::viewer {
 namespace {
@@ -176,14 +177,16 @@ TEST(Feel, ForceIsTheSpringUpToItsLimit)
 TEST(Feel, AStiffnessSetWhileHeldIsTheOneSetBefore)
 {
     constexpr double k_sequence[] = {50, 100, 250, 500, 1000, 1500, 500, 1500, 50, 500};
-    for (const ObjectPtr& object : demo_objects())
+    for (const ObjectPtr& object : {demo_objects().front(), demo_objects().back()})
         for (const double depth : {0.0045, 0.012}) {  // below the limit in force, and at it
             const Spot spot = spots(*object, 0.02, 1, 1).at(0);
-            const auto afresh = [&](double stiffness) {
+            std::map<double, double> afresh;  // N
+            for (const double stiffness : k_sequence) {
+                if (afresh.count(stiffness) > 0) continue;
                 Press press(object, {.stiffness = stiffness}, spot);
-                press.to(depth).run(2);
-                return mean_force(press.to(depth), 0.2);
-            };
+                press.to(depth).run(1);
+                afresh[stiffness] = mean_force(press.to(depth), 0.2);
+            }
             Press press(object, {.stiffness = k_sequence[0]}, spot);
             press.to(depth).run(2);
             for (const double stiffness : k_sequence) {
@@ -196,7 +199,7 @@ TEST(Feel, AStiffnessSetWhileHeldIsTheOneSetBefore)
                     const double force = norm(t.sent.force);
                     sum += force, squares += force * force, ++n;
                 });
-                const double mean = sum / n, wanted = afresh(stiffness);
+                const double mean = sum / n, wanted = afresh[stiffness];
                 EXPECT_NEAR(mean, wanted, 0.03 * wanted) << object->name << ' ' << depth << " m, " << stiffness << " N/m";
                 EXPECT_LE(std::sqrt(std::max(0., squares / n - mean * mean)), 0.01 * mean)
                     << object->name << ' ' << depth << " m, " << stiffness << " N/m chatters";

@@ -39,7 +39,7 @@ TEST(PaperForce, WithThePrintedProjectorTheDepthIsEq21sOnTheMapOfTheLayer)
     SplitMix64 random(5);
     for (const query::Layer layer : {query::Layer::Two, query::Layer::Three}) {
         int touching = 0, other = 0;
-        for (int i = 0; i < 2000; ++i) {
+        for (int i = 0; i < 20000; ++i) {
             const float r = view.header.r_max;
             const Vec3f p{static_cast<float>(random.between(-r, r)), static_cast<float>(random.between(-r, r)),
                           static_cast<float>(random.between(-r, r))};

@@ -1,5 +1,6 @@
 #include "viewer/server/touch/forces.h"
 
+#include "sqmap/haptic/stiffness.h"
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/model/model.h"
 #include "sqmap/paper/force.h"
@@ -71,6 +72,7 @@ Forces::Forces(std::vector<ObjectPtr> objects, const Settings& settings) : objec
     for (haptic::TouchedBody& solid : solids_)
         if (settings.texture > 0) solid.material.texture = &texture_;
     state_ = std::make_unique<haptic::State>(tool_.state(solids_.size()));
+    force_limit_ = settings.force_limit;
     adjust(live_of(settings, 0));
     state_->options(0).stiffness = state_->options(0).tangential_stiffness = wanted_;
 }
@@ -123,8 +125,10 @@ haptic::StepResult Forces::step(const ForceInput& input, haptic::Wrench& wrench)
     const double before = stiffen(input.dt), now = state_->options(0).stiffness;
     const haptic::StepResult result = haptic::step(*state_, step, {&wrench, 1});
     const haptic::ZoneReport& zone = report();
-    // The stretch of the spring is push / now.
-    stiffened_ = now > before ? 0.5 * (now - before) * (zone.push / now) * (zone.push / now) : 0;
+    // The spring is stretched by push / now, and was before.
+    const double gained = haptic::spring_energy(zone.push, force_limit_, now) -
+                          haptic::spring_energy(before / now * zone.push, force_limit_, before);
+    stiffened_ = now > before ? gained : 0;
     if (!input.degraded) found_ = {proxy_ ? zone.depth : zone.deepest, result.contacts, zone.point, zone.normal, {}};
     found_.body = zone.body;
     return result;

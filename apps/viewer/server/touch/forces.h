@@ -84,8 +84,9 @@ private:
     haptic::Texture texture_{};
     haptic::Tool tool_;
     std::unique_ptr<haptic::State> state_;
-    double wanted_ = 0;     ///< N/m, that is set
-    double stiffened_ = 0;  ///< J
+    double wanted_ = 0;       ///< N/m, that is set
+    double stiffened_ = 0;    ///< J
+    double force_limit_ = 0;  ///< N
     Found found_{};
 };
 
