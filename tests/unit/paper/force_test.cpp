@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace sqmap::haptic::test {
@@ -51,8 +52,8 @@ TEST(PaperForce, WithThePrintedProjectorTheDepthIsEq21sOnTheMapOfTheLayer)
             const paper::MapSample sample = paper::sample_smoothed(map, foot.angles);
             if (sample.flags != 0) continue;
             ++touching;
-            EXPECT_NEAR(found.depth, foot.foot_distance - sample.distance, 2e-6 * r) << i;
-            EXPECT_LT(norm(found.normal - cast<double>(sample.normal)), 1e-5) << i;
+            EXPECT_NEAR(found.depth, std::max(foot.foot_distance - sample.distance, 0.f), 2e-6 * r) << i;
+            EXPECT_LT(norm(found.normal - cast<double>(sample.normal)), 2e-4) << i << ": a contact's normal has 16 bits";
             other += std::abs(found.depth - dot(cast<double>(foot.surface - p), found.normal)) > 1e-3 * r;
         }
         EXPECT_GT(touching, 300);
