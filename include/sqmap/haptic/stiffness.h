@@ -43,8 +43,8 @@ struct StiffnessCheck {
 /// N s/m. Unknown b, f_c, Delta: 0.1 N s/m, 0.02 N, 50 um. Not safe where a number is not finite or |B| >= b. Any thread.
 [[nodiscard]] StiffnessCheck check_stiffness(const DeviceLimits& device, double stiffness, double virtual_damping = 0) noexcept;
 
-/// J that a spring of stiffness K, N/m, gives back from where it commands a force, N, on, where no more than max_force is exerted;
-/// of a spring in rotation with torques and N m/rad. 0 without a stiffness. Any thread.
+/// J that a spring of stiffness K, N/m, gives back from where it commands a force, N, on, where no more than max_force is
+/// exerted; of a spring in rotation with torques and N m/rad. 0 without a stiffness. Any thread.
 [[nodiscard]] double spring_energy(double commanded, double max_force, double stiffness) noexcept;
 
 /// The device with the careful numbers of check_stiffness for those it does not report. Any thread.
