@@ -591,7 +591,7 @@ test('a part gets a name, which splits keep, a file holds, and touch speaks', as
 test('a bad mesh is refused with its reason and its cure', async () => {
   await drop('flat.off', 'OFF\n4 2 0\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2\n3 1 3 2\n');
   await page.waitForSelector('#verdict.bad');
-  assert.match(await page.textContent('#verdict'), /REFUSED E_FLAT.*What helps/s);
+  assert.match(await page.textContent('#verdict'), /Not taken \(E_FLAT\).*What helps/s);
   await page.screenshot({ path: path.join(folder, 'refused.png') });
   assert.equal(await page.evaluate(() => window.sqmap.facts().length), 2);
 });
@@ -611,7 +611,7 @@ test('a hole is filled, and the page says so', async () => {
   const lines = fs.readFileSync(path.join(folder, 'box.obj'), 'utf8').trim().split('\n');
   await drop('holed.obj', lines.slice(0, -1).join('\n') + '\n');  // a face short
   await page.waitForSelector('#verdict.good');
-  assert.match(await page.textContent('#verdict'), /CLOSED.*filled_holes/s);
+  assert.match(await page.textContent('#verdict'), /Taken, its holes closed.*filled_holes/s);
   await until(page, () => window.sqmap.facts().length === 4 && window.sqmap.world.objects.ready());
   // The model keeps what was made up, through another bake, too.
   const madeUp = () => page.evaluate(() => { let n = 0; for (let t = 0; t < window.sqmap.facts()[3].triangles; ++t) n += window.sqmap.world.objects.fieldAt(3, 'made-up', t); return n; });

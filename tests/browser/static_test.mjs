@@ -150,7 +150,7 @@ test('saved as one file it has its program, its models and the recording inside,
 test('a dropped mesh is checked, baked and felt', async () => {
   await drop(page, ['ring.obj', torus(40, 20)]);
   await page.waitForSelector('#verdict.good');
-  assert.match(await page.textContent('#verdict .word'), /ACCEPT/);
+  assert.match(await page.textContent('#verdict .word'), /Taken as it is/);
   await until(page, () => window.sqmap.facts().length === 2 && window.sqmap.world.objects.ready());
   const ring = (await facts())[1];
   assert.ok(ring.name === 'ring' && ring.parts.every((p) => p.certified) && ring.triangles === 1600);
@@ -183,9 +183,9 @@ test('touch goes on while a mesh is baked, and a bake can be ended', async () =>
 test('files that are refused say why, where and what helps', async () => {
   const model = fs.readFileSync(path.join(pageFolder, 'models/hand.sqmap'));
   for (const [name, content, code, element, cure] of [
-    ['wrong.obj', 'v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n', /REFUSED E_/, /At .*(face|line)/, /What helps/],
-    ['open.stl', 'nothing of the sort', /REFUSED E_/, /At /, /What helps/],
-    ['cut.sqmap', model.subarray(0, 5000).toString('latin1'), /REFUSED E_FORMAT/, /At file/, /What helps/],
+    ['wrong.obj', 'v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n', /Not taken \(E_/, /At .*(face|line)/, /What helps/],
+    ['open.stl', 'nothing of the sort', /Not taken \(E_/, /At /, /What helps/],
+    ['cut.sqmap', model.subarray(0, 5000).toString('latin1'), /Not taken \(E_FORMAT\)/, /At file/, /What helps/],
   ]) {
     await drop(page, [name, content]);
     await until(page, (n) => document.querySelector('#verdict h2')?.textContent === n && document.querySelector('#verdict.bad'), name);

@@ -91,6 +91,7 @@ link.open({
   frame(f) {
     ++state.frames;
     state.frame = f;
+    if (f.contacts > 0 && f.object >= 0 && f.object !== state.touched) { state.touched = f.object; changed('touched'); }
     hand.heard(f.engaged, f.contacts > 0 && !f.engaged && f.faults === 0);
     hear(f);
   },

@@ -15,6 +15,7 @@ export interface State {
   settings: Settings;  ///< zeros until the program has sent its own
   frame: Frame | null;  ///< the newest
   frames: number;       ///< since the page was opened
+  touched: number;      ///< the object that the tool touched last; -1: none
   playing: boolean;     ///< a round of recognition is under way: objects are hidden and not named
 }
 
@@ -27,12 +28,13 @@ export const state: State = {
   settings: { layer: 'tool', tolerance: 0, paperForce: false, proxy: true, stiffness: 0, damping: 0, law: 'coulomb', friction: 0, fC: 0, kF: 0, texture: 0, smoothing: 0, toolRadius: 0.006, zone: 0, forceLimit: 0, tool: 'ball', toolSize: 0, toolTurn: 0, toolTilt: 0 },
   frame: null,
   frames: 0,
+  touched: -1,
   playing: false,
 };
 
-/// mode: another panel is shown; scene: facts; status: the program's; selected; pick; playing.
-type Change = 'mode' | 'scene' | 'status' | 'selected' | 'pick' | 'playing';
-const listeners: Record<Change, (() => void)[]> = { mode: [], scene: [], status: [], selected: [], pick: [], playing: [] };
+/// mode: another panel is shown; scene: facts; status: the program's; selected; pick; playing; touched: another object.
+type Change = 'mode' | 'scene' | 'status' | 'selected' | 'pick' | 'playing' | 'touched';
+const listeners: Record<Change, (() => void)[]> = { mode: [], scene: [], status: [], selected: [], pick: [], playing: [], touched: [] };
 
 export function on(changes: Change[], listener: () => void): void { for (const change of changes) listeners[change].push(listener); }
 export function changed(change: Change): void { for (const listener of listeners[change]) listener(); }

@@ -2,7 +2,7 @@
 import { announce, fill, h, save } from '../dom';
 import { setMode } from '../modes';
 import { openSheet } from '../layout';
-import type { Progress } from '../messages';
+import type { Progress, Verdict } from '../messages';
 import { fetchBytes, link, saved, upload } from '../net';
 import { trouble } from '../notices';
 import { world } from '../stage';
@@ -13,6 +13,12 @@ import { costume } from './dress';
 import { select } from './parts';
 import { openRecording } from './recording';
 import { pageButton } from './share';
+
+/// What the program decided about a file, in words.
+const DECISIONS: Record<string, string> = {
+  ACCEPT: 'Taken as it is', REPAIRED: 'Taken, with repairs', CLOSED: 'Taken, its holes closed', WRAPPED: 'Taken, wrapped in a closed surface', REFUSED: 'Not taken',
+};
+const decision = (v: Verdict): string => `${DECISIONS[v.verdict] ?? v.verdict}${v.code ? ` (${v.code})` : ''}`;
 
 /// The verdict on a file.
 export const dialog = h('section', { class: 'card verdict', id: 'verdict', hidden: true, tabIndex: -1, 'aria-label': 'Verdict on the file' });
@@ -148,12 +154,12 @@ async function check(one: Waiting): Promise<void> {
     newest = mesh ? one : null;
     againButton.hidden = !mesh;
     againButton.textContent = `Read ${file.name} again`;
-    fill(verdictBox, h('h2', {}, file.name), h('p', { class: 'word' }, `${good ? '✓' : '✗'} ${v.verdict}${v.code ? ` ${v.code}` : ''}`),
+    fill(verdictBox, h('h2', {}, file.name), h('p', { class: 'word' }, `${good ? '✓' : '✗'} ${decision(v)}`),
       v.message && h('p', {}, `${v.element ? `At ${v.element}: ` : ''}${v.message}`), v.cure && h('p', {}, `What helps: ${v.cure}`),
       v.notes?.length ? h('ul', {}, ...v.notes.map((n) => h('li', {}, n))) : null,
       (v.code === 'E_OPEN' || v.code === 'E_FLAT' || v.verdict === 'CLOSED' || v.verdict === 'WRAPPED') && options.repair !== 'surface' && h('button', { id: 'as-surface', onclick: () => readAgain(one, 'surface') }, 'Take it as a surface without inside'));
     if (!good && mesh) optionsBox.open = true;
-    announce(`${file.name}: ${v.verdict}. ${v.message ?? ''}`, !good);
+    announce(`${file.name}: ${decision(v)}. ${v.message ?? ''}`, !good);
     if (!good) dialog.focus();
   } catch (e) {
     rows.delete(one.number);

@@ -26,14 +26,30 @@ function cureDetails(f: ObjectFacts): string {
   return `From the file to the mesh: ${way(c.input_to_result)}. From the mesh to the file: ${way(c.result_to_input)}.`;
 }
 
-/// Shows the facts of the selected object, or of the only one, else of all.
+/// The object that the line is about: in Touch the one that was touched last, else the selected or the only one.
+function subject(): ObjectFacts | undefined {
+  if (state.playing) return undefined;
+  const touched = state.mode === 'touch' ? state.facts[state.touched] : undefined;
+  return touched ?? state.facts[state.selected?.object ?? (state.facts.length === 1 ? 0 : -1)];
+}
+/// Points that layer 3 decided wrongly when the bake measured it.
+function wrong(all: ObjectFacts[]): string {
+  const n = all.reduce((sum, g) => sum + g.measured.missed + g.measured.false, 0);
+  return n > 0 ? `, ${n} of ${all.reduce((sum, g) => sum + g.measured.points, 0).toLocaleString('en')} points wrong on layer 3` : '';
+}
+/// Layer and force that answer the touch.
+function answering(): string {
+  const { layer, paperForce } = state.settings, by = layer === 'tool' ? 'the tool’s own layer' : layer === 'exact' ? 'exact triangles' : layer === 'auto' || layer === 'gate' ? `layer by ${layer}` : `layer ${layer}`;
+  return ` · touched by ${by}${paperForce ? ' and the paper’s force' : ''}`;
+}
+/// Shows the facts of one object, else of all.
 function showFactsLine(): void {
   factsLine.hidden = state.mode === 'dress' || state.facts.length === 0;
-  const f = state.playing ? undefined : state.facts[state.selected?.object ?? (state.facts.length === 1 ? 0 : -1)];
+  const f = subject();
   const all = f ? [f] : state.facts, certified = all.every((g) => g.parts.every((p) => p.certified));
   const total = count(all.reduce((n, g) => n + g.parts.length, 0)), worst = Math.max(...all.map((g) => g.measured.depthP99));
   factsLine.textContent = all.some((g) => g.edited) ? `${f ? `${f.name}: ` : `${all.length} models: `}${total}, edited: bake them to know bytes and errors` :
-    `${f ? `${f.name}: ` : `${all.length} models: `}${total} · ${bytes(all.reduce((n, g) => n + g.bytes.total, 0))} · ${certified ? '✓ certified to hold the surface' : '✗ not all certified'} · 99 % of depths measured within ${digits(worst, 2)} % of ${all.length > 1 ? 'their' : 'its'} size`;
+    `${f ? `${f.name}: ` : `${all.length} models: `}${total} · ${bytes(all.reduce((n, g) => n + g.bytes.total, 0))} · ${certified ? '✓ certified to hold the surface' : '✗ not all certified'} · 99 % of depths measured within ${digits(worst, 2)} % of ${all.length > 1 ? 'their' : 'its'} size${wrong(all)}${state.mode === 'touch' ? answering() : ''}`;
 }
 
 /// Hides the list in Recognise and Dress, which are not about models.
@@ -60,4 +76,5 @@ function showFacts(): void {
 }
 
 on(['scene', 'selected', 'playing'], showFacts);
+on(['touched', 'status'], showFactsLine);
 on(['mode'], () => { showFactsLine(); hideFacts(); });
