@@ -17,7 +17,7 @@ inline constexpr double k_probe_diagonal = 0.4;
 /// The mesh centred on its bounding box and scaled to the given box diagonal.
 [[nodiscard]] mesh::Mesh centred(mesh::Mesh mesh, double diagonal);
 
-/// The two meshes as a path means them. Neither copied nor moved: the oracle refers to the object.
+/// The two meshes as a path means them. The class cannot be copied or moved, since the oracle refers to the object.
 class Setting {
 public:
     /// crossed: of the object, as mesh::Solid takes it. @pre the object is closed.

@@ -100,7 +100,7 @@ typedef enum sqmap_repair {
 /// Called with a stage's name and how much of it is done, 0 to 1, on the thread that bakes. Not zero: stop.
 typedef int32_t (*sqmap_progress)(void* context, const char* stage, double done);
 
-/// Whose names of settings stand in notes and cures; programs in C leave it at zero.
+/// The language whose names of settings stand in notes and cures; programs in C leave it at zero.
 enum sqmap_words { SQMAP_WORDS_C = 0, SQMAP_WORDS_PYTHON = 1, SQMAP_WORDS_JAVASCRIPT = 2 };
 
 /// How to bake. Zero: the default of sqmap bake.

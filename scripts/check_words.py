@@ -16,7 +16,7 @@ import sys
 import cpp_source
 
 FOLDERS = ("include", "src", "apps", "bench", "examples", "tests")
-RIDDLE = re.compile(r'(\s*(//|#|/\*\*|"""|\'\'\')|.*///<)/?!?<?\s*(What|Those|Whether|Where|Who|Of)\b')
+RIDDLE = re.compile(r'(\s*(//|#|/\*\*|"""|\'\'\')|.*///<)/?!?<?\s*(What|Those|Whether|Where|Whose|Who|Of|And|Again)\b')
 RIDDLE_SUFFIXES = {".h", ".cpp", ".c", ".ts", ".mjs", ".js", ".css", ".py", ".sh"}
 
 

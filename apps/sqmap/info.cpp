@@ -77,7 +77,7 @@ void print(const std::string& name, const model::ModelView& m, const io::Section
     std::printf(
         "  %zu bytes: superquadrics %zu, polytopes %zu, %smap %zu, locator %zu, exact layer %zu + %zu, distances %zu, input "
         "%zu\n",
-        bytes.total, bytes.superquadrics, bytes.polytopes, central ? "" : "normal ",
+        bytes.total, bytes.superquadrics, bytes.polytopes, central ? "" : "paper ",
         central ? bytes.map : model::bytes_of(paper::Reading::of(m).model().maps), bytes.locator, bytes.exact, bytes.mesh,
         bytes.distance, bytes.input);
     std::printf("  R_max %.6g; 16-bit storage moves a radius by at most %.5f %% of it\n", m.header.r_max * m.header.unit,

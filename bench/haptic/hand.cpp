@@ -108,7 +108,7 @@ struct Hand {
         result = haptic::step(*state, {.touched = solids, .poses = std::span(&pose, 1)}, std::span(&w, 1));
         return w;
     }
-    /// And as a device would get it.
+    /// The wrench that a device would get: behind the safety filter.
     haptic::Wrench safe_touch(std::span<const haptic::TouchedBody> solids, const sqmap::Pose& pose, haptic::StepResult& result)
     {
         const haptic::Wrench commanded = touch(solids, pose, result);

@@ -177,7 +177,7 @@ std::vector<Vec3d> slide_path(const TouchObject& object, Vec3d plane_normal, dou
             mean += kernel[static_cast<std::size_t>(j + reach)] * normal[static_cast<std::size_t>((i + j + n) % n)];
         smoothed.push_back(at[static_cast<std::size_t>(i)] - depth * normalized(mean));
     }
-    // Again even: turning about an edge has stretched and pressed it together.
+    // The steps are made even again, since turning about an edge has stretched and pressed them together.
     std::vector<Vec3d> path{smoothed.front()};
     for (std::size_t i = 1; i < smoothed.size(); ++i)
         while (norm(smoothed[i] - path.back()) >= k_step) {

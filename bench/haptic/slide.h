@@ -16,7 +16,7 @@ struct SlideOptions {
     int planes = 3;            ///< sections along each axis
 };
 
-/// Whose force a tool feels.
+/// The map and the options that give the force.
 enum class Force {
     Full,        ///< of the central model, with the options' zone
     Unsmoothed,  ///< the paper's, of a single point, on the map as it is

@@ -99,7 +99,7 @@ PolygonSoup read_through_assimp(std::span<const std::byte> bytes, MeshFormat for
     const platform::ChildLimits child{limits.max_seconds, (std::uint64_t{1} << 30) + 64 * size,
                                       std::min<std::uint64_t>(limits.max_bytes, (std::uint64_t{64} << 20) + 32 * size)};
     const char* path = std::getenv("PATH");
-    // Transformed by the program: a bound skin's own nodes would not move it, and these hold units and axes.
+    // The program applies the nodes' transforms, which hold units and axes: a bound skin's own nodes would not move it.
     const auto result = platform::run({program,
                                        folder.path().string(),
                                        (folder.path() / k_log).string(),

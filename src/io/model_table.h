@@ -28,7 +28,8 @@ public:
     {
         offsets_.at(model::field_of(fields_, name)) = offset.o;
     }
-    /// As generated writers do, from the last field to the first. add(field): fields that are no offsets.
+    /// Adds the fields from the last to the first, the order in which FlatBuffers' generated writers add them. add(field) adds a
+    /// field that is no offset.
     template <class Add>
     void add_fields(Add&& add)
     {

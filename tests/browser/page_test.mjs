@@ -51,7 +51,7 @@ test('a click tells the numbers of the place and the part, and its map marks the
     await page.mouse.move(x + (tries % 2), y);
     await page.waitForTimeout(100);
   }
-  // And the other way: a click on the map picks a place of the same part.
+  // The other way: a click on the map picks a place of the same part.
   const before = await page.textContent('#numbers'), box = await (await page.$('.map-canvas')).boundingBox();
   for (const share of [0.4, 0.6, 0.2, 0.85]) {
     await page.click('.map-canvas', { position: { x: share * box.width, y: 0.5 * box.height } });

@@ -60,8 +60,8 @@ struct TouchOptions {
     TextureOptions texture{};
     std::uint64_t texture_hash = 0;  ///< of its table; 0: any
     BodyOptions body{};
-    CouplingWishes coupling{};      ///< not in a trace: the numbers in zone are
-    bool stiffness_wished = false;  ///< nor is this: zone.stiffness is the user's word, not to be lowered for a device
+    CouplingWishes coupling{};      ///< a trace does not hold these: it holds the numbers in zone
+    bool stiffness_wished = false;  ///< the user gave zone.stiffness, so no device lowers it; a trace does not hold this
 };
 
 /// A file as named, or of that name in the folder beside.

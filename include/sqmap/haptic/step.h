@@ -21,8 +21,8 @@ enum StepStatus : std::uint32_t {
     k_step_full = 2,        ///< more contacts or bodies than the state holds, the rest does not count: raise
                             ///< StateOptions::max_contacts or max_touched
     k_step_not_finite = 4,  ///< a pose, a touched body or dt was not finite: that zone's wrench is zero and its memory is cleared
-    k_step_degraded = 8,    ///< answered from the last tangent planes
-    k_step_blended = 16,    ///< a jump of the force is being blended
+    k_step_degraded = 8,    ///< answered from the last tangent planes, since StepInput::degraded was set
+    k_step_blended = 16,    ///< a jump of the force is being blended, over ZoneOptions::blend_time
     k_step_slipping = 32,
     k_step_no_surface = 64,   ///< some contact had no surface to push to and was left out
     k_step_short_span = 128,  ///< wrenches or on_touched has too few elements: the rest is lost

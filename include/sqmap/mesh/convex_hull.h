@@ -22,7 +22,7 @@ namespace sqmap::mesh {
 /// Corners of the convex polytope that half-spaces have in common: every point where three planes meet that all others hold,
 /// each once or several times, up to rounding (some 1e-9 of its size). convex_hull of them is the polytope as a mesh.
 /// Empty where the half-spaces have no point in common.
-/// @pre together they bound a solid, as the tangent planes of a polytope that bounding_polytope gives
+/// @pre together they bound a solid, as the tangent planes of a polytope that bounding_polytope gives (not checked)
 /// Cost: the fourth power of their number at most; 0.1 ms for 20.
 [[nodiscard]] std::vector<Vec3d> polytope_corners(std::span<const HalfSpaced> sides);
 

@@ -32,11 +32,13 @@ enum class Setting : std::uint8_t {
     TargetError,
     Exact,
 };
+/// Number of settings: every door's table has a name for each, or null.
+inline constexpr std::size_t k_settings = static_cast<std::size_t>(Setting::Exact) + 1;
 
 /// How one door writes its settings.
 struct SettingNames {
-    std::array<const char*, 16> names{};  ///< in the order of Setting; null where the door has no such setting
-    const char* equals = " ";             ///< between a name and a value
+    std::array<const char*, k_settings> names{};  ///< in the order of Setting; null where the door has no such setting
+    const char* equals = " ";                     ///< between a name and a value
     /// A value as the door writes it; word: "close", "mm", "T" for a length that the reader has to choose.
     std::string (*value)(Setting setting, std::string_view word) = [](Setting, std::string_view word) {
         return std::string(word);

@@ -130,7 +130,7 @@ struct ModelView : CentralArrays<ArrayView>,
 {
     return !view.input.coordinates32.empty() || !view.input.coordinates64.empty();
 }
-/// A vertex in mesh units, as the caller gave it. @pre has_input(view) and the vertex exists
+/// A vertex in mesh units, as the caller gave it. @pre has_input(view) and the vertex exists (not checked)
 [[nodiscard]] constexpr Vec3d input_vertex(const ModelView& view, std::size_t vertex)
 {
     const std::size_t i = 3 * vertex;
@@ -196,7 +196,8 @@ template <template <class> class Array>
     return header.unit * cast<double>(p) + Vec3d{header.origin[0], header.origin[1], header.origin[2]};
 }
 
-/// A vertex in mesh units: as the caller gave it where the model keeps that, else rounded to float. @pre it exists
+/// A vertex in mesh units: as the caller gave it where the model keeps that, else rounded to float.
+/// @pre it exists (not checked)
 [[nodiscard]] constexpr Vec3d mesh_vertex(const ModelView& view, std::size_t vertex)
 {
     return has_input(view) ? input_vertex(view, vertex) : to_mesh_units(view.header, vec3(&view.vertices[3 * vertex]));

@@ -18,10 +18,10 @@ enum Status : std::uint8_t {
     k_full = 8,        ///< more contacts than fit, the rest is counted only: give a longer span or a workspace for more
     /// The contact lies where the mesh was closed or wrapped and the surface is made up. Layer Exact: the triangle was; layers
     /// Two and Three: one of those nearest to the locator's cell was.
-    /// Results of complete contacts have ContactStatus's bit in the position of k_crowded.
     k_made_up = 16,
     k_coarse = 32,   ///< swept: a path needs more queries than allowed: raise SweptOptions::max_steps
-    k_crowded = 64,  ///< skins: more than SkinWorkspace::k_max positions of the bound solid at one point: the rest was left out
+    k_crowded = 64,  ///< skins: more than SkinWorkspace::k_max positions of the bound solid at one point: the rest was left out.
+                     ///< In results of complete contacts this bit is ContactStatus::k_no_triangles
 };
 
 /// A point of a probe inside a body. Frame and units are those in which the query's poses were given.

@@ -123,7 +123,7 @@ private:
     std::map<std::uint32_t, std::uint32_t> lists_;  ///< word of a list -> its index
 };
 
-/// As it was, to within a step: packed again it is the same.
+/// The gap that a code stands for, to within a step. Packing it again gives the same code.
 double gap_of(const model::ModelData& data, std::uint32_t code)
 {
     return (code + 0.5) * static_cast<double>(model::k_gap_step) * static_cast<double>(data.locator.cell);

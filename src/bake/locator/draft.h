@@ -12,7 +12,7 @@
 
 namespace sqmap::bake {
 
-/// A plane as stored, but for its part.
+/// A plane as the model stores it, with the part that the model's list names apart.
 struct PartPlane {
     model::LocatorPlane plane;
     std::uint32_t part;

@@ -40,7 +40,7 @@ public:
 
     /// Near the cell's corners and the middles of its faces, and its centre.
     [[nodiscard]] std::vector<Sample> samples();
-    /// And where several planes are to be checked: between its centre and its corners, and near the middles of its edges.
+    /// Adds samples for checking several planes: between the cell's centre and its corners, and near the middles of its edges.
     void add_more(std::vector<Sample>& samples);
     /// The surface within the cell: corners and middles of the triangles' pieces. Where planes are near all of it, a point
     /// farther from them is on the side of a corner of the cell, which is a sample: so their side is right but for a band.

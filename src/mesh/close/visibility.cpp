@@ -51,7 +51,8 @@ public:
             auto [s, r, turn, height] = evenly(i);
             if (s + r > 1) s = 1 - s, r = 1 - r;
             const double angle = 2 * std::numbers::pi * std::fmod(turn + attempt * k_golden, 1.0);
-            const double out = std::sqrt(1 - height), along = std::sqrt(height);  // as the cosine: grazing rays say little
+            const double out = std::sqrt(1 - height),
+                         along = std::sqrt(height);  // density like the cosine, since grazing rays say little
             const Vec3d direction = out * n + along * (std::cos(angle) * x + std::sin(angle) * y);
             if (bvh_.ray_crossings(a + s * u + r * v + lift_ * n, direction, crossings_)) return crossings_.empty();
         }

@@ -36,7 +36,7 @@ struct Labels {
 };
 
 inline constexpr std::uint8_t k_solid = 1;  ///< the winding number is above 1/2
-inline constexpr std::uint8_t k_shell = 2;  ///< it is not, but a thin triangle is near
+inline constexpr std::uint8_t k_shell = 2;  ///< the winding number is not, but a thin triangle is near
 
 /// Labels all corners, and adds the cells without triangles that the solid's boundary passes through.
 [[nodiscard]] Labels label_corners(Grid& grid, const Source& source);

@@ -1,4 +1,4 @@
-// Values in the arrays of a normal map that are not plain numbers.
+// Values in the arrays of a paper map that are not plain numbers.
 #pragma once
 
 #include <algorithm>

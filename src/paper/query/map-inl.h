@@ -1,4 +1,4 @@
-// A normal map interpolated between its samples, at many positions at a time.
+// A paper map interpolated between its samples, at many positions at a time.
 #if defined(SQMAP_PAPER_MAP_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef SQMAP_PAPER_MAP_INL_H
 #undef SQMAP_PAPER_MAP_INL_H

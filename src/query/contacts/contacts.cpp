@@ -174,8 +174,8 @@ private:
         add_edges(self, key_of(Key::EdgePair, edges_a[i], edges_b[j]), 3 * pair.a + i, 3 * pair.b + j);
     }
 
-    /// The key's own entry of the table, or the empty one where it would be. A table of so many slots lies behind those that are
-    /// smaller: most queries stay in one that the caches hold.
+    /// The key's own entry of the table, or the empty one where it would be. The workspace holds tables of 1, 2, 4, ... slots one
+    /// behind the other; a query takes the smallest that is enough, so most queries stay in one that the caches hold.
     ContactWorkspace::Entry& entry_of(std::uint64_t key)
     {
         for (std::size_t i = (key * 0x9e3779b97f4a7c15u) >> 20;; ++i) {

@@ -84,7 +84,7 @@ public:
         F within;                // from the nearest of the three
         F height_sq;
     };
-    /// And its distance.
+    /// A foot's distance, and the side from which it is seen.
     struct Seen {
         F distance_sq;
         M above;  // or below: the foot is in the triangle

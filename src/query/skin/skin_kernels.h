@@ -14,7 +14,7 @@ struct KuhnOrder {
 inline constexpr KuhnOrder k_kuhn_orders[6] = {{{0, 1, 2}, 1},  {{1, 2, 0}, 1},  {{2, 0, 1}, 1},
                                                {{1, 0, 2}, -1}, {{0, 2, 1}, -1}, {{2, 1, 0}, -1}};
 
-/// Points that are queried together; a position that is not a number is nobody's.
+/// Points that are queried together; a cell holds no position that is not a number.
 struct SkinCluster {
     static constexpr std::size_t k_points = Probe::k_cluster;
     alignas(64) double x[k_points], y[k_points], z[k_points];

@@ -157,7 +157,7 @@ TEST_F(Trace, AnEarlierRecordingStaysUntilTheNewOneIsFinished)
         writer.push_wait({});
     }
     EXPECT_EQ(text_of(path()), "old");
-    // And one that was cut short is not written over.
+    // A recording that was cut short is not written over.
     EXPECT_THROW(TraceWriter(path(), {}), TraceError);
     fs::remove(path("a.csv.recording"));
     TraceWriter writer(path(), {});

@@ -32,7 +32,7 @@ TEST(Step, ATouchThatCrossesTheMedialAxisIsBlended)
         else
             EXPECT_GT(largest, 0.9 * jump);
         EXPECT_EQ(blended, blend > 0);
-        // And then it is gone.
+        // The jump is gone in the end.
         for (int i = 0; i < 200; ++i) before = tool.touch(frictionless(plate()), Vec3d{0, 0, -0.0008}).force;
         EXPECT_NEAR(before.z, -k * 0.0002, 1e-3);
         // Free at once.

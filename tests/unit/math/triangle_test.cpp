@@ -33,7 +33,7 @@ TYPED_TEST(ClosestPoint, NoPointOfALatticeIsNearer)
                 EXPECT_LE(least, norm(q - p) + TypeParam(1e-5));
                 nearest_lattice = std::min(nearest_lattice, norm(q - found));
             }
-        // And it is a point of the triangle: not farther from the lattice than its step.
+        // The answer is a point of the triangle: not farther from the lattice than its step.
         EXPECT_LE(nearest_lattice, (norm(b - a) + norm(c - a)) / k_steps);
     }
 }

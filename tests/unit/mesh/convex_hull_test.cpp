@@ -14,7 +14,7 @@
 namespace sqmap::mesh {
 namespace {
 
-/// Closed, every edge between two triangles that run it opposite ways, and no point outside any plane, by exact signs.
+/// The hull is closed, two triangles run each edge in opposite ways, and exact signs put no point outside any plane.
 void expect_hull_of(const std::vector<Vec3d>& points, const Mesh& hull, const char* name)
 {
     ASSERT_FALSE(hull.triangles.empty()) << name;

@@ -38,7 +38,7 @@ TEST(FrameOffset, AnswersAsEveryPointAskedByItself)
                 // Places are rounded in another order: points on the moved surface may change sides.
                 if (c.contact && c.depth > 1e-4 * view.header.unit) {
                     ASSERT_NE(of_point[k], nullptr);
-                    // And where two surfaces are equally near, either may be.
+                    // Either of two surfaces that are equally near may be the answer.
                     other += std::abs(static_cast<double>(of_point[k]->depth) - c.depth) > 2e-3 * view.header.unit ? 1u : 0u;
                     ++total;
                 } else if (!c.contact && of_point[k] != nullptr) {

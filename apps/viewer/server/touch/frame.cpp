@@ -17,7 +17,8 @@ void set_contact(TouchFrame& frame, const sqmap::Pose& device, const Forces::Fou
     frame.depth = found.depth;
     frame.point = found.point;
     frame.normal = found.normal;
-    // Whose surface it is: computed below it. In a crease the middle of the contacts may lie off the surface.
+    // The surface belongs to the object that holds a point below it: in a crease the middle of the contacts may lie off the
+    // surface.
     for (const double below : {2e-4, 1e-3, 2e-3, 4e-3, 8e-3, 16e-3})
         for (std::size_t i = 0; i < objects.size() && frame.object < 0; ++i) {
             if (objects[i] == nullptr) continue;

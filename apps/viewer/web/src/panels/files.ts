@@ -14,7 +14,7 @@ import { select } from './parts';
 import { openRecording } from './recording';
 import { pageButton } from './share';
 
-/// What the program decided about a file, in words.
+/// The program's decisions about a file, in words.
 const DECISIONS: Record<string, string> = {
   ACCEPT: 'Taken as it is', REPAIRED: 'Taken, with repairs', CLOSED: 'Taken, its holes closed', WRAPPED: 'Taken, wrapped in a closed surface', REFUSED: 'Not taken',
 };
