@@ -43,25 +43,32 @@ TEST(Clusters, HoldEveryVertexOnceAndItsSpheresHoldIt)
     }
 }
 
-TEST(Clusters, EveryInstructionSetFindsWhatALookUpOfEveryVertexFinds)
-{
-    const auto setting = test::egg_on_ring();
-    // Distances to a ball, in 16 bits on a coarse oblong grid; the reference interpolates the same values in double.
-    constexpr int n = 20;
+/// Distances to a ball, in 16 bits on a coarse oblong grid, and the same values interpolated in double.
+class BallField {
+public:
+    static constexpr int n = 20;
+    static constexpr double k_step = 1e-4, k_ball = 0.25;
     const Vec3d lo{-0.5, -0.6, -0.4}, spacing{1.0 / (n - 1), 1.2 / (n - 1), 0.8 / (n - 1)};
-    const double step = 1e-4, ball = 0.25;
-    std::vector<std::int16_t> values;
-    for (int k = 0; k < n; ++k)
-        for (int j = 0; j < n; ++j)
-            for (int i = 0; i < n; ++i)
-                values.push_back(static_cast<std::int16_t>(
-                    std::lround((norm(Vec3d{lo.x + i * spacing.x, lo.y + j * spacing.y, lo.z + k * spacing.z}) - ball) / step)));
-    const FieldView field{{values.data(), n},
-                          {values.data(), n},
-                          1,
-                          static_cast<float>(step),
-                          {static_cast<float>(spacing.x), static_cast<float>(spacing.y), static_cast<float>(spacing.z)}};
-    const auto reference = [&](Vec3d p) {
+
+    BallField()
+    {
+        for (int k = 0; k < n; ++k)
+            for (int j = 0; j < n; ++j)
+                for (int i = 0; i < n; ++i) {
+                    const Vec3d at{lo.x + i * spacing.x, lo.y + j * spacing.y, lo.z + k * spacing.z};
+                    values_.push_back(static_cast<std::int16_t>(std::lround((norm(at) - k_ball) / k_step)));
+                }
+    }
+    [[nodiscard]] FieldView view() const
+    {
+        return {{values_.data(), n},
+                {values_.data(), n},
+                1,
+                static_cast<float>(k_step),
+                {static_cast<float>(spacing.x), static_cast<float>(spacing.y), static_cast<float>(spacing.z)}};
+    }
+    [[nodiscard]] double reference(Vec3d p) const
+    {
         int cell[3];
         double f[3];
         for (int k = 0; k < 3; ++k) {
@@ -74,10 +81,22 @@ TEST(Clusters, EveryInstructionSetFindsWhatALookUpOfEveryVertexFinds)
         for (int c = 0; c < 8; ++c) {
             const int at[3] = {cell[0] + (c & 1), cell[1] + (c >> 1 & 1), cell[2] + (c >> 2)};
             sum += (c & 1 ? f[0] : 1 - f[0]) * (c >> 1 & 1 ? f[1] : 1 - f[1]) * (c >> 2 ? f[2] : 1 - f[2]) *
-                   values[static_cast<std::size_t>((at[2] * n + at[1]) * n + at[0])];
+                   values_[static_cast<std::size_t>((at[2] * n + at[1]) * n + at[0])];
         }
-        return sum * step;
-    };
+        return sum * k_step;
+    }
+
+private:
+    std::vector<std::int16_t> values_;
+};
+
+TEST(Clusters, EveryInstructionSetFindsWhatALookUpOfEveryVertexFinds)
+{
+    const auto setting = test::egg_on_ring();
+    const BallField ball;
+    const FieldView field = ball.view();
+    const Vec3d lo = ball.lo, spacing = ball.spacing;
+    const auto reference = [&](Vec3d p) { return ball.reference(p); };
     std::vector<DenseKernel> kernels{dense_kernel_plain};
 #if defined(__x86_64__)
     if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) kernels.push_back(dense_kernel_avx2);

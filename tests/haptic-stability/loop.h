@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 namespace sqmap::test {
@@ -86,109 +87,152 @@ struct Course {
     static constexpr Pose k_one_zone{};
 };
 
+/// The closed loop: a surface, the filter, mechanisms and hands that follow one target.
+template <class Surface>
+class Loop {
+public:
+    Loop(const Setting& setting, std::span<const Pose> zones, Surface& surface)
+        : zones_(zones),
+          surface_(surface),
+          tools_(zones.size(), HeldTool(setting.mechanism, setting.hand)),
+          filter_(unheated(setting.mechanism), {.softest = setting.stiffness}),
+          poses_(zones.size()),
+          commanded_(zones.size()),
+          safe_(zones.size())
+    {
+    }
+    void begin(const Pose& pose)
+    {
+        at_.pose = pose;
+        for (std::size_t z = 0; z < tools_.size(); ++z) tools_[z].reset(target(z).pose);
+    }
+    void wait(double seconds)
+    {
+        at_.twist = {};
+        for (double t = 0; t < seconds; t += k_tick) tick();
+    }
+    /// A straight move that starts and ends at rest, with the greatest speed commanded in the middle.
+    void move(const Vec3d& to, double speed)
+    {
+        constexpr double pi = 3.14159265358979;
+        const Vec3d from = at_.pose.translation;
+        const double length = norm(to - from), seconds = 0.5 * pi * length / speed;
+        for (double t = 0; t < seconds; t += k_tick) {
+            const double s = 0.5 * (1 - std::cos(pi * t / seconds));
+            at_.pose.translation = from + s * (to - from);
+            at_.twist.linear = 0.5 * pi / seconds * std::sin(pi * t / seconds) * (to - from);
+            tick();
+        }
+        at_.pose.translation = to;
+        at_.twist = {};
+        tick();
+    }
+    /// Takes the figures of the last half second, at rest.
+    void look_back(double still)
+    {
+        const auto spread = [](const std::vector<double>& v) {
+            const auto [low, high] = std::minmax_element(v.end() - 500, v.end());
+            return *high - *low;
+        };
+        f_.swing = spread(forces_);
+        f_.turn_swing = spread(torques_);
+        f_.reversals = reversals({forces_.data() + forces_.size() - 500, 500}, still);
+        for (auto it = forces_.end() - 500; it != forces_.end(); ++it) f_.step = std::max(f_.step, std::fabs(*it - *(it - 1)));
+        for (auto it = forces_.end() - 500; it != forces_.end(); ++it) f_.mean += *it / 500;
+        f_.gained = energies_.back() - energies_[energies_.size() - 500];
+    }
+    [[nodiscard]] Figures figures()
+    {
+        f_.filter = filter_.counters();
+        return f_;
+    }
+
+private:
+    /// Seconds of pressing at the limit are no matter for the duty step here.
+    static haptic::DeviceLimits unheated(const Mechanism& mechanism)
+    {
+        haptic::DeviceLimits limits = limits_of(mechanism);
+        limits.continuous_force = limits.max_force;
+        return limits;
+    }
+    [[nodiscard]] HandTarget target(std::size_t z) const
+    {
+        const Pose& zone = zones_[z];
+        return {{at_.pose.rotation * zone.rotation, at_.pose.rotation * zone.translation + at_.pose.translation}, at_.twist};
+    }
+    void tick()
+    {
+        for (std::size_t z = 0; z < tools_.size(); ++z) poses_[z] = tools_[z].measured();
+        surface_(std::span<const Pose>(poses_), std::span(commanded_));
+        time_ += k_tick;
+        filter_.tick({.time = time_, .sample_time = time_, .sequence = ++sequence_, .poses = poses_, .commanded = commanded_},
+                     safe_);
+        double energy = 0, force = 0, torque = 0;
+        bool touches = false;
+        for (std::size_t z = 0; z < tools_.size(); ++z) {
+            const Wrench& w = safe_[z];
+            f_.over +=
+                norm(w.force) > filter_.force_limit() * (1 + 1e-12) || norm(w.torque) > filter_.torque_limit() * (1 + 1e-12);
+            tools_[z].step(&w, target(z), k_tick);
+            const Wrench& exerted = tools_[z].exerted();
+            f_.largest = std::max(f_.largest, norm(exerted.force));
+            energy += tools_[z].work() - tools_[z].dissipated();
+            force += norm(exerted.force);
+            torque += norm(exerted.torque);
+            touches = touches || !(commanded_[z] == Wrench{}) || !(exerted == Wrench{});
+        }
+        energies_.push_back(energy);
+        if (touches && !touching_) {
+            begun_ = energies_.size() > 1 ? energies_[energies_.size() - 2] : 0;
+            ++f_.contacts;
+        }
+        if (touches) f_.created = std::max(f_.created, energy - begun_);
+        if (!touches && touching_) f_.left = std::max(f_.left, energy - begun_);
+        touching_ = touches;
+        forces_.push_back(force);
+        torques_.push_back(torque);
+    }
+
+    std::span<const Pose> zones_;
+    Surface& surface_;
+    std::vector<HeldTool> tools_;
+    haptic::SafetyFilter filter_;
+    std::vector<Pose> poses_;
+    std::vector<Wrench> commanded_, safe_;
+    Figures f_;
+    HandTarget at_;
+    std::vector<double> forces_, torques_, energies_;
+    double time_ = 0, begun_ = 0;
+    std::uint64_t sequence_ = 0;
+    bool touching_ = false;
+};
+
 /// Runs one action. surface(poses, wrenches): what is commanded at measured poses; called once a tick.
 template <class Surface>
 Figures run_zones(const Setting& setting, Action action, const Visit& visit, const Course& course, Surface&& surface)
 {
-    const HandProfile& hand = setting.hand;
-    const std::size_t zones = course.zones.size();
-    std::vector<HeldTool> tools(zones, HeldTool(setting.mechanism, hand));
-    haptic::DeviceLimits limits = limits_of(setting.mechanism);
-    limits.continuous_force = limits.max_force;  // seconds of pressing at the limit are no matter for the duty step here
-    haptic::SafetyFilter filter(limits, {.softest = setting.stiffness});
-    Figures f;
-    double time = 0;
-    std::uint64_t sequence = 0;
-    std::vector<double> forces, torques, energies;
-    std::vector<Pose> poses(zones);
-    std::vector<Wrench> commanded(zones), safe(zones);
-    bool touching = false;
-    double begun = 0;
-    const auto target_of = [&](const HandTarget& at, std::size_t z) {
-        const Pose& zone = course.zones[z];
-        return HandTarget{{at.pose.rotation * zone.rotation, at.pose.rotation * zone.translation + at.pose.translation},
-                          at.twist};
-    };
-    const auto tick = [&](const HandTarget& target) {
-        for (std::size_t z = 0; z < zones; ++z) poses[z] = tools[z].measured();
-        surface(std::span<const Pose>(poses), std::span(commanded));
-        time += k_tick;
-        filter.tick({.time = time, .sample_time = time, .sequence = ++sequence, .poses = poses, .commanded = commanded}, safe);
-        double energy = 0, force = 0, torque = 0;
-        bool touches = false;
-        for (std::size_t z = 0; z < zones; ++z) {
-            const Wrench& w = safe[z];
-            f.over += norm(w.force) > filter.force_limit() * (1 + 1e-12) || norm(w.torque) > filter.torque_limit() * (1 + 1e-12);
-            tools[z].step(&w, target_of(target, z), k_tick);
-            const Wrench& exerted = tools[z].exerted();
-            f.largest = std::max(f.largest, norm(exerted.force));
-            energy += tools[z].work() - tools[z].dissipated();
-            force += norm(exerted.force);
-            torque += norm(exerted.torque);
-            touches = touches || !(commanded[z] == Wrench{}) || !(exerted == Wrench{});
-        }
-        energies.push_back(energy);
-        if (touches && !touching) {
-            begun = energies.size() > 1 ? energies[energies.size() - 2] : 0;
-            ++f.contacts;
-        }
-        if (touches) f.created = std::max(f.created, energy - begun);
-        if (!touches && touching) f.left = std::max(f.left, energy - begun);
-        touching = touches;
-        forces.push_back(force);
-        torques.push_back(torque);
-    };
-    HandTarget at;
-    const auto wait = [&](double seconds) {
-        at.twist = {};
-        for (double t = 0; t < seconds; t += k_tick) tick(at);
-    };
-    // A straight move that starts and ends at rest, with the greatest speed commanded in the middle.
-    const auto move = [&](const Vec3d& to, double speed) {
-        const Vec3d from = at.pose.translation;
-        const double length = norm(to - from), seconds = 0.5 * 3.14159265358979 * length / speed;
-        for (double t = 0; t < seconds; t += k_tick) {
-            const double s = 0.5 * (1 - std::cos(3.14159265358979 * t / seconds));
-            at.pose.translation = from + s * (to - from);
-            at.twist.linear = 0.5 * 3.14159265358979 / seconds * std::sin(3.14159265358979 * t / seconds) * (to - from);
-            tick(at);
-        }
-        at.pose.translation = to;
-        at.twist = {};
-        tick(at);
-    };
+    Loop<std::remove_reference_t<Surface>> loop(setting, course.zones, surface);
     // Deep enough that the hand's spring holds the push against the surface's.
-    const double depth = visit.push / hand.stiffness + visit.push / setting.stiffness;
+    const double depth = visit.push / setting.hand.stiffness + visit.push / setting.stiffness;
     const Vec3d above = visit.position + 0.02 * visit.out, pressed = visit.position - depth * visit.out;
-    at.pose = {visit.rotation, above};
-    for (std::size_t z = 0; z < zones; ++z) tools[z].reset(target_of(at, z).pose);
-    wait(course.wait);
+    loop.begin({visit.rotation, above});
+    loop.wait(course.wait);
     if (action == Action::Tap)
         for (int i = 0; i < 5; ++i) {
-            move(visit.position - std::min(depth, 0.01) * visit.out, visit.speed);
-            move(visit.position + 0.01 * visit.out, visit.speed);
+            loop.move(visit.position - std::min(depth, 0.01) * visit.out, visit.speed);
+            loop.move(visit.position + 0.01 * visit.out, visit.speed);
         }
-    move(pressed, visit.speed);
+    loop.move(pressed, visit.speed);
     if (action == Action::Slide) {
-        move(pressed + 0.02 * visit.along, visit.speed);
-        move(pressed - 0.02 * visit.along, visit.speed);
-        move(pressed, visit.speed);
+        loop.move(pressed + 0.02 * visit.along, visit.speed);
+        loop.move(pressed - 0.02 * visit.along, visit.speed);
+        loop.move(pressed, visit.speed);
     }
-    wait(course.hold);
-    const auto spread = [](const std::vector<double>& v) {
-        const auto [low, high] = std::minmax_element(v.end() - 500, v.end());
-        return *high - *low;
-    };
-    f.swing = spread(forces);
-    f.turn_swing = spread(torques);
-    f.reversals = reversals({forces.data() + forces.size() - 500, 500}, still(setting));
-    for (auto it = forces.end() - 500; it != forces.end(); ++it) f.step = std::max(f.step, std::fabs(*it - *(it - 1)));
-    for (auto it = forces.end() - 500; it != forces.end(); ++it) f.mean += *it / 500;
-    f.gained = energies.back() - energies[energies.size() - 500];
-    move(above, visit.speed);
-    wait(0.3);
-    f.filter = filter.counters();
-    return f;
+    loop.wait(course.hold);
+    loop.look_back(still(setting));
+    loop.move(above, visit.speed);
+    loop.wait(0.3);
+    return loop.figures();
 }
 
 /// The same for one zone. surface: wrench for a measured pose.

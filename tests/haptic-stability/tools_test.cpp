@@ -13,6 +13,7 @@
 #include <cstdio>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace sqmap::test {
@@ -110,6 +111,163 @@ Vec3d first_touch(const Tool& tool, const haptic::TouchedBody& solid, Vec3d poin
     return point + high * out;
 }
 
+/// A tool that touches one baked model in turns of all hands, and the extremes of all its runs.
+class ToolRuns {
+public:
+    ToolRuns(std::string mesh, const Tool& tool, const model::ModelView& model)
+        : mesh_(std::move(mesh)), tool_(tool), skin_(skin_of(tool)), probe_(points_of(tool)), state_(made_state())
+    {
+        solid_.model = &model;
+        origin_ = {model.header.origin[0], model.header.origin[1], model.header.origin[2]};
+        solid_.pose.translation = -1. * origin_;
+    }
+
+    /// k: number of the place.
+    void touch(int delay, Action action, const OpenPosition& position, std::size_t k)
+    {
+        // All hands take their turns: two of five a combination.
+        const HandProfile& hand = device::k_hand_profiles[static_cast<std::size_t>(runs_) * 3 % k_hands];
+        const Setting setting = set(hand, delay);
+        solid_.material.friction = action == Action::Slide ? Friction::Coulomb : Friction::None;
+        const Visit visit = visit_of(position, k);
+        const Figures f = touch(setting, action, visit, tool_.wait);
+        ++runs_;
+        const std::string what = mesh_ + ", " + tool_.name + ' ' + test::name(action) + ' ' + hand.name + " delay " +
+                                 std::to_string(delay) + " place " + std::to_string(k);
+        if (tool_.wait < 0.5 && hand.stiffness > 100) {
+            EXPECT_NEAR(f.mean, touch(setting, action, visit, 0.7).mean, 0.1)
+                << what << ": as strong as after the ramp, without lifting";
+        }
+        swing_ = std::max(swing_, f.swing);
+        turn_ = std::max(turn_, f.turn_swing);
+        created_ = std::max(created_, f.created);
+        gained_ = std::max(gained_, f.gained);
+        largest_ = std::max(largest_, f.largest);
+        step_ = std::max(step_, f.step);
+        passivity_ += f.filter.passivity;
+        pressed_ += f.mean > k_touches;
+        if (f.reversals >= 4) {
+            ++swinging_;
+            std::printf("%s swings by %.3f N\n", what.c_str(), f.swing);
+        }
+        EXPECT_TRUE(touched_) << what;
+        EXPECT_GT(f.largest, k_touches) << what;
+        EXPECT_LT(f.turn_swing, 0.01) << what;
+        EXPECT_LT(f.gained, 1e-5) << what;
+        EXPECT_LT(f.created, 3e-3) << what << ": the filter's margin of 1 mJ and what passes before it has acted";
+        EXPECT_EQ(f.over, 0u) << what;
+        EXPECT_EQ(f.filter.faults, 0u) << what;
+    }
+    void expect_still_and_print() const
+    {
+        std::printf(
+            "%s, %s: %d runs, %d pressed at the end, %d swing; at rest force moves by %.4f N at most, %.4f N a tick, torque by "
+            "%.5f N m; in free air %.4f N; energy created %.3g J, gained by holding still %.3g J; greatest force %.3f N; "
+            "passivity acted in %llu ticks\n",
+            mesh_.c_str(), tool_.name, runs_, pressed_, swinging_, swing_, step_, turn_, air_, created_, gained_, largest_,
+            static_cast<unsigned long long>(passivity_));
+        EXPECT_EQ(swinging_, 0) << tool_.name;
+        EXPECT_LT(air_, 0.1) << tool_.name << ": free air is free";
+        // The figures at rest are of contact. Only the softest hands slip off: four runs of 18 at most.
+        EXPECT_GE(4 * pressed_, 3 * runs_) << tool_.name;
+    }
+
+private:
+    static std::optional<device::HandSkin> skin_of(const Tool& tool)
+    {
+        std::optional<device::HandSkin> skin;
+        if (tool.posed) skin.emplace(tube_hand(k_hand_length, [](const Vec3d& p) { return p; }), k_hand_length);
+        return skin;
+    }
+    [[nodiscard]] std::vector<Vec3d> points_of(const Tool& tool) const
+    {
+        return skin_ ? std::vector<Vec3d>(skin_->points().begin(), skin_->points().end()) : tool.points;
+    }
+    [[nodiscard]] haptic::State made_state() const
+    {
+        haptic::Zone zone{.probe = &probe_, .in_world = tool_.posed};
+        zone.options.averaging = tool_.averaging;
+        zone.options.smoothing = tool_.smoothing;
+        zone.options.mode = tool_.mode;
+        zone.options.layer = tool_.layer;
+        std::vector<haptic::Zone> all(tool_.zones.size(), zone);
+        for (std::size_t z = 0; skin_ && z < all.size(); ++z) {
+            all[z].first = skin_->first(z);
+            all[z].count = skin_->first(z + 1) - skin_->first(z);
+        }
+        return haptic::State(all, {.max_contacts = probe_.size(), .max_touched = 1});
+    }
+    /// The stiffness that the mechanism can show with this delay, set in all zones.
+    Setting set(const HandProfile& hand, int delay)
+    {
+        Setting setting{.mechanism = tool_.mechanism, .hand = hand};
+        setting.mechanism.delay_ticks = delay;
+        const haptic::DeviceLimits limits = limits_of(setting.mechanism);
+        setting.stiffness = k_share * haptic::check_stiffness(limits, 0).largest;
+        const std::size_t zones = tool_.zones.size();
+        const double reach = skin_ ? skin_->reach(zones - 1) : tool_.reach;
+        for (std::size_t z = 0; z < zones; ++z) {
+            haptic::ZoneOptions& o = state_.options(z);
+            o.stiffness = o.tangential_stiffness = setting.stiffness;
+            o.coupling_stiffness = 1e4;
+            if (reach > 0) {
+                o.inertia = 0.4 * o.mass * reach * reach;
+                if (tool_.mode != Mode::Coupled)
+                    o.torque_share = skin_ && z + 1 < zones ? 0 : haptic::largest_torque_share(limits, o.stiffness, reach);
+            }
+            haptic::choose_coupling(o, limits);
+        }
+        if (tool_.mode == Mode::Coupled) {  // springs in series
+            const double coupling = state_.options(0).coupling_stiffness;
+            setting.stiffness = setting.stiffness * coupling / (setting.stiffness + coupling);
+        }
+        return setting;
+    }
+    [[nodiscard]] Visit visit_of(const OpenPosition& position, std::size_t k) const
+    {
+        Visit visit{.speed = 0.3};
+        if (tool_.large) {
+            visit.out = k == 0 ? Vec3d{0, 0, 1} : Vec3d{0, 1, 0};
+            visit.along = k == 0 ? Vec3d{1, 0, 0} : Vec3d{0, 0, 1};
+            visit.position = first_touch(tool_, solid_, position.point - origin_, visit.out);
+        } else {
+            const double out = tool_.averaging == Averaging::Ball ? tool_.smoothing.radius : 0;
+            visit.out = position.out;
+            visit.along = position.along;
+            visit.position = position.point - origin_ + out * position.out;
+        }
+        return visit;
+    }
+    Figures touch(const Setting& setting, Action action, const Visit& visit, double wait)
+    {
+        touched_ = false;
+        state_.reset();
+        return run_zones(setting, action, visit, {.wait = wait, .hold = 1.5, .zones = tool_.zones},
+                         [&](std::span<const Pose> poses, std::span<Wrench> wrenches) {
+                             if (skin_) {
+                                 skin_->pose(poses.first<device::k_glove_zones>());
+                                 probe_.move(skin_->points());
+                             }
+                             const haptic::StepResult r =
+                                 haptic::step(state_, {.touched = std::span(&solid_, 1), .poses = poses, .dt = k_tick}, wrenches);
+                             touched_ = touched_ || (r.status & haptic::k_step_contact) != 0;
+                             if (!touched_) air_ = std::max(air_, norm(wrenches[0].force));
+                         });
+    }
+
+    std::string mesh_;
+    const Tool& tool_;
+    std::optional<device::HandSkin> skin_;
+    query::Probe probe_;
+    haptic::State state_;
+    haptic::TouchedBody solid_;
+    Vec3d origin_{};
+    bool touched_ = false;
+    double swing_ = 0, turn_ = 0, created_ = -1, gained_ = -1, largest_ = 0, step_ = 0, air_ = 0;
+    std::uint64_t passivity_ = 0;
+    int runs_ = 0, swinging_ = 0, pressed_ = 0;
+};
+
 class StabilityOfTools : public testing::TestWithParam<const char*> {};
 
 TEST_P(StabilityOfTools, InEveryMode)
@@ -119,125 +277,14 @@ TEST_P(StabilityOfTools, InEveryMode)
     const Parsed parsed(*mesh);
     const model::ModelView model =
         haptic::in_metres(parsed.view(), k_size / (parsed.view().header.r_max * parsed.view().header.unit));
-    const Vec3d origin{model.header.origin[0], model.header.origin[1], model.header.origin[2]};
-    haptic::TouchedBody solid;
-    solid.model = &model;
-    solid.pose.translation = -1. * origin;
     const std::vector<OpenPosition> positions = open_positions(parsed, model, 2);
     ASSERT_EQ(positions.size(), 2u);
-
     for (const Tool& tool : all_tools()) {
-        std::optional<device::HandSkin> skin;
-        if (tool.posed) skin.emplace(tube_hand(k_hand_length, [](const Vec3d& p) { return p; }), k_hand_length);
-        query::Probe probe(skin ? std::vector<Vec3d>(skin->points().begin(), skin->points().end()) : tool.points);
-        haptic::Zone zone{.probe = &probe, .in_world = tool.posed};
-        zone.options.averaging = tool.averaging;
-        zone.options.smoothing = tool.smoothing;
-        zone.options.mode = tool.mode;
-        zone.options.layer = tool.layer;
-        const std::size_t zones = tool.zones.size();
-        std::vector<haptic::Zone> all(zones, zone);
-        const double reach = skin ? skin->reach(zones - 1) : tool.reach;
-        for (std::size_t z = 0; skin && z < zones; ++z) {
-            all[z].first = skin->first(z);
-            all[z].count = skin->first(z + 1) - skin->first(z);
-        }
-        haptic::State state(all, {.max_contacts = probe.size(), .max_touched = 1});
-        double swing = 0, turn = 0, created = -1, gained = -1, largest = 0, step = 0, air = 0;
-        std::uint64_t passivity = 0;
-        int runs = 0, swinging = 0, pressed = 0;
+        ToolRuns runs(GetParam(), tool, model);
         for (const int delay : {1, 2, 3})
             for (const Action action : {Action::Press, Action::Slide, Action::Tap})
-                for (std::size_t k = 0; k < 2; ++k) {
-                    // All hands take their turns: two of five a combination.
-                    const HandProfile& hand = device::k_hand_profiles[static_cast<std::size_t>(runs) * 3 % k_hands];
-                    Setting setting{.mechanism = tool.mechanism, .hand = hand};
-                    setting.mechanism.delay_ticks = delay;
-                    const haptic::DeviceLimits limits = limits_of(setting.mechanism);
-                    setting.stiffness = k_share * haptic::check_stiffness(limits, 0).largest;
-                    for (std::size_t z = 0; z < zones; ++z) {
-                        haptic::ZoneOptions& o = state.options(z);
-                        o.stiffness = o.tangential_stiffness = setting.stiffness;
-                        o.coupling_stiffness = 1e4;
-                        if (reach > 0) {
-                            o.inertia = 0.4 * o.mass * reach * reach;
-                            if (tool.mode != Mode::Coupled)
-                                o.torque_share =
-                                    skin && z + 1 < zones ? 0 : haptic::largest_torque_share(limits, o.stiffness, reach);
-                        }
-                        haptic::choose_coupling(o, limits);
-                    }
-                    if (tool.mode == Mode::Coupled) {  // springs in series
-                        const double coupling = state.options(0).coupling_stiffness;
-                        setting.stiffness = setting.stiffness * coupling / (setting.stiffness + coupling);
-                    }
-                    solid.material.friction = action == Action::Slide ? Friction::Coulomb : Friction::None;
-                    Visit visit{.speed = 0.3};
-                    if (tool.large) {
-                        visit.out = k == 0 ? Vec3d{0, 0, 1} : Vec3d{0, 1, 0};
-                        visit.along = k == 0 ? Vec3d{1, 0, 0} : Vec3d{0, 0, 1};
-                        visit.position = first_touch(tool, solid, positions[k].point - origin, visit.out);
-                    } else {
-                        const OpenPosition& position = positions[k];
-                        const double out = tool.averaging == Averaging::Ball ? tool.smoothing.radius : 0;
-                        visit.out = position.out;
-                        visit.along = position.along;
-                        visit.position = position.point - origin + out * position.out;
-                    }
-                    bool touched = false;
-                    const auto touch = [&](double wait) {
-                        touched = false;
-                        state.reset();
-                        return run_zones(setting, action, visit, {.wait = wait, .hold = 1.5, .zones = tool.zones},
-                                         [&](std::span<const Pose> poses, std::span<Wrench> wrenches) {
-                                             if (skin) {
-                                                 skin->pose(poses.first<device::k_glove_zones>());
-                                                 probe.move(skin->points());
-                                             }
-                                             const haptic::StepResult r = haptic::step(
-                                                 state, {.touched = std::span(&solid, 1), .poses = poses, .dt = k_tick},
-                                                 wrenches);
-                                             touched = touched || (r.status & haptic::k_step_contact) != 0;
-                                             if (!touched) air = std::max(air, norm(wrenches[0].force));
-                                         });
-                    };
-                    const Figures f = touch(tool.wait);
-                    ++runs;
-                    const std::string what = std::string(GetParam()) + ", " + tool.name + ' ' + test::name(action) + ' ' +
-                                             hand.name + " delay " + std::to_string(delay) + " place " + std::to_string(k);
-                    if (tool.wait < 0.5 && hand.stiffness > 100) {
-                        EXPECT_NEAR(f.mean, touch(0.7).mean, 0.1) << what << ": as strong as after the ramp, without lifting";
-                    }
-                    swing = std::max(swing, f.swing);
-                    turn = std::max(turn, f.turn_swing);
-                    created = std::max(created, f.created);
-                    gained = std::max(gained, f.gained);
-                    largest = std::max(largest, f.largest);
-                    step = std::max(step, f.step);
-                    passivity += f.filter.passivity;
-                    pressed += f.mean > k_touches;
-                    if (f.reversals >= 4) {
-                        ++swinging;
-                        std::printf("%s swings by %.3f N\n", what.c_str(), f.swing);
-                    }
-                    EXPECT_TRUE(touched) << what;
-                    EXPECT_GT(f.largest, k_touches) << what;
-                    EXPECT_LT(f.turn_swing, 0.01) << what;
-                    EXPECT_LT(f.gained, 1e-5) << what;
-                    EXPECT_LT(f.created, 3e-3) << what << ": the filter's margin of 1 mJ and what passes before it has acted";
-                    EXPECT_EQ(f.over, 0u) << what;
-                    EXPECT_EQ(f.filter.faults, 0u) << what;
-                }
-        std::printf(
-            "%s, %s: %d runs, %d pressed at the end, %d swing; at rest force moves by %.4f N at most, %.4f N a tick, torque by "
-            "%.5f N m; in free air %.4f N; energy created %.3g J, gained by holding still %.3g J; greatest force %.3f N; "
-            "passivity acted in %llu ticks\n",
-            GetParam(), tool.name, runs, pressed, swinging, swing, step, turn, air, created, gained, largest,
-            static_cast<unsigned long long>(passivity));
-        EXPECT_EQ(swinging, 0) << tool.name;
-        EXPECT_LT(air, 0.1) << tool.name << ": free air is free";
-        // The figures at rest are of contact. Only the softest hands slip off: four runs of 18 at most.
-        EXPECT_GE(4 * pressed, 3 * runs) << tool.name;
+                for (std::size_t k = 0; k < 2; ++k) runs.touch(delay, action, positions[k], k);
+        runs.expect_still_and_print();
     }
 }
 
