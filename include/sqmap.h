@@ -1,7 +1,7 @@
 // sqmap from C: bake closed triangle meshes into models, query them for contact and signed distance, compute forces.
 //
 // Shapes: points are rows of three doubles, x y z, one behind the other; a rotation is nine doubles, row by row.
-// Units: lengths are the mesh's own, angles radians; sessions are in metres, newtons and seconds.
+// Units: lengths are the mesh's own, or metres after sqmap_bake_options.unit; angles radians; sessions are in SI units.
 // Frames: the mesh's own where no pose is given, else the frame in which poses are given.
 // Structs: set `size` to sizeof the struct and everything else to zero; zero stands for the default. A program that was
 // compiled against another 0.x of this header goes on working: what it does not know stays at its default.
@@ -70,6 +70,7 @@ typedef struct sqmap_text {
     char* text;
     size_t capacity;
     size_t needed;
+    int32_t words;  ///< of sqmap_notes alone: sqmap_words; 0: as the bake that made the model said, C where it was opened
 } sqmap_text;
 
 // ---------------------------------------------------------------------------------------------------- models
@@ -120,6 +121,7 @@ typedef struct sqmap_bake_options {
     const char* source;       ///< what sqmap_info names as the model's source; may be null
     int32_t words;            ///< sqmap_words: how notes and cures write these members
     int32_t without_input;    ///< not zero: leave out the mesh's own coordinates and numbers: exact distances are in float then
+    double unit;              ///< metres per unit of the mesh, 0.001 of millimetres: the model is in metres; 0: in the mesh's own
 } sqmap_bake_options;
 
 /// Facts of a model; lengths in mesh units.
@@ -136,6 +138,7 @@ typedef struct sqmap_facts {
     int32_t is_normal;             ///< of the normal projection
     int32_t is_doubtful;           ///< layer 3 has wrong verdicts: take SQMAP_LAYER_EXACT or SQMAP_LAYER_AUTO
     int32_t has_input;             ///< the mesh's own coordinates and numbers are in the model: exact distances are in double
+    int32_t cure;                  ///< how the mesh became a solid: 0 as it was given or repaired, 1 closed, 2 wrapped
 } sqmap_facts;
 
 /// Maps a model file and verifies it. path: UTF-8.
@@ -159,9 +162,10 @@ SQMAP_API sqmap_code sqmap_save(sqmap_model model, const char* path);
 SQMAP_API sqmap_code sqmap_bytes(sqmap_model model, const void** bytes, size_t* size);
 /// Facts of a model.
 SQMAP_API sqmap_code sqmap_model_facts(sqmap_model model, sqmap_facts* facts);
-/// All that `sqmap info --json` prints: parts, certificates, bytes, measured error.
+/// All that `sqmap info --json` prints: parts, certificates, bytes, notes, measured error.
 SQMAP_API sqmap_code sqmap_info(sqmap_model model, sqmap_text* json);
-/// Notes about the mesh that was baked and about its model, a line each; empty of a model that was opened.
+/// Notes about the mesh that was baked and about its model, a line each; "notes" of sqmap_info has their numbers. None of a file
+/// that was written before there were notes.
 SQMAP_API sqmap_code sqmap_notes(sqmap_model model, sqmap_text* lines);
 /// Numbers of the baked triangles and vertices in the mesh that was given, -1 of what a cure made (all of a wrapped mesh): as
 /// many as sqmap_facts counts; each may be null. Polygons of a file count as one. Errors: E_MISSING of a model without its
@@ -329,6 +333,11 @@ typedef struct sqmap_closest {
 /// read. Errors: E_MISSING without the exact layer. Cost: the first call builds a tree; then some us a point.
 SQMAP_API sqmap_code sqmap_closest_points(sqmap_model model, const sqmap_points* points, const sqmap_query_options* options,
                                           sqmap_closest* closest);
+
+/// F of eq. 1 of a part's superquadric, in double: below 1 within it, 1 on its surface, above 1 outside; NaN of a point that is
+/// not finite. It is no distance, and its superquadric holds the part with room to spare. values: points->count; the caller's.
+/// Errors: E_ARGUMENT for a part that the model does not have. Cost: 0.1 us a point; no allocation, no lock.
+SQMAP_API sqmap_code sqmap_implicit(sqmap_model model, uint32_t part, const sqmap_points* points, double* values);
 
 // ---------------------------------------------------------------------------------------------------- probes and pairs
 

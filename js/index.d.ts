@@ -79,7 +79,8 @@ export interface ProbeContact {
 export interface BakeOptions {
   targetError?: number;  // percent of R_max, 99th percentile of layer 3's depth; default 0.5
   band?: number;         // percent of R_max within which distances are exact; default 5
-  thickness?: number;    // open meshes become plates this thick
+  thickness?: number;    // open meshes become plates this thick, units of the model
+  unit?: "um" | "mm" | "cm" | "dm" | "m" | "km" | "in" | "ft" | number;  // of the mesh, or metres per unit: the model is in metres
   maxParts?: number;     // default 24
   projection?: "central" | "normal";
   repair?: "wrap" | "close" | "safe" | "none";
@@ -91,11 +92,12 @@ export interface BakeOptions {
 }
 
 /** Facts of a model; lengths in the mesh's units. rMax: the largest distance between two vertices; band: within it distances are
- *  exact; centre, radius: of a sphere that holds the object; isDoubtful: layer 3 has wrong verdicts, take "exact" or "auto". */
+ *  exact; centre, radius: of a sphere that holds the object; isDoubtful: layer 3 has wrong verdicts, take "exact" or "auto";
+ *  cure: how the mesh became a solid, "" as it was given or repaired. */
 export interface Facts {
   rMax: number; band: number; centre: number[]; radius: number; bytes: number;
   parts: number; vertices: number; triangles: number;
-  isSolid: boolean; hasExact: boolean; isNormal: boolean; isDoubtful: boolean; hasInput: boolean;
+  isSolid: boolean; hasExact: boolean; isNormal: boolean; isDoubtful: boolean; hasInput: boolean; cure: "" | "closed" | "wrapped";
 }
 
 /** Points prepared once, queried many times. */
@@ -110,7 +112,7 @@ export class Model {
   readonly facts: Facts;
   /** All that `sqmap info --json` prints. */
   readonly info: Record<string, unknown>;
-  /** Repairs, how far they moved the surface and warnings of the bake. */
+  /** Repairs, how far they moved the surface and warnings of the bake, of a model that was opened too; info.notes has their numbers. */
   readonly notes: string[];
   /** The baked triangles and the part of each. @throws SqmapError of a model without them */
   readonly mesh: {vertices: Float64Array; triangles: Uint32Array; parts: Int32Array};
@@ -125,6 +127,8 @@ export class Model {
   distances(points: Rows, options?: DistanceOptions): Distances;
   /** @throws SqmapError of a model without triangles */
   closestPoints(points: Rows, options?: {pose?: Pose}): ClosestPoints;
+  /** F of eq. 1 of a part's superquadric: below 1 within it, 1 on its surface, above 1 outside. It is no distance. */
+  implicit(part: number, points: Rows, options?: {pose?: Pose}): Float64Array;
   /** Which points of a probe are inside. */
   probe(probe: Probe, options?: ProbeOptions): {contacts: ProbeContact[]; found: number; status: number};
   /** Frees the memory; whatever is called afterwards throws. */

@@ -14,6 +14,8 @@ const refuse = (element, what, cure) => new SqmapError("E_ARGUMENT", element, wh
 const projections = new Map([["central", 0], ["normal", 1]]);
 const layers = new Map([[1, 1], [2, 2], [3, 3], ["exact", 4], ["auto", 5]]);
 const modes = new Map([["direct", 1], ["proxy", 2], ["coupled", 3]]);
+const units = new Map([["um", 1e-6], ["mm", 1e-3], ["cm", 1e-2], ["dm", 0.1], ["m", 1], ["km", 1e3], ["in", 0.0254], ["ft", 0.3048]]);
+const cures = ["", "closed", "wrapped"];
 const repairs = new Map([["wrap", 4], ["close", 3], ["safe", 2], ["none", 1]]);
 
 function member(map, value, element) {
@@ -36,6 +38,14 @@ function whole(value, element) {
 function flag(value, element) {
   if (typeof value !== "boolean") throw refuse(element, `is ${kindOf(value)}`, "give true or false");
   return value ? 1 : 0;
+}
+
+/** Metres per unit of a mesh; 0 where its own is kept. */
+function metresPer(unit) {
+  if (unit === undefined) return 0;
+  if (typeof unit === "string") return member(units, unit, "options.unit");
+  if (number(unit, "options.unit") === 0) throw refuse("options.unit", "is 0", "give metres per unit");
+  return unit;
 }
 
 /** An object of options. */
@@ -140,7 +150,7 @@ class Call {
   }
   /** A text that the library writes. */
   written(name, handle) {
-    const text = this.struct("text");
+    const text = this.struct("text", {words: 2});
     this.run(name, handle, text);
     const needed = this.read("text", text, "needed");
     const space = this.space(needed);
@@ -213,6 +223,7 @@ export class Model extends Owned {
       const facts = {};
       for (const name of Object.keys(structs.facts.members)) if (name !== "size") facts[name] = c.read("facts", at, name);
       facts.bytes = Number(facts.bytes);
+      facts.cure = cures[facts.cure];
       for (const name of ["isSolid", "hasExact", "isNormal", "isDoubtful", "hasInput"]) facts[name] = facts[name] !== 0;
       return facts;
     });
@@ -289,6 +300,14 @@ export class Model extends Owned {
       c.run("sqmap_closest_points", this.handle, at, 0, c.struct("closest", {closest, distance, triangle}));
       return {closest: c.copy(Float64Array, closest, 3 * count), distance: c.copy(Float64Array, distance, count),
               triangle: c.copy(Uint32Array, triangle, count)};
+    });
+  }
+  implicit(part, points, options = {}) {
+    object(options, "options");
+    return this.within((c) => {
+      const {count, at} = c.points(points, options.pose), values = c.space(8 * count);
+      c.run("sqmap_implicit", this.handle, Math.min(whole(part, "part"), 0xffffffff), at, values);
+      return c.copy(Float64Array, values, count);
     });
   }
   probe(probe, options = {}) {
@@ -427,7 +446,7 @@ class Sqmap {
   }
   #baked(c, options, bake) {
     const {targetError = 0, band = 0, thickness = 0, maxParts = 0, repair = "wrap", projection = "central", surface = false,
-           exact = true, keepInput = true, source, progress} = object(options, "options");
+           exact = true, keepInput = true, unit, source, progress} = object(options, "options");
     if (progress !== undefined && typeof progress !== "function")
       throw refuse("options.progress", `is ${kindOf(progress)}`, "give a function of a stage and the share that is done");
     if (source !== undefined && typeof source !== "string") throw refuse("options.source", `is ${kindOf(source)}`, "give a text");
@@ -448,6 +467,7 @@ class Sqmap {
       acceptsSurface: flag(surface, "options.surface"), withoutExact: 1 - flag(exact, "options.exact"),
       withoutInput: 1 - flag(keepInput, "options.keepInput"), threads: 1, progress: called,
       source: source === undefined ? 0 : c.text(source), words: 2,  // names of these options in messages
+      unit: metresPer(unit),
     });
     try {
       bake(settings, handle);

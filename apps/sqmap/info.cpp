@@ -105,7 +105,7 @@ int run(const InfoArguments& o)
     const paper::MappedModel file(o.model);
     const model::ModelView& m = file.view();
     if (o.json)
-        std::printf("%s\n", paper::model_json(m, file.size()).c_str());
+        std::printf("%s\n", paper::model_json(m, file.size(), paper::notes_of(file.bytes())).c_str());
     else
         print(o.model, m, io::section_bytes(m, file.size()));
     return 0;

@@ -6,6 +6,7 @@
 // Any number of threads, on inputs of their own.
 #pragma once
 
+#include "sqmap/bake/notes.h"
 #include "sqmap/io/read.h"
 #include "sqmap/mesh/admit.h"
 #include "sqmap/paper/bake.h"
@@ -36,43 +37,6 @@ struct MeshOptions {
     mesh::AdmitOptions admit{};
     io::ReadLimits limits{};
 };
-
-// Notes: facts about a mesh and its model as data. words() makes a line of each.
-
-/// How far a cure moved the surface; lengths in units of the result.
-struct MovedNote {
-    mesh::Distances from_input, to_input;
-    double r_max = 0;  ///< largest distance between two vertices
-};
-/// The same from the input where that bounds the solid, of a wrapped mesh.
-struct MovedBoundaryNote {
-    mesh::Distances from_input;
-    double r_max = 0;
-};
-/// The share of the area where a cure made the surface up.
-struct MadeUpNote {
-    double share = 0;
-};
-/// Layer 3 of the model errs more than was asked; percent of R_max.
-struct OffTargetNote {
-    double wanted = 0, reached = 0;
-};
-/// Layer 3 of the model may not be relied on.
-struct DoubtNote {
-    std::uint32_t wrong = 0, points = 0;  ///< points on the wrong side, of those measured
-    double depth_p99 = 0;                 ///< percent of R_max
-    bool has_exact = false;               ///< the model has the exact layer, which answers instead
-};
-/// One thing that a caller should know about a mesh or its model.
-using Note = std::variant<mesh::RepairNote, MovedNote, MovedBoundaryNote, MadeUpNote, mesh::Warning, OffTargetNote, DoubtNote>;
-
-/// True of a note about the model, false of one about its mesh.
-[[nodiscard]] bool is_about_model(const Note& note) noexcept;
-
-/// One line, with settings as the door names them. @throw std::bad_alloc
-[[nodiscard]] std::string words(const Note& note, const mesh::SettingNames& names = mesh::k_cpp_settings);
-/// The same of each. @throw std::bad_alloc
-[[nodiscard]] std::vector<std::string> words(std::span<const Note> notes, const mesh::SettingNames& names = mesh::k_cpp_settings);
 
 /// A mesh that was admitted, or the diagnosis of one that was refused.
 struct AdmittedMesh : mesh::AdmitResult {

@@ -1,7 +1,7 @@
 """sqmap: contact, penetration depth and signed distance of complex shapes, from small baked models.
 
 >>> import numpy as np, sqmap
->>> model = sqmap.bake("cow.off")
+>>> model = sqmap.bake(sqmap.shapes.torus())     # or a path, arrays, an object of trimesh or Open3D
 >>> model.signed_distance(np.zeros((1, 3)))      # positive inside
 >>> model.query(np.zeros((1, 3))).depth
 
@@ -10,7 +10,7 @@ negative inside in distances and Scene (as Open3D's). Batches use all cores and 
 """
 from __future__ import annotations
 
-from . import _library
+from . import _library, shapes
 from ._bodies import (CONTACT, PAIR_CONTACT, SURFACE_CONTACT, Body, FirstTouch, PairContacts, Probe, ProbeContacts, SurfaceContacts,
                       Workspace, first_touch, query_contacts, query_pair, query_probe)
 from ._errors import (ArgumentError, Cancelled, ClosedError, Error, FileError, InternalError, MeshError, MissingError, ModelError,
@@ -19,6 +19,7 @@ from ._model import Contacts, CuredWarning, Distances, Facts, Model, bake
 from ._program import program
 from ._scene import Scene
 from ._session import DISCONNECTED, HELD, RESTART, RESUME, STOP, Force, Session, Simulation
+from ._superquadric import Superquadric
 from ._tactile import TAXEL, TactilePad, Touch
 
 __version__: str = _library.library.sqmap_version().decode()
@@ -28,5 +29,5 @@ FORMAT_VERSION: int = _library.library.sqmap_format_version()
 __all__ = ["ArgumentError", "Body", "CONTACT", "Cancelled", "ClosedError", "Contacts", "CuredWarning", "DISCONNECTED", "Distances", "Error",
            "FORMAT_VERSION", "Facts", "FileError", "FirstTouch", "Force", "HELD", "InternalError", "MeshError", "MissingError", "Model", "ModelError",
            "NoMemoryError", "PAIR_CONTACT", "PairContacts", "Probe", "ProbeContacts", "RESTART", "RESUME", "STOP", "Scene",
-           "SURFACE_CONTACT", "Session", "Simulation", "SurfaceContacts", "TAXEL", "TactilePad", "Touch", "VersionError", "Workspace",
-           "bake", "first_touch", "program", "query_contacts", "query_pair", "query_probe"]
+           "SURFACE_CONTACT", "Session", "Simulation", "Superquadric", "SurfaceContacts", "TAXEL", "TactilePad", "Touch", "VersionError", "Workspace",
+           "bake", "first_touch", "program", "query_contacts", "query_pair", "query_probe", "shapes"]

@@ -28,7 +28,7 @@ class ErrorStruct(Structure):
 
 
 class Text(Sized):
-    _fields_ = [("size", c_size_t), ("text", c_char_p), ("capacity", c_size_t), ("needed", c_size_t)]
+    _fields_ = [("size", c_size_t), ("text", c_char_p), ("capacity", c_size_t), ("needed", c_size_t), ("words", c_int32)]
 
 
 class Handle(Structure):
@@ -45,13 +45,14 @@ class BakeOptions(Sized):
     _fields_ = [("size", c_size_t), ("target_error", c_double), ("band", c_double), ("thickness", c_double),
                 ("max_parts", c_uint32), ("projection", c_int32), ("repair", c_int32), ("accepts_surface", c_int32),
                 ("without_exact", c_int32), ("threads", c_uint32), ("progress", PROGRESS), ("progress_context", c_void_p),
-                ("source", c_char_p), ("words", c_int32), ("without_input", c_int32)]
+                ("source", c_char_p), ("words", c_int32), ("without_input", c_int32), ("unit", c_double)]
 
 
 class Facts(Sized):
     _fields_ = [("size", c_size_t), ("r_max", c_double), ("band", c_double), ("centre", c_double * 3), ("radius", c_double),
                 ("bytes", c_uint64), ("parts", c_uint32), ("vertices", c_uint32), ("triangles", c_uint32), ("is_solid", c_int32),
-                ("has_exact", c_int32), ("is_normal", c_int32), ("is_doubtful", c_int32), ("has_input", c_int32)]
+                ("has_exact", c_int32), ("is_normal", c_int32), ("is_doubtful", c_int32), ("has_input", c_int32),
+                ("cure", c_int32)]
 
 
 class ExportOptions(Sized):
@@ -194,6 +195,7 @@ FUNCTIONS: dict[str, list[Any]] = {
     "sqmap_exact_distances": [Handle, POINTER(Points), POINTER(QueryOptions), POINTER(Distances)],
     "sqmap_signed_distances": [Handle, POINTER(Points), POINTER(QueryOptions), POINTER(Distances)],
     "sqmap_closest_points": [Handle, POINTER(Points), POINTER(QueryOptions), POINTER(Closest)],
+    "sqmap_implicit": [Handle, c_uint32, POINTER(Points), c_void_p],
     "sqmap_make_probe": [POINTER(Points), POINTER(Handle)],
     "sqmap_close_probe": [Handle],
     "sqmap_query_probe": [POINTER(Bodies), POINTER(QueryOptions), POINTER(ContactList)],
@@ -242,9 +244,13 @@ def call(name: str, *arguments: Any) -> None:
         raise last_error(name)
 
 
+#: sqmap_words: names of settings in messages are those of this package.
+WORDS = 1
+
+
 def text_of(name: str, handle: Handle) -> str:
     """The whole text that a function gives."""
-    out = Text()
+    out = Text(words=WORDS)
     call(name, handle, out)
     buffer = ctypes.create_string_buffer(out.needed)
     out.text, out.capacity = ctypes.cast(buffer, c_char_p), out.needed

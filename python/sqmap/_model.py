@@ -17,8 +17,12 @@ from ._errors import ClosedError
 from ._export import export
 from ._progress import Progress, run
 from ._render import render
+from ._superquadric import Superquadric, superquadrics_of
 
 REPAIRS = {"auto": 0, "none": 1, "safe": 2, "close": 3, "wrap": 4}
+#: Metres per unit of a mesh.
+UNITS = {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "dm": 0.1, "m": 1.0, "km": 1e3, "in": 0.0254, "ft": 0.3048}
+CURES = ("", "closed", "wrapped")
 FORMATS = {"urdf": 1, "mjcf": 2, "sdf": 3, "srdf": 4, "spheres": 5, "json": 6, "obj": 7, "glb": 8}
 SHAPES = {"box": 1, "sphere": 2, "ellipsoid": 3, "capsule": 4, "cylinder": 5, "hull": 6, "superquadric": 7}
 
@@ -141,6 +145,7 @@ class Facts(NamedTuple):
     is_normal: bool     #: of the normal projection
     is_doubtful: bool   #: layer 3 has wrong verdicts: take layer="exact" or "auto"
     has_input: bool     #: the mesh's own coordinates and numbers are kept: exact distances are in double
+    cure: str           #: how the mesh became a solid: "" as it was given or repaired, "closed" or "wrapped"
 
 
 def address(array: np.ndarray) -> int:
@@ -234,6 +239,7 @@ class Model(Owned):
             c.call("sqmap_model_facts", handle, out)
         values = {name: getattr(out, name) for name in Facts._fields}
         values["centre"] = np.array(out.centre)
+        values["cure"] = CURES[out.cure]
         return Facts(**{name: bool(value) if name.startswith(("is_", "has_")) else value for name, value in values.items()})
 
     @property
@@ -254,9 +260,22 @@ class Model(Owned):
 
     @property
     def notes(self) -> list[str]:
-        """Repairs, how far they moved the surface and warnings of the bake, a line each; empty of a model that was loaded."""
+        """Repairs, how far they moved the surface and warnings of the bake, a line each: of a model that was loaded too. info["notes"]
+        has their numbers."""
         with self.use() as handle:
             return c.text_of("sqmap_notes", handle).splitlines()
+
+    @property
+    def superquadrics(self) -> list[Superquadric]:
+        """The superquadric of each part, in mesh units."""
+        return superquadrics_of(self)
+
+    def _implicit(self, part: int, points: Any, pose: Any) -> np.ndarray:
+        xyz = rows(points)
+        values = np.empty(len(xyz))
+        with self.use() as handle:
+            c.call("sqmap_implicit", handle, part, points_struct(xyz, pose_of(pose)), address(values))
+        return values
 
     @property
     def parts(self) -> list[dict[str, Any]]:
@@ -426,16 +445,32 @@ class Model(Owned):
         return f"<sqmap.Model, {f.parts} parts, {f.triangles} triangles, {f.bytes} bytes>"
 
 
+def _metres_per(unit: Union[str, float, None]) -> float:
+    """Metres per unit; 0 where the mesh's own is kept."""
+    if unit is None:
+        return 0.0
+    if isinstance(unit, str):
+        if unit not in UNITS:
+            raise refuse("unit", f"is {unit!r}", f"take one of {', '.join(UNITS)}, or metres per unit")
+        return UNITS[unit]
+    metres = number(unit, "unit")
+    if metres == 0:  # it stands for no unit in C
+        raise refuse("unit", "is 0", f"take one of {', '.join(UNITS)}, or metres per unit")
+    return metres
+
+
 def bake(mesh: Any, *, target_error: float = 0.5, max_parts: int = 24, band: float = 5.0, projection: str = "central",
          exact: bool = True, keep_input: bool = True, repair: str = "auto", surface: bool = False, thickness: float = 0.0,
-         threads: Optional[int] = None, source: Optional[str] = None, progress: Union[bool, Progress, None] = None) -> Model:
+         unit: Union[str, float, None] = None, threads: Optional[int] = None, source: Optional[str] = None, progress: Union[bool, Progress, None] = None) -> Model:
     """Bakes a closed triangle mesh into a Model.
 
     mesh: a path (OFF, OBJ, STL, PLY, glTF, GLB), a pair (vertices (v, 3), triangles (t, 3)), or an object with vertices and
     faces or triangles (trimesh, Open3D). target_error: percent of R_max. band: percent of R_max within which signed distances
     are baked exactly, above 0. projection: "central" or "normal". exact: keep the triangles. keep_input: keep their coordinates and
     numbers as given, up to 18 bytes a triangle, so that distances are in double. repair: "auto", "none", "safe",
-    "close", "wrap". surface: take an open mesh as it is. thickness: make open meshes plates, mesh units. progress: True
+    "close", "wrap". surface: take an open mesh as it is. thickness: make open meshes plates, units of the model.
+    unit: of the mesh, "um", "mm", "cm", "dm", "m", "km", "in", "ft" or metres per unit: the model and all that it answers are in metres;
+    None: in the mesh's own unit. progress: True
     shows a bar; a function is called with a stage's name and the share that is done, and true from it stops the bake (Cancelled).
     Ctrl-C stops it too, within a stage. The bytes do not depend on threads.
 
@@ -456,7 +491,7 @@ def bake(mesh: Any, *, target_error: float = 0.5, max_parts: int = 24, band: flo
                             accepts_surface=flag(surface, "surface"), without_exact=not flag(exact, "exact"),
                             without_input=not flag(keep_input, "keep_input"), threads=cores(threads),
                             source=None if source is None else source.encode(errors="replace"),
-                            words=1)  # names of this function in messages
+                            words=c.WORDS, unit=_metres_per(unit))
     if isinstance(mesh, (str, bytes, os.PathLike)):
         function, given = "sqmap_bake_file", path_of(mesh, "mesh")
     else:
@@ -472,7 +507,7 @@ def bake(mesh: Any, *, target_error: float = 0.5, max_parts: int = 24, band: flo
         return Model(handle)
 
     model = run(baked, progress)
-    if any(note.startswith("moved:") for note in model.notes):  # of a cure alone
-        warnings.warn("the mesh bounds no solid and was " + ("wrapped" if model.info["cure"]["rung"] == "WRAPPED" else "closed") +
-                      ": see Model.notes, or forbid it with repair=\"safe\"", CuredWarning, stacklevel=2)
+    if cure := model.facts.cure:
+        warnings.warn(f"the mesh bounds no solid and was {cure}: see Model.notes, or forbid it with repair=\"safe\"", CuredWarning,
+                      stacklevel=2)
     return model

@@ -4,18 +4,17 @@
 #include "sqmap/model/model.h"
 #include "sqmap/paper/model_file.h"
 
-#include <cstdio>
 #include <utility>
 
 namespace sqmap {
 namespace {
 
 template <class... F>
-struct Cases : F... {
+struct DoorCases : F... {
     using F::operator()...;
 };
 template <class... F>
-Cases(F...) -> Cases<F...>;
+DoorCases(F...) -> DoorCases<F...>;
 
 mesh::Refusal refusal_of(const io::ReadError& error)
 {
@@ -72,66 +71,7 @@ bake::Cured cured(const AdmittedMesh& mesh)
             mesh.deviation.value_or(mesh::Deviation{})};
 }
 
-std::string distances_text(const mesh::Distances& d, double r_max)
-{
-    char text[128];
-    std::snprintf(text, sizeof text, "mean %.3g, p99 %.3g (%.2g %% of R_max), max %.3g", d.mean, d.p99, 100 * d.p99 / r_max,
-                  d.max);
-    return text;
-}
-
-std::string doubt_text(const DoubtNote& doubt, const mesh::SettingNames& names)
-{
-    char text[128];
-    if (doubt.wrong > 0)
-        std::snprintf(text, sizeof text, "W_LAYER3: %u of %u points on the wrong side on layer 3", doubt.wrong, doubt.points);
-    else
-        std::snprintf(text, sizeof text, "W_LAYER3: depths of layer 3 have a 99th percentile of %.3f %%", doubt.depth_p99);
-    mesh::Words out(text);
-    if (doubt.has_exact) return out.text() + ": use the exact layer, as auto and the page do";
-    return out.with(": bake it with ", mesh::Setting::Exact).text(names);
-}
-
 }  // namespace
-
-bool is_about_model(const Note& note) noexcept
-{
-    return std::holds_alternative<OffTargetNote>(note) || std::holds_alternative<DoubtNote>(note);
-}
-
-std::string words(const Note& note, const mesh::SettingNames& names)
-{
-    char text[128];
-    return std::visit(
-        Cases{[](const mesh::RepairNote& n) { return "repaired: " + mesh::words(n); },
-              [&](const mesh::Warning& n) { return std::string(mesh::name_of(n.kind)) + ": " + mesh::words(n, names); },
-              [](const MovedNote& n) {
-                  return "moved: from the file " + distances_text(n.from_input, n.r_max) + "; to the file " +
-                         distances_text(n.to_input, n.r_max);
-              },
-              [](const MovedBoundaryNote& n) {
-                  return "moved: from the file where it bounds the solid " + distances_text(n.from_input, n.r_max);
-              },
-              [&](const MadeUpNote& n) {
-                  std::snprintf(text, sizeof text, "made up: %.3g %% of the area", 100 * n.share);
-                  return std::string(text);
-              },
-              [&](const OffTargetNote& n) {
-                  std::snprintf(text, sizeof text,
-                                "W_TARGET: target error of %g %% not reached: the best model found has %.3f %%", n.wanted,
-                                n.reached);
-                  return std::string(text);
-              },
-              [&](const DoubtNote& n) { return doubt_text(n, names); }},
-        note);
-}
-
-std::vector<std::string> words(std::span<const Note> notes, const mesh::SettingNames& names)
-{
-    std::vector<std::string> out;
-    for (const Note& note : notes) out.push_back(words(note, names));
-    return out;
-}
 
 std::vector<Note> AdmittedMesh::notes() const
 {
@@ -148,14 +88,14 @@ std::vector<Note> AdmittedMesh::notes() const
 
 AdmittedMesh admit_mesh(const MeshInput& input, const MeshOptions& options)
 {
-    return std::visit(Cases{[&](const std::filesystem::path& path) {
-                                return admitted(io::read_mesh_file(path, options.limits), options, path);
-                            },
-                            [&](const MeshBytes& file) {
-                                return admitted(io::read_mesh_bytes(file.bytes, file.name, options.limits), options, file.name);
-                            },
-                            [&](const auto& arrays) { return admitted(arrays, options); }},
-                      input);
+    return std::visit(
+        DoorCases{
+            [&](const std::filesystem::path& path) { return admitted(io::read_mesh_file(path, options.limits), options, path); },
+            [&](const MeshBytes& file) {
+                return admitted(io::read_mesh_bytes(file.bytes, file.name, options.limits), options, file.name);
+            },
+            [&](const auto& arrays) { return admitted(arrays, options); }},
+        input);
 }
 
 AdmittedMesh admitted_mesh_of(const model::ModelView& model)
@@ -232,7 +172,7 @@ BakedModel& BakedModel::operator=(BakedModel&& other) noexcept
     return *this;
 }
 
-std::vector<std::byte> BakedModel::bytes() const { return paper::serialize(model); }
+std::vector<std::byte> BakedModel::bytes() const { return paper::serialize(model, records_of(notes)); }
 
 void BakedModel::save(const std::filesystem::path& path) const { io::replace_file(path, bytes()); }
 

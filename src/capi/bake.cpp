@@ -2,9 +2,8 @@
 #include "objects.h"
 #include "sqmap/bake_mesh.h"
 #include "structs.h"
+#include "words.h"
 
-#include <array>
-#include <cctype>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
@@ -16,57 +15,6 @@ namespace {
 
 /// Thrown through bake by the progress of a caller that cancels.
 struct Cancelled {};
-
-/// Members of sqmap_bake_options, in the order of mesh::Setting.
-constexpr std::array<const char*, 16> k_members{
-    "repair", nullptr, "accepts_surface", "thickness", "thickness", nullptr,     nullptr,        nullptr,
-    nullptr,  nullptr, nullptr,           nullptr,     nullptr,     "max_parts", "target_error", "without_exact = 0"};
-
-const mesh::SettingNames k_c_settings{
-    .names = k_members,
-    .equals = " = ",
-    .value =
-        [](mesh::Setting setting, std::string_view word) {
-            std::string out(setting == mesh::Setting::Repair ? "SQMAP_REPAIR_" : "");
-            for (const char c : word)
-                out += setting == mesh::Setting::Repair ? static_cast<char>(std::toupper(static_cast<unsigned char>(c))) : c;
-            return out;
-        },
-};
-
-/// Texts stand in quotes in Python and JavaScript.
-std::string quoted(mesh::Setting setting, std::string_view word)
-{
-    return setting == mesh::Setting::Repair ? '"' + std::string(word) + '"' : std::string(word);
-}
-
-const mesh::SettingNames k_python_settings{
-    .names = {"repair", nullptr, "surface=True", "thickness", "thickness", nullptr, nullptr, nullptr, nullptr, nullptr, nullptr,
-              nullptr, nullptr, "max_parts", "target_error", "exact=True"},
-    .equals = "=",
-    .value = quoted,
-};
-
-const mesh::SettingNames k_javascript_settings{
-    .names = {"repair", nullptr, "surface: true", "thickness", "thickness", nullptr, nullptr, nullptr, nullptr, nullptr, nullptr,
-              nullptr, nullptr, "maxParts", "targetError", "exact: true"},
-    .equals = ": ",
-    .value = quoted,
-};
-
-const mesh::SettingNames& names_of(std::int32_t words)
-{
-    switch (words) {
-        case SQMAP_WORDS_C:
-            return k_c_settings;
-        case SQMAP_WORDS_PYTHON:
-            return k_python_settings;
-        case SQMAP_WORDS_JAVASCRIPT:
-            return k_javascript_settings;
-        default:
-            throw Failure{SQMAP_E_ARGUMENT, "options.words", "is " + std::to_string(words), "take one of sqmap_words"};
-    }
-}
 
 mesh::AdmitOptions admit_options(const sqmap_bake_options& o)
 {
@@ -89,6 +37,7 @@ mesh::AdmitOptions admit_options(const sqmap_bake_options& o)
     }
     out.accept_surface = o.accepts_surface != 0;
     out.thickness = checked(o.thickness, 0, 1e300, "options.thickness");
+    if (o.unit != 0) out.unit = checked(o.unit, 1e-12, 1e12, "options.unit");
     return out;
 }
 
@@ -129,16 +78,13 @@ std::string in_arrays(const std::string& element, std::int32_t words)
 
 std::shared_ptr<Model> baked(const MeshInput& input, const sqmap_bake_options& o)
 {
-    const mesh::SettingNames& names = names_of(o.words);
+    const mesh::SettingNames& names = names_of(o.words, "options.words");
     try {
         BakeMeshOptions options{.bake = bake_options(o), .provenance = {.made_by = "libsqmap " SQMAP_VERSION}};
         options.mesh.admit = admit_options(o);
         if (o.projection == 1) options.paper_maps.emplace();
         if (o.source != nullptr) options.provenance.source = o.source;
-        const BakedModel result = bake_mesh(input, options);
-        std::string notes;
-        for (const std::string& line : words(result.notes, names)) notes += line + "\n";
-        return std::make_shared<Model>(result.bytes(), notes);
+        return std::make_shared<Model>(bake_mesh(input, options).bytes(), o.words);
     } catch (const mesh::RefusedMesh& e) {
         const mesh::Diagnosis& d = e.diagnosis();
         const bool is_file = std::holds_alternative<std::filesystem::path>(input);

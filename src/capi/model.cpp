@@ -1,10 +1,12 @@
 // Models behind the C interface: opening, saving, facts.
 #include "sqmap/model/model.h"
 #include "objects.h"
+#include "sqmap/bake/notes.h"
 #include "sqmap/bake/rebake.h"
 #include "sqmap/io/model_archive.h"
 #include "sqmap/io/replace_file.h"
 #include "structs.h"
+#include "words.h"
 
 #include <algorithm>
 #include <cmath>
@@ -77,8 +79,8 @@ Model::Model(io::MappedBytes file, const std::string& element)
 {
 }
 
-Model::Model(std::vector<std::byte> bytes, std::string notes)
-    : bytes_(std::move(bytes)), notes_(std::move(notes)), opened_(open_model(bytes_, "bytes"))
+Model::Model(std::vector<std::byte> bytes, std::int32_t words)
+    : bytes_(std::move(bytes)), words_(words), opened_(open_model(bytes_, "bytes"))
 {
 }
 
@@ -116,7 +118,7 @@ sqmap_code sqmap_open_bytes(const void* bytes, size_t size, sqmap_model* model)
     return capi::opened(model, "model", capi::models(), [&] {
         const auto* first = static_cast<const std::byte*>(bytes);
         if (size > 0) (void)needed(first, "bytes");
-        return std::make_shared<capi::Model>(std::vector<std::byte>(first, first + size), std::string());
+        return std::make_shared<capi::Model>(std::vector<std::byte>(first, first + size));
     });
 }
 
@@ -156,6 +158,7 @@ sqmap_code sqmap_model_facts(sqmap_model model, sqmap_facts* facts)
         out.is_normal = m.is_paper() ? 1 : 0;
         out.is_doubtful = model::is_doubtful(view.measured) ? 1 : 0;
         out.has_input = model::has_input(view) ? 1 : 0;
+        out.cure = static_cast<std::int32_t>(view.cure.rung);
         capi::give(facts, out);
     });
 }
@@ -164,13 +167,20 @@ sqmap_code sqmap_info(sqmap_model model, sqmap_text* json)
 {
     return guarded([&] {
         const capi::Model& m = *capi::model_of(model);
-        capi::give_text(json, capi::json_of(m.view(), m.bytes().size()), "json");
+        capi::give_text(json, capi::json_of(m.view(), m.bytes()), "json");
     });
 }
 
 sqmap_code sqmap_notes(sqmap_model model, sqmap_text* lines)
 {
-    return guarded([&] { capi::give_text(lines, capi::model_of(model)->notes(), "lines"); });
+    return guarded([&] {
+        const capi::Model& m = *capi::model_of(model);
+        const std::int32_t wanted = capi::taken(&needed(lines, "lines"), "lines").words;
+        const mesh::SettingNames& names = capi::names_of(wanted != 0 ? wanted : m.words(), "lines.words");
+        std::string text;
+        for (const std::string& line : words(notes_of(capi::notes_in(m.bytes())), names)) text += line + "\n";
+        capi::give_text(lines, text, "lines");
+    });
 }
 
 sqmap_code sqmap_triangles(sqmap_model model, double* vertices, uint32_t* triangles, int32_t* parts)

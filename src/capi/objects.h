@@ -94,8 +94,10 @@ struct Opened {
 [[nodiscard]] Opened open_model(std::span<const std::byte> bytes, const std::string& element);
 /// Says why bytes are no model. @throw Failure
 [[noreturn]] void refuse_bytes(model::ParseStatus status, const std::string& element);
-/// As io::model_json, of the kinds that the library opens.
-[[nodiscard]] std::string json_of(const model::ModelView& view, std::size_t bytes);
+/// As io::model_json, of the kinds that the library opens. bytes: the model's.
+[[nodiscard]] std::string json_of(const model::ModelView& view, std::span<const std::byte> bytes);
+/// The notes in a model's bytes, of the kinds that the library opens.
+[[nodiscard]] std::span<const model::NoteRecord> notes_in(std::span<const std::byte> bytes);
 
 /// A model, mapped from a file or owned.
 class Model {
@@ -105,19 +107,20 @@ public:
     /// element: names the file. @throw Failure
     Model(io::MappedBytes file, const std::string& element);
     /// @throw Failure
-    Model(std::vector<std::byte> bytes, std::string notes);
+    explicit Model(std::vector<std::byte> bytes, std::int32_t words = SQMAP_WORDS_C);
 
     [[nodiscard]] const model::ModelView& view() const { return opened_.view; }
     [[nodiscard]] bool is_paper() const { return opened_.is_paper; }
     [[nodiscard]] std::span<const std::byte> bytes() const { return file_ ? file_->bytes() : std::span(bytes_); }
-    [[nodiscard]] const std::string& notes() const { return notes_; }
+    /// The words of the bake that made it: sqmap_words.
+    [[nodiscard]] std::int32_t words() const { return words_; }
     /// Built by the first call. @throw Failure without the exact layer
     [[nodiscard]] const Surface& surface() const;
 
 private:
     std::optional<io::MappedBytes> file_;
     std::vector<std::byte> bytes_;
-    std::string notes_;
+    std::int32_t words_ = SQMAP_WORDS_C;
     Opened opened_;
     mutable std::once_flag once_;
     mutable std::unique_ptr<Surface> surface_;

@@ -16,7 +16,12 @@ Opened open_model(std::span<const std::byte> bytes, const std::string& element)
     return {model->view(), model->paper() != nullptr, model};
 }
 
-std::string json_of(const model::ModelView& view, std::size_t bytes) { return paper::model_json(view, bytes); }
+std::string json_of(const model::ModelView& view, std::span<const std::byte> bytes)
+{
+    return paper::model_json(view, bytes.size(), notes_in(bytes));
+}
+
+std::span<const model::NoteRecord> notes_in(std::span<const std::byte> bytes) { return paper::notes_of(bytes); }
 
 #else
 
@@ -31,7 +36,12 @@ Opened open_model(std::span<const std::byte> bytes, const std::string& element)
     return opened;
 }
 
-std::string json_of(const model::ModelView& view, std::size_t bytes) { return io::model_json(view, bytes); }
+std::string json_of(const model::ModelView& view, std::span<const std::byte> bytes)
+{
+    return io::model_json(view, bytes.size(), notes_in(bytes));
+}
+
+std::span<const model::NoteRecord> notes_in(std::span<const std::byte> bytes) { return model::notes_of(bytes); }
 
 #endif
 

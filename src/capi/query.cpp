@@ -208,3 +208,23 @@ sqmap_code sqmap_closest_points(sqmap_model model, const sqmap_points* points, c
         capi::answer(m.surface(), batch, capi::taken(options, "options"), out);
     });
 }
+
+sqmap_code sqmap_implicit(sqmap_model model, uint32_t part, const sqmap_points* points, double* values)
+{
+    return guarded([&] {
+        const model::ModelView& view = capi::model_of(model)->view();
+        if (part >= view.parts.size())
+            throw capi::Failure{SQMAP_E_ARGUMENT, "part", "is " + std::to_string(part),
+                                "give a number below " + std::to_string(view.parts.size()) + ", the number of parts"};
+        const capi::Batch batch = capi::batch_of(points);
+        if (!batch.points.empty()) (void)needed(values, "values");
+        const auto superquadric = shape::cast<double>(model::superquadric_of(view.parts[part]));
+        const Pose to_mesh = inverse(batch.pose);
+        const Vec3d origin{view.header.origin[0], view.header.origin[1], view.header.origin[2]};
+        for (std::size_t i = 0; i < batch.points.size(); ++i) {
+            const Vec3d p = batch.points[i];
+            values[i] =
+                is_finite(p) ? shape::implicit(superquadric, (apply(to_mesh, p) - origin) / view.header.unit) : capi::k_nan;
+        }
+    });
+}

@@ -1,5 +1,6 @@
 #include "sqmap/io/model_file.h"
 
+#include "model/notes_field.h"
 #include "model_table.h"
 #include "platform/files.h"
 #include "sqmap/io/replace_file.h"
@@ -49,7 +50,8 @@ flatbuffers::Offset<fb::Cure> write_cure(flatbuffers::FlatBufferBuilder& builder
 
 }  // namespace
 
-flatbuffers::Offset<fb::Model> write_table(flatbuffers::FlatBufferBuilder& builder, const model::ModelData& data)
+flatbuffers::Offset<fb::Model> write_table(flatbuffers::FlatBufferBuilder& builder, const model::ModelData& data,
+                                           std::span<const model::NoteRecord> notes)
 {
     TableWriter writer(builder, *fb::ModelTypeTable());
     model::each_surface_array(writer, data);
@@ -62,6 +64,7 @@ flatbuffers::Offset<fb::Model> write_table(flatbuffers::FlatBufferBuilder& build
     const auto measured = fb::CreateMeasured(builder, m.points, m.missed, m.false_contacts, m.eq35_mean, m.eq35_p99, m.eq35_max,
                                              m.depth_median, m.depth_p95, m.depth_p99, m.depth_max, m.normal_median, m.q2_share,
                                              m.layer1_depth_p99, m.layer2_depth_p99);
+    if (!notes.empty()) writer.set("notes", builder.CreateVectorOfStructs(notes.data(), notes.size()));
     const auto made_by = builder.CreateString(data.made_by);
     const auto source = builder.CreateString(data.source);
     const auto options = builder.CreateString(data.options);
@@ -80,6 +83,7 @@ flatbuffers::Offset<fb::Model> write_table(flatbuffers::FlatBufferBuilder& build
     writer.add_fields([&](flatbuffers::voffset_t field) {
         if (field == fb::Model::VT_LOCATOR) table.add_locator(&locator);
         if (field == fb::Model::VT_HEADER) table.add_header(&header);
+        if (field == fb::Model::VT_NOTES_HASH && !notes.empty()) table.add_notes_hash(model::hash_of(notes));
         if (field == fb::Model::VT_VERSION) table.add_version(model::k_format_version);
     });
     return table.Finish();
@@ -91,10 +95,10 @@ std::vector<std::byte> bytes_of(const flatbuffers::FlatBufferBuilder& builder)
     return {begin, begin + builder.GetSize()};
 }
 
-std::vector<std::byte> serialize(const model::ModelData& data)
+std::vector<std::byte> serialize(const model::ModelData& data, std::span<const model::NoteRecord> notes)
 {
     flatbuffers::FlatBufferBuilder builder(1 << 20);
-    fb::FinishModelBuffer(builder, write_table(builder, data));
+    fb::FinishModelBuffer(builder, write_table(builder, data, notes));
     return bytes_of(builder);
 }
 

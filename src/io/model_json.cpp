@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <string_view>
 
 namespace sqmap::io {
 namespace {
@@ -116,9 +117,47 @@ ordered_json json_of(const model::Cure& c)
             {"made_up_share", c.made_up_share}};
 }
 
+ordered_json distances_json(const double* values) { return {{"mean", values[0]}, {"p99", values[1]}, {"max", values[2]}}; }
+
+ordered_json json_of(const model::NoteRecord& n)
+{
+    switch (n.kind) {
+        case model::NoteKind::Repaired:
+            return {{"kind", "repaired"}, {"name", n.name}, {"count", n.counts[0]}};
+        case model::NoteKind::Moved:
+            return {{"kind", "moved"},
+                    {"input_to_result", distances_json(n.values)},
+                    {"result_to_input", distances_json(n.values + 3)},
+                    {"r_max", n.values[6]}};
+        case model::NoteKind::MovedBoundary:
+            return {{"kind", "moved_boundary"}, {"input_to_result", distances_json(n.values)}, {"r_max", n.values[6]}};
+        case model::NoteKind::MadeUp:
+            return {{"kind", "made_up"}, {"share", n.values[0]}};
+        case model::NoteKind::Warning: {
+            ordered_json out{{"kind", "warning"}, {"name", n.name}, {"count", n.counts[0]}, {"at_least", n.flag != 0}};
+            if (std::string_view(n.name) == "W_DROPPED") out.update({{"area", n.values[0]}, {"distance", n.values[1]}});
+            if (std::string_view(n.name) == "W_TOLERANCE")
+                out.update({{"triangles", n.counts[1]},
+                            {"wanted_triangles", n.counts[2]},
+                            {"share", n.values[0]},
+                            {"wanted_share", n.values[1]}});
+            return out;
+        }
+        case model::NoteKind::OffTarget:
+            return {{"kind", "off_target"}, {"wanted_percent", n.values[0]}, {"reached_percent", n.values[1]}};
+        case model::NoteKind::Doubt:
+            return {{"kind", "doubt"},
+                    {"wrong", n.counts[0]},
+                    {"points", n.counts[1]},
+                    {"depth_p99_percent", n.values[0]},
+                    {"has_exact", n.flag != 0}};
+    }
+    return nullptr;
+}
+
 }  // namespace
 
-std::string model_json(const model::ModelView& m, std::size_t total)
+std::string model_json(const model::ModelView& m, std::size_t total, std::span<const model::NoteRecord> notes)
 {
     const SectionBytes bytes = section_bytes(m, total);
     ordered_json out;
@@ -156,6 +195,8 @@ std::string model_json(const model::ModelView& m, std::size_t total)
                     {"without_exact", bytes.total - bytes.exact - bytes.mesh - bytes.input}};
     out["band"] = static_cast<double>(m.distance.header.band) * m.header.unit;
     out["cure"] = json_of(m.cure);
+    out["notes"] = ordered_json::array();
+    for (const model::NoteRecord& note : notes) out["notes"].push_back(json_of(note));
     out["measured"] = json_of(m.measured);
     out["groups"] = model::group_count(m);
     out["parts"] = ordered_json::array();

@@ -3,8 +3,10 @@
 
 #include "model/schema.h"
 #include "sqmap/model/model_data.h"
+#include "sqmap/model/notes.h"
 
 #include <cstddef>
+#include <span>
 #include <vector>
 
 namespace sqmap::io {
@@ -49,7 +51,8 @@ private:
 
 /// Writes what model::read_model reads. The builder is empty: the table's parts come last in the file.
 [[nodiscard]] flatbuffers::Offset<model::fb::Model> write_table(flatbuffers::FlatBufferBuilder& builder,
-                                                                const model::ModelData& data);
+                                                                const model::ModelData& data,
+                                                                std::span<const model::NoteRecord> notes = {});
 /// The bytes of a finished buffer.
 [[nodiscard]] std::vector<std::byte> bytes_of(const flatbuffers::FlatBufferBuilder& builder);
 

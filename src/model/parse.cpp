@@ -4,6 +4,7 @@
 #include "model/central_cells.h"
 #include "model/flags.h"
 #include "model/locator_cells.h"
+#include "model/notes_field.h"
 #include "model/parse_steps.h"
 
 #include <algorithm>
@@ -336,7 +337,8 @@ ParseStatus read_model(const fb::Model& model, const std::byte* end, ModelView& 
     if (v.offsets.size() != v.samples.size() || v.smoothing.size() != v.samples.size()) return ParseStatus::BadStructure;
     // The writer builds from the end: the parts come last, and nothing stands behind them.
     if (reinterpret_cast<const std::byte*>(v.parts.data() + v.parts.size()) != end) return ParseStatus::BadStructure;
-    return content_hash(v) == model.content_hash() ? ParseStatus::Ok : ParseStatus::BadHash;
+    if (content_hash(v) != model.content_hash()) return ParseStatus::BadHash;
+    return check_notes(model);
 }
 
 /// Checks that the caller's coordinates are those of the vertices, up to rounding: boxes about these lead to those.

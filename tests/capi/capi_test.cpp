@@ -412,7 +412,7 @@ TEST_F(Capi, ProgressCancelsABake)
 
 TEST_F(Capi, TextsAreCutToTheirSpace)
 {
-    sqmap_text text{sizeof text, nullptr, 0, 0};
+    sqmap_text text{sizeof text, nullptr, 0, 0, 0};
     ASSERT_EQ(sqmap_info(model_, &text), SQMAP_OK);
     ASSERT_GT(text.needed, 100u);
     std::string whole(text.needed, '#'), part(10, '#');
@@ -425,6 +425,107 @@ TEST_F(Capi, TextsAreCutToTheirSpace)
     ASSERT_EQ(sqmap_info(model_, &text), SQMAP_OK);
     EXPECT_EQ(part.substr(0, 4), whole.substr(0, 4));
     EXPECT_EQ(part.substr(4), std::string("\0#####", 6));
+}
+
+TEST_F(Capi, NotesStandInTheFileInTheWordsOfWhoAsks)
+{
+    mesh::Mesh open = torus_;
+    open.triangles.erase(open.triangles.begin() + 7);  // a hole that a cure closes, on a torus of 60 units
+    for (Vec3d& v : open.vertices) v = 30.0 * v;
+    std::vector<std::int64_t> corners;
+    for (const mesh::Triangle& t : open.triangles) corners.insert(corners.end(), t.begin(), t.end());
+    const sqmap_mesh in{sizeof in, &open.vertices[0].x, open.vertices.size(), corners.data(), open.triangles.size()};
+    sqmap_bake_options options{};
+    options.size = sizeof options;
+    options.words = SQMAP_WORDS_PYTHON;
+    sqmap_model baked{}, opened{};
+    ASSERT_EQ(sqmap_bake(&in, &options, &baked), SQMAP_OK) << sqmap_last_error()->message;
+    const void* bytes = nullptr;
+    std::size_t size = 0;
+    ASSERT_EQ(sqmap_bytes(baked, &bytes, &size), SQMAP_OK);
+    ASSERT_EQ(sqmap_open_bytes(bytes, size, &opened), SQMAP_OK);
+    const auto notes_of = [](sqmap_model model, std::int32_t words) {
+        std::string out(4000, '\0');
+        sqmap_text text{sizeof text, out.data(), out.size(), 0, words};
+        EXPECT_EQ(sqmap_notes(model, &text), SQMAP_OK) << sqmap_last_error()->message;
+        return std::string(out.c_str());
+    };
+    const std::string python = notes_of(baked, 0), c = notes_of(opened, 0);
+    EXPECT_NE(python.find("made up: "), std::string::npos) << python;
+    EXPECT_NE(python.find("(such as unit=\"mm\")"), std::string::npos) << python;
+    EXPECT_NE(c.find("(such as unit = 0.001)"), std::string::npos) << c;
+    EXPECT_EQ(notes_of(opened, SQMAP_WORDS_PYTHON), python);
+    EXPECT_EQ(notes_of(opened, SQMAP_WORDS_JAVASCRIPT), notes_of(baked, SQMAP_WORDS_JAVASCRIPT));
+    sqmap_facts facts{};
+    facts.size = sizeof facts;
+    ASSERT_EQ(sqmap_model_facts(opened, &facts), SQMAP_OK);
+    EXPECT_EQ(facts.cure, 1);
+    sqmap_text text{sizeof text, nullptr, 0, 0, 3};
+    expect_refused(sqmap_notes(opened, &text), SQMAP_E_ARGUMENT, "lines.words");
+    EXPECT_EQ(sqmap_close_model(baked), SQMAP_OK);
+    EXPECT_EQ(sqmap_close_model(opened), SQMAP_OK);
+}
+
+TEST_F(Capi, AUnitMakesMetres)
+{
+    std::vector<std::int64_t> corners;
+    for (const mesh::Triangle& t : torus_.triangles) corners.insert(corners.end(), t.begin(), t.end());
+    const sqmap_mesh in{sizeof in, &torus_.vertices[0].x, torus_.vertices.size(), corners.data(), torus_.triangles.size()};
+    sqmap_bake_options options{};
+    options.size = sizeof options;
+    options.unit = 0.001;
+    sqmap_model model{};
+    ASSERT_EQ(sqmap_bake(&in, &options, &model), SQMAP_OK) << sqmap_last_error()->message;
+    sqmap_facts millimetres{}, metres{};
+    millimetres.size = metres.size = sizeof metres;
+    ASSERT_EQ(sqmap_model_facts(model_, &millimetres), SQMAP_OK);
+    ASSERT_EQ(sqmap_model_facts(model, &metres), SQMAP_OK);
+    EXPECT_NEAR(metres.r_max, 0.001 * millimetres.r_max, 1e-15);
+    const Vec3d centre{0, 0, 0};
+    const sqmap_points points{sizeof points, &centre.x, 1, nullptr};
+    double distance = 0;
+    sqmap_distances out{};
+    out.size = sizeof out;
+    out.distance = &distance;
+    ASSERT_EQ(sqmap_exact_distances(model, &points, nullptr, &out), SQMAP_OK);
+    double own = 0;
+    out.distance = &own;
+    ASSERT_EQ(sqmap_exact_distances(model_, &points, nullptr, &out), SQMAP_OK);
+    EXPECT_NEAR(distance, 0.001 * own, 1e-15);
+    EXPECT_EQ(sqmap_close_model(model), SQMAP_OK);
+    for (const double unit : {-1.0, 1e-13, 1e13, k_nan}) {
+        options.unit = unit;
+        expect_refused(sqmap_bake(&in, &options, &model), SQMAP_E_ARGUMENT, "options.unit");
+    }
+}
+
+TEST_F(Capi, ImplicitIsThatOfThePartsSuperquadric)
+{
+    const sqmap_pose pose{{0, -1, 0, 1, 0, 0, 0, 0, 1}, {0.5, 0.25, -1}};
+    const std::size_t n = points_.size();
+    std::vector<double> values(n), moved(n);
+    const sqmap_points in = points();
+    std::vector<Vec3d> elsewhere;
+    for (const Vec3d& p : points_) elsewhere.push_back({-p.y + 0.5, p.x + 0.25, p.z - 1});
+    const sqmap_points posed{sizeof posed, &elsewhere[0].x, n, &pose};
+    for (std::uint32_t part = 0; part < view().parts.size(); ++part) {
+        ASSERT_EQ(sqmap_implicit(model_, part, &in, values.data()), SQMAP_OK) << sqmap_last_error()->message;
+        ASSERT_EQ(sqmap_implicit(model_, part, &posed, moved.data()), SQMAP_OK);
+        const auto own = shape::cast<double>(model::superquadric_of(view().parts[part]));
+        const Vec3d origin{view().header.origin[0], view().header.origin[1], view().header.origin[2]};
+        for (std::size_t i = 0; i < n; ++i) {
+            if (i == 17) {
+                EXPECT_TRUE(std::isnan(values[i]));
+                continue;
+            }
+            const double expected = shape::implicit(own, (points_[i] - origin) / view().header.unit);
+            ASSERT_EQ(values[i], expected);
+            ASSERT_NEAR(moved[i], expected, 1e-9 * (1 + expected));
+        }
+    }
+    const auto parts = static_cast<std::uint32_t>(view().parts.size());
+    expect_refused(sqmap_implicit(model_, parts, &in, values.data()), SQMAP_E_ARGUMENT, "part");
+    expect_refused(sqmap_implicit(model_, 0, &in, nullptr), SQMAP_E_ARGUMENT, "values");
 }
 
 TEST_F(Capi, TicksAllocateNothing)

@@ -2,6 +2,7 @@
 import json
 import os
 import pathlib
+import pickle
 import subprocess
 import sys
 import tempfile
@@ -119,6 +120,41 @@ class Points(unittest.TestCase):
         self.assertEqual(triangle[:2].tolist(), [-1, -1])
 
 
+class Shapes(unittest.TestCase):
+    def test_shapes_are_closed_and_have_their_answers(self):
+        points = np.random.default_rng(2).uniform(-1.6, 1.6, (2000, 3))
+        for shape, height in ((sqmap.shapes.sphere(1, 2), 0.02), (sqmap.shapes.torus(1, 0.4, 32, 20), 0.02),
+                              (sqmap.shapes.box((1, 2, 0.5)), 1e-15), (sqmap.shapes.capsule(segments=24), 0.02),
+                              (sqmap.shapes.sphere(2, 0), 0.5), (sqmap.shapes.capsule(segments=3), 0.5)):
+            v, t = shape.vertices, shape.triangles
+            edges = np.concatenate([t[:, [0, 1]], t[:, [1, 2]], t[:, [2, 0]]])
+            forward, back = {*map(tuple, edges.tolist())}, {*map(tuple, edges[:, ::-1].tolist())}
+            self.assertEqual((len(forward), forward), (len(edges), back))
+            np.testing.assert_allclose(shape.signed_distance(v), 0, atol=1e-15)
+            volume = np.einsum("ij,ij->", v[t[:, 0]], np.cross(v[t[:, 1]], v[t[:, 2]])) / 6
+            self.assertGreaterEqual(shape.volume - volume, -1e-15)
+            if height < 0.1:
+                self.assertLess(shape.volume - volume, 0.05 * shape.volume)
+                off = shape.signed_distance(points) - sqmap.bake(shape).signed_distance(points)
+                self.assertLessEqual(np.abs(off).max(), height, shape)
+
+    def test_superquadrics_hold_their_parts(self):
+        model = torus_model()
+        vertices, triangles = model.mesh
+        for superquadric, part in zip(model.superquadrics, model.parts):
+            own = vertices[np.unique(triangles[model.part_of_triangle == superquadric.part])]
+            values = superquadric.implicit(own)
+            self.assertLessEqual(values.max(), 1 + 1e-6)
+            self.assertLessEqual(abs(values.max() - part["certificate"]["largest_f"]), 0.2)
+            local = (own - superquadric.translation) @ superquadric.rotation.T  # eq. 1 where nothing is tapered or bent
+            if not superquadric.taper.any() and superquadric.bend == 0:
+                x, y, z = np.abs(local / superquadric.a).T
+                e1, e2 = superquadric.eps1, superquadric.eps2
+                np.testing.assert_allclose(values, ((x**(2 / e2) + y**(2 / e2))**(e2 / e1) + z**(2 / e1))**e1, rtol=1e-5)
+            far = moved(5, 0, 0)
+            np.testing.assert_allclose(superquadric.implicit(own + [5, 0, 0], pose=far), values, rtol=1e-9)
+
+
 class Files(unittest.TestCase):
     def test_what_is_saved_is_loaded(self):
         model = torus_model()
@@ -132,6 +168,35 @@ class Files(unittest.TestCase):
             shown = subprocess.run([sys.executable, "-m", "sqmap", "info", "--json", str(path)], capture_output=True, text=True,
                                    check=True)
             self.assertEqual(json.loads(shown.stdout), again.info)
+
+    def test_notes_survive_saving_and_loading(self):
+        vertices, triangles = torus()
+        with self.assertWarns(sqmap.CuredWarning) as warned:
+            model = sqmap.bake((40 * vertices, triangles[1:]))
+        self.assertIn("was closed", str(warned.warning))
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder, "open.sqmap")
+            model.save(path)
+            for again in (sqmap.Model.load(path), sqmap.Model.load(path, copy=True), pickle.loads(pickle.dumps(model))):
+                self.assertEqual(again.notes, model.notes)
+                self.assertEqual((again.facts.cure, again.info["notes"]), ("closed", model.info["notes"]))
+            shown = subprocess.run([sys.executable, "-m", "sqmap", "info", "--json", str(path)], capture_output=True, text=True, check=True)
+            self.assertEqual(json.loads(shown.stdout)["notes"], model.info["notes"])
+        self.assertIn('W_UNIT: more than 50 units wide: if that is not metres, say so with unit (such as unit="mm")', model.notes)
+        kinds = {note["kind"]: note for note in model.info["notes"]}
+        self.assertEqual((kinds["repaired"]["name"], kinds["repaired"]["count"]), ("filled_holes", 1))
+        self.assertEqual(kinds["moved"]["input_to_result"], model.info["cure"]["input_to_result"])
+        self.assertGreater(kinds["made_up"]["share"], 0)
+        self.assertEqual((ball_model().notes, ball_model().info["notes"], ball_model().facts.cure), ([], [], ""))
+
+    def test_a_unit_makes_metres(self):
+        vertices, triangles = ball()
+        points = np.random.default_rng(3).uniform(-0.002, 0.002, (500, 3))
+        for unit, metres in (("mm", 0.001), (0.001, 0.001), ("in", 0.0254)):
+            model = sqmap.bake((vertices, triangles), unit=unit)
+            np.testing.assert_allclose(model.signed_distance(points * metres / 0.001),
+                                       metres * ball_model().signed_distance(points / 0.001), atol=1e-15 * metres / 0.001)
+            np.testing.assert_array_equal(model.mesh[0], metres * vertices[model.source_vertex])
 
     def test_the_program_bakes_the_same_arrays(self):
         vertices, triangles = torus()

@@ -49,6 +49,10 @@ BY_NAME = {
     "projection": ["mercator", 5, [], object()], "source": [5, object(), b"x"], "progress": [5, "bar", object(), []],
     "format": ["step", 5, [], object()], "shape": ["egg", "spheres:0", "spheres:5000", "spheres:x", 5, [], object()],
     "nsamples": [*INTEGERS, 0, 2], "time": NUMBERS, "sample_time": NUMBERS, "sequence": INTEGERS, "acts": [*INTEGERS, 32],
+    "unit": ["parsec", b"mm", 0, -1, NAN, INF, object(), True, []],
+    "extents": [*SHAPES, (1, 2), (1, 0, 1), (1, -1, 1), (1, NAN, 1)], "radius": [*NUMBERS, -1], "subdivisions": [*INTEGERS, 9],
+    **{name: [*NUMBERS, 0, -1] for name in ("major_radius", "half_length")}, "minor_radius": [*NUMBERS, 0, 1],
+    **{name: [*INTEGERS, 2, 10**5] for name in ("major_segments", "minor_segments")}, "segments": [*INTEGERS, 0, 10**5],
 }
 BY_ANNOTATION = {"float": NUMBERS, "Optional[float]": NUMBERS, "int": INTEGERS, "Optional[int]": INTEGERS, "bool": FLAGS}
 KINDS = {"Model": sqmap.Model, "Probe": sqmap.Probe, "Body": sqmap.Body, "Workspace": sqmap.Workspace}
@@ -85,7 +89,9 @@ class Arguments(unittest.TestCase):
     @classmethod
     def callables(cls):
         """{name: callable} of all that is public and no result."""
-        objects, out = cls.objects(), {}
+        objects, out = cls.objects(), {f"shapes.{name}": getattr(sqmap.shapes, name) for name in sqmap.shapes.__all__}
+        out["Superquadric.implicit"] = objects["Model"].superquadrics[0].implicit
+        out["Shape.signed_distance"] = sqmap.shapes.box().signed_distance
         for name in sqmap.__all__:
             value = getattr(sqmap, name)
             if inspect.isfunction(value):

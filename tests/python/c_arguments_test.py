@@ -135,7 +135,8 @@ class World:
         return {"path": str(paths.get(function, self.model_file)).encode(),
                 "archive": str(self.folder / "none.tar").encode(), "key": b"0" * 64,
                 "bytes": ctypes.c_void_p() if "**" in kind else self.bytes,
-                "size": ctypes.c_size_t() if "*" in kind else len(self.bytes), "contacts": 16,
+                "size": ctypes.c_size_t() if "*" in kind else len(self.bytes), "contacts": 16, "part": 0,
+                "values": self.array(np.full(len(self.points), 7.0)).ctypes.data,
                 "normals": self.array([[0, 0, 1.0]] * 4).ctypes.data}.get(name)
 
 
@@ -214,6 +215,8 @@ class Arguments(unittest.TestCase):
             return math.isnan(row(("contacts", "depth"), ctypes.c_double)) and row(("contacts", "status"), ctypes.c_uint8) & 1 == 1
         if function in ("sqmap_signed_distances", "sqmap_exact_distances"):
             return math.isnan(row(("distances", "distance"), ctypes.c_double))
+        if function == "sqmap_implicit":
+            return math.isnan(ctypes.cast(arguments["values"], ctypes.POINTER(ctypes.c_double))[1])
         return function == "sqmap_closest_points" and row(("closest", "triangle"), ctypes.c_uint32) == 0xffffffff
 
     def test_good_arguments_are_taken(self):
@@ -374,6 +377,12 @@ class Arguments(unittest.TestCase):
     def test_arrays_and_numbers(self):
         bad = self.world.array([[0, 0, 1.0], [0, NAN, 1], [0, 0, 1], [0, 0, 1]]).ctypes.data
         self.refused("sqmap_make_pad", self.good("sqmap_make_pad") | {"normals": bad}, "normals[1]", (1,))
+        for part in (1, 2**32 - 1):
+            self.refused("sqmap_implicit", self.good("sqmap_implicit") | {"part": part}, "part", (1,), part)
+        for words in (-1, 3):
+            arguments = self.good("sqmap_notes")
+            arguments["lines"].words = words
+            self.refused("sqmap_notes", arguments, "lines.words", (1,), words)
         for count in (0, 2**63):
             self.refused("sqmap_make_workspace", self.good("sqmap_make_workspace") | {"contacts": count}, "contacts", (1,))
         for function in ("sqmap_make_probe", "sqmap_make_pad"):

@@ -1,23 +1,34 @@
-"""Runs the code of the guide, block after block, in one session that has a mesh of its own; what a comment says is printed is.
+"""Runs the code of the guide, block after block, in one session: what a block prints is what the text behind it shows.
 
-usage: guide_test.py GUIDE"""
+usage: guide_test.py GUIDE [--update]      --update writes what is printed into the guide"""
+import contextlib
+import io
 import os
 import pathlib
 import re
 import sys
 import tempfile
 
-from support import ball_model, torus_model
-
-guide = pathlib.Path(sys.argv[1]).read_text(encoding="utf-8")
-blocks = re.findall(r"^```python\n(.*?)^```", guide, re.DOTALL | re.MULTILINE)
-assert len(blocks) >= 6, len(blocks)
+path = pathlib.Path(sys.argv[1]).resolve()
+guide = path.read_text(encoding="utf-8")
+blocks = list(re.finditer(r"^```python\n(.*?)^```\n(?:\n```text\n(.*?)^```\n)?", guide, re.DOTALL | re.MULTILINE))
+assert len(blocks) >= 7, len(blocks)
+shown = 0
 with tempfile.TemporaryDirectory() as folder:
     os.chdir(folder)
-    torus_model().export("ring.obj")
-    ball_model().export("ball.obj")
     session = {}
     for number, block in enumerate(blocks, 1):
-        exec(compile(block, f"block {number}", "exec"), session)
+        out = io.StringIO()
+        with contextlib.redirect_stdout(out):
+            exec(compile(block[1], f"block {number}", "exec"), session)
+        printed = "".join(line.rstrip() + "\n" for line in out.getvalue().splitlines())
+        if "--update" in sys.argv:
+            assert (block[2] is not None) == bool(printed), f"block {number} prints {printed!r}"
+            guide = guide.replace(block[0], block[0].replace(f"```text\n{block[2]}", f"```text\n{printed}"))
+            continue
+        assert printed == (block[2] or ""), f"block {number} prints\n{printed}and the guide shows\n{block[2]}"
+        shown += bool(printed)
     os.chdir("/")
-print(f"{len(blocks)} blocks")
+if "--update" in sys.argv:
+    path.write_text(guide, encoding="utf-8")
+print(f"{len(blocks)} blocks, {shown} with what they print")

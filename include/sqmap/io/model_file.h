@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sqmap/model/model_data.h"
+#include "sqmap/model/notes.h"
 #include "sqmap/model/parse.h"
 
 #include <cstddef>
@@ -21,8 +22,8 @@ public:
     using std::runtime_error::runtime_error;
 };
 
-/// The file's bytes. The same data gives the same bytes.
-[[nodiscard]] std::vector<std::byte> serialize(const model::ModelData& data);
+/// The file's bytes. The same data and notes give the same bytes.
+[[nodiscard]] std::vector<std::byte> serialize(const model::ModelData& data, std::span<const model::NoteRecord> notes = {});
 
 /// Bytes of a serialized model by section, for reports.
 struct SectionBytes {
@@ -36,9 +37,10 @@ struct SectionBytes {
 /// Sections of a parsed model whose file has `total` bytes.
 [[nodiscard]] SectionBytes section_bytes(const model::ModelView& view, std::size_t total);
 
-/// Format, hashes, parts with superquadric and certificate, bytes by section, cure, measured error, as JSON text; two spaces a
-/// level. As `sqmap info --json` prints it. total: bytes of the model's file. @throw std::bad_alloc
-[[nodiscard]] std::string model_json(const model::ModelView& view, std::size_t total);
+/// Format, hashes, parts with superquadric and certificate, bytes by section, cure, notes, measured error, as JSON text; two
+/// spaces a level. As `sqmap info --json` prints it. total: bytes of the model's file. @throw std::bad_alloc
+[[nodiscard]] std::string model_json(const model::ModelView& view, std::size_t total,
+                                     std::span<const model::NoteRecord> notes = {});
 /// The figures that bake measured, one object. @throw std::bad_alloc
 [[nodiscard]] std::string measured_json(const model::Measured& measured);
 /// How tightly the bounds of a part hold it, one object in mesh units; part == #parts: their union and the whole. "null" of a

@@ -14,12 +14,16 @@
 
 namespace sqmap::paper {
 
-/// The file's bytes: those of a central model where there are no paper maps. The same data gives the same bytes.
+/// The file's bytes: those of a central model where there are no paper maps. The same data and notes give the same bytes.
 /// @throw std::bad_alloc
-[[nodiscard]] std::vector<std::byte> serialize(const ModelData& data);
+[[nodiscard]] std::vector<std::byte> serialize(const ModelData& data, std::span<const model::NoteRecord> notes = {});
+
+/// As model::notes_of, whichever kind the bytes are of.
+[[nodiscard]] std::span<const model::NoteRecord> notes_of(std::span<const std::byte> bytes) noexcept;
 
 /// As io::model_json, whichever kind it is. total: bytes of the model's file. @throw std::bad_alloc
-[[nodiscard]] std::string model_json(const model::ModelView& view, std::size_t total);
+[[nodiscard]] std::string model_json(const model::ModelView& view, std::size_t total,
+                                     std::span<const model::NoteRecord> notes = {});
 
 /// A model of either kind over bytes that someone else owns. Movable. Thread safety: as Reading.
 class AnyModel {

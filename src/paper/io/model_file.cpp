@@ -1,6 +1,7 @@
 #include "sqmap/paper/model_file.h"
 
 #include "io/model_table.h"
+#include "model/notes_field.h"
 #include "paper_generated.h"
 #include "sqmap/io/model_file.h"
 
@@ -11,11 +12,11 @@
 
 namespace sqmap::paper {
 
-std::vector<std::byte> serialize(const ModelData& data)
+std::vector<std::byte> serialize(const ModelData& data, std::span<const model::NoteRecord> notes)
 {
-    if (data.maps.records.empty()) return io::serialize(data.common);
+    if (data.maps.records.empty()) return io::serialize(data.common, notes);
     flatbuffers::FlatBufferBuilder builder(1 << 20);
-    const auto common = io::write_table(builder, data.common);
+    const auto common = io::write_table(builder, data.common, notes);
     io::TableWriter writer(builder, *fb::MapsTypeTable());
     ModelMaps<model::ArrayData>::each(writer, data.maps);
     fb::MapsBuilder maps(builder);
@@ -26,12 +27,19 @@ std::vector<std::byte> serialize(const ModelData& data)
     return io::bytes_of(builder);
 }
 
-std::string model_json(const model::ModelView& any, std::size_t total)
+std::span<const model::NoteRecord> notes_of(std::span<const std::byte> bytes) noexcept
 {
-    if (!is_paper(any)) return io::model_json(any, total);
+    const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
+    if (bytes.size() < 16 || !fb::PaperModelBufferHasIdentifier(data)) return model::notes_of(bytes);
+    return model::notes_of(*fb::GetPaperModel(data)->common());
+}
+
+std::string model_json(const model::ModelView& any, std::size_t total, std::span<const model::NoteRecord> notes)
+{
+    if (!is_paper(any)) return io::model_json(any, total, notes);
     using nlohmann::ordered_json;
     const ModelView& view = Reading::of(any).model();
-    ordered_json out = ordered_json::parse(io::model_json(any, total));
+    ordered_json out = ordered_json::parse(io::model_json(any, total, notes));
     char hash[20];
     std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(content_hash(view)));
     out["format_version"] = k_format_version;

@@ -122,17 +122,18 @@ std::shared_ptr<Object> rebaked(const Object& object, const Parts& parts, BakeMe
 {
     options.provenance = {.made_by = "sqmap view", .source = object.name};
     options.bake.partition = &parts.partition;
-    const BakedModel baked = bake_mesh(admitted_mesh_of(object.view), options);
+    BakedModel baked = bake_mesh(admitted_mesh_of(object.view), options);
+    std::vector<Note> notes;
+    for (const Note& note : object.notes)
+        if (!is_about_model(note)) notes.push_back(note);
+    for (const Note& note : baked.notes)
+        if (is_about_model(note)) notes.push_back(note);
+    baked.notes = std::move(notes);
     auto out = object_from_model(baked.bytes(), object.name, 1, words);
     out->name = object.name;
     out->put_at(object.metres_per_unit, object.position);
     out->names_file = object.names_file;
     out->admission = object.admission;
-    out->notes.clear();
-    for (const Note& note : object.notes)
-        if (!is_about_model(note)) out->notes.push_back(note);
-    for (const Note& note : baked.notes)
-        if (is_about_model(note)) out->notes.push_back(note);
     return out;
 }
 

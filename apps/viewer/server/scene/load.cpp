@@ -34,7 +34,9 @@ std::shared_ptr<Object> object_from_model(std::vector<std::byte> bytes, const st
     object->words = words;
     parts.names = part_names(object->mesh, object->dual, parts.partition, parts.superquadrics, words, object->frame());
     object->put_at(size / (view.header.r_max * view.header.unit), {});
-    if (const std::optional<Note> doubt = doubt_of(view)) object->notes.push_back(*doubt);
+    object->notes = notes_of(paper::notes_of(*object->file));
+    if (object->notes.empty())  // a model that was written before files kept notes
+        if (const std::optional<Note> doubt = doubt_of(view)) object->notes.push_back(*doubt);
     return object;
 }
 
@@ -44,7 +46,6 @@ std::shared_ptr<Object> object_from_mesh(AdmittedMesh mesh, const std::string& n
     BakedModel baked = bake_mesh(std::move(mesh), options);
     auto object = object_from_model(baked.bytes(), name, size);
     object->admission = baked.mesh.admission;
-    object->notes = std::move(baked.notes);
     return object;
 }
 
