@@ -6,7 +6,6 @@
 #include "distance_grid.h"
 #include "measure.h"
 #include "sqmap/bake_mesh.h"
-#include "sqmap/io/model_file.h"
 #include "sqmap/io/replace_file.h"
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/query/pair.h"
@@ -81,7 +80,7 @@ void fill(Part& part, std::uint32_t samples, bool own)
 {
     bake::BakeOptions options;
     options.target_error = k_target_error;
-    part.bytes = io::serialize(bake::bake(part.mesh, true, options).model);
+    part.bytes = bake_mesh(part.mesh, {.bake = options}).bytes();
     if (model::parse(part.bytes, part.model) != model::ParseStatus::Ok) std::abort();
     if (own) return;
     part.tree = tree_of(part.mesh.vertices, part.mesh.triangles);

@@ -7,7 +7,7 @@
 #include "path.h"
 #include "setting.h"
 
-#include "sqmap/bake/bake.h"
+#include "sqmap/bake_mesh.h"
 #include "sqmap/math/random.h"
 #include "sqmap/mesh/bvh.h"
 #include "sqmap/query/contacts.h"
@@ -31,7 +31,7 @@ using FclModel = fcl::BVHModel<fcl::OBBRSS<double>>;
 
 struct Item {
     explicit Item(mesh::Mesh m)
-        : mesh(std::move(m)), bake(bake::bake(mesh, true, {})), view(bake.model.view()), probe(mesh.vertices, mesh.triangles)
+        : mesh(std::move(m)), baked(bake_mesh(mesh)), view(baked.view()), probe(mesh.vertices, mesh.triangles)
     {
         std::vector<fcl::Vector3d> points;
         for (const Vec3d& v : mesh.vertices) points.emplace_back(v.x, v.y, v.z);
@@ -42,7 +42,7 @@ struct Item {
         fcl.endModel();
     }
     mesh::Mesh mesh;
-    bake::BakeResult bake;
+    BakedModel baked;
     model::ModelView view;
     query::Probe probe;
     FclModel fcl;

@@ -6,8 +6,7 @@
 #include "measure.h"
 #include "setting.h"
 
-#include "sqmap/bake/bake.h"
-#include "sqmap/io/model_file.h"
+#include "sqmap/bake_mesh.h"
 #include "sqmap/math/random.h"
 #include "sqmap/math/rotation.h"
 #include "sqmap/parallel/for_each.h"
@@ -147,9 +146,9 @@ std::vector<Vec3d> probe_points(const Setting& setting)
 struct Blob {
     std::vector<std::uint64_t> words;
     model::ModelView view;
-    explicit Blob(const model::ModelData& data)
+    explicit Blob(const BakedModel& baked)
     {
-        const std::vector<std::byte> bytes = io::serialize(data);
+        const std::vector<std::byte> bytes = baked.bytes();
         words.resize((bytes.size() + 7) / 8);
         std::memcpy(words.data(), bytes.data(), bytes.size());
         const std::span<const std::byte> all(reinterpret_cast<const std::byte*>(words.data()), bytes.size());
@@ -161,8 +160,8 @@ struct Blob {
 void run(std::size_t count, const Files& files, bool exact)
 {
     const std::unique_ptr<Setting> setting = load_setting(files);
-    const bake::BakeResult baked = bake::bake(setting->object, true, {.exact = exact});
-    const Blob blob(baked.model);
+    const BakedModel baked = bake_mesh(setting->object, {.bake = {.exact = exact}});
+    const Blob blob(baked);
     const model::ModelView& model = blob.view;
     double seconds = 0;
     for (const auto& [stage, s] : baked.report.seconds)

@@ -4,7 +4,7 @@
 #include "error.h"
 #include "field_bytes.h"
 #include "frames.h"
-#include "normal_maps.h"
+#include "paper_maps.h"
 #include "sqmap/bake/evaluate.h"
 #include "sqmap/io/replace_file.h"
 #include "sqmap/paper/model.h"
@@ -80,7 +80,7 @@ void add_memory(CLI::App& app)
     command->add_option("--json", options->json, "File to write")->required();
     command->callback([options] {
         const std::unique_ptr<Setting> setting = load_setting({options->object, options->object});
-        const auto parts = std::make_shared<const NormalParts>(*setting);
+        const auto parts = std::make_shared<const PaperParts>(*setting);
         ordered_json out{{"object", options->object.filename().string()},
                          {"triangles", setting->object.triangles.size()},
                          {"parts", parts->model.parts.size()}};
@@ -97,7 +97,7 @@ void add_memory(CLI::App& app)
         const std::vector<Vec3d> points = bake::sample_points(setting->object, setting->r_max, {.points = 4000});
         const double longest = cell_side(*setting, {1}) / parts->model.header.unit;
         for (const int level : options->levels) {
-            const NormalMaps maps(parts, {level, 0});
+            const PaperMaps maps(parts, {level, 0});
             const ProjectionError error = projection_error(maps, points, query::Layer::Three);
             out["maps"].push_back({{"level", level},
                                    {"samples", maps.samples},
@@ -107,7 +107,7 @@ void add_memory(CLI::App& app)
                                    {"error_pct", error.mean},
                                    {"one_sided_pct", error.one_sided_pct}});
         }
-        const NormalMaps usual(parts, Density{});
+        const PaperMaps usual(parts, Density{});
         out["usual_map"] = {{"bytes", usual.bytes}, {"build_s", usual.build_s}};
         write(options->json, out.dump(1) + '\n');
     });
@@ -148,13 +148,13 @@ void add_density(CLI::App& app)
         std::vector<Vec3d> points;
         for (const Pose& pose : poses)
             for (const Vec3d& v : setting->probe.vertices) points.push_back(pose(v));
-        const auto parts = std::make_shared<const NormalParts>(*setting);
+        const auto parts = std::make_shared<const PaperParts>(*setting);
 
         // All in one race, so that their times are of one time.
         struct Case {
             Density density;
             query::Layer layer;
-            std::shared_ptr<const NormalMaps> maps;
+            std::shared_ptr<const PaperMaps> maps;
             MethodEntry entry;
             std::unique_ptr<Method> method;
         };
@@ -162,8 +162,8 @@ void add_density(CLI::App& app)
         for (const int level : options->levels)
             for (int s = 0; s <= options->subdivisions; ++s) {
                 const query::Layer layer = s == 0 ? query::Layer::Two : query::Layer::Three;
-                auto maps = std::make_shared<const NormalMaps>(parts, Density{level, s});
-                auto method = make_normal_query(*setting, maps, {layer, paper::Projector::Pyramid});
+                auto maps = std::make_shared<const PaperMaps>(parts, Density{level, s});
+                auto method = make_paper_query(*setting, maps, {layer, paper::Projector::Pyramid});
                 cases.push_back(std::make_unique<Case>(Case{{level, s}, layer, std::move(maps), {}, std::move(method)}));
                 cases.back()->entry.name = "level " + std::to_string(level) + " A_S " + std::to_string(s);
             }

@@ -1,6 +1,6 @@
 // Cost of a scene's broad phase and of a pile in a frame: run under callgrind, whose counts do not depend on the machine's load.
 #include "measure.h"
-#include "sqmap/bake/bake.h"
+#include "sqmap/bake_mesh.h"
 #include "sqmap/math/random.h"
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/query/scene.h"
@@ -23,8 +23,8 @@ Mat3d about_z(double angle)
 int run(std::string_view kind, std::size_t bodies, int frames)
 {
     const mesh::Mesh shape = mesh::polygonized(mesh::hand_capsules(), 0.06);
-    const bake::BakeResult bake = bake::bake(shape, true, {});
-    const model::ModelView view = bake.model.view();
+    const BakedModel baked = bake_mesh(shape);
+    const model::ModelView view = baked.view();
     const query::Probe probe(shape.vertices);
     query::Scene scene;
     SplitMix64 random(3);

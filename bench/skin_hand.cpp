@@ -2,9 +2,8 @@
 #include "skin_hand.h"
 
 #include "clock.h"
-#include "sqmap/bake/bake.h"
 #include "sqmap/bake/skin_lattice.h"
-#include "sqmap/io/model_file.h"
+#include "sqmap/bake_mesh.h"
 
 #include <algorithm>
 #include <cmath>
@@ -114,7 +113,7 @@ BakedSkin::BakedSkin(const io::SkinnedSoup& skin, double cell)
     : bound(welded(skin)), r_max(mesh::largest_vertex_distance(bound.mesh))
 {
     const double start = thread_seconds();
-    bytes = io::serialize(bake::bake(bound.mesh, true, {}).model);
+    bytes = bake_mesh(bound.mesh).bytes();
     if (model::parse(bytes, model) != model::ParseStatus::Ok) throw std::runtime_error("the bound model does not parse");
     const double baked = thread_seconds();
     lattice = bake::skin_lattice(bound.mesh, bound.influences, {.cell = cell});
@@ -132,7 +131,7 @@ Solids::Solids(const Bound& bound, std::size_t joints, double least_weight)
         if (!solid) continue;
         Model& m = models_.emplace_back();
         m.joint = j;
-        m.bytes = io::serialize(bake::bake(*solid, true, {}).model);
+        m.bytes = bake_mesh(*solid).bytes();
         if (model::parse(m.bytes, m.view) != model::ParseStatus::Ok) std::exit(70);
     }
 }

@@ -1,7 +1,7 @@
 // The project's own method, a layer a name: bake with default options, then one query a frame.
 #include "clock.h"
 #include "method.h"
-#include "sqmap/bake/bake.h"
+#include "sqmap/bake_mesh.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/query/probe.h"
 
@@ -15,7 +15,7 @@ namespace sqmap::bench {
 namespace {
 
 struct Baked {
-    model::ModelData data;
+    BakedModel model;
     model::ModelView view;
     io::SectionBytes sections;
     double build_s;
@@ -31,10 +31,10 @@ std::shared_ptr<const Baked> baked_model(const Setting& setting)
     bake::BakeOptions options;
     options.target_error = setting.target_error;
     options.threads = setting.threads;
-    baked->data = bake::bake(setting.object, true, options).model;
+    baked->model = bake_mesh(setting.object, {.bake = options});
     baked->build_s = process_seconds() - start;
-    baked->view = baked->data.view();
-    baked->sections = io::section_bytes(baked->view, io::serialize(baked->data).size());
+    baked->view = baked->model.view();
+    baked->sections = io::section_bytes(baked->view, baked->model.bytes().size());
     made[&setting] = baked;
     return baked;
 }

@@ -1,7 +1,6 @@
 // A skinned shape: baked once as it was bound, queried in every pose of its bones. Here a finger of two bones that bends.
-#include <sqmap/bake/bake.h>
 #include <sqmap/bake/skin_lattice.h>
-#include <sqmap/io/model_file.h>
+#include <sqmap/bake_mesh.h>
 #include <sqmap/mesh/shapes.h>
 #include <sqmap/sqmap.h>
 
@@ -21,9 +20,8 @@ int main()
         influences.joints.push_back({0, 1, 0, 0});
         influences.weights.push_back({1 - tip, tip, 0, 0});
     }
-    const std::vector<std::byte> bytes = io::serialize(bake::bake(finger, true, {}).model);
-    model::ModelView bound;
-    if (model::parse(bytes, bound) != model::ParseStatus::Ok) return 70;
+    const BakedModel baked = bake_mesh(finger);
+    const model::ModelView bound = baked.view();
     const query::SkinLattice lattice = bake::skin_lattice(finger, influences);
     query::PosedSkin skin(lattice);
     const std::array<Vec3d, 2> points{{{0.8, 0, 0}, {0, 0.8, 0}}};

@@ -3,13 +3,11 @@
 #include "../clock.h"
 #include "../frames.h"
 #include "../path.h"
-#include "sqmap/bake/bake.h"
+#include "sqmap/bake_mesh.h"
 #include "sqmap/haptic/safety.h"
 #include "sqmap/haptic/step.h"
 #include "sqmap/haptic/tool.h"
-#include "sqmap/io/model_file.h"
 #include "sqmap/model/parse.h"
-#include "sqmap/paper/bake.h"
 #include "sqmap/paper/force.h"
 #include "sqmap/paper/model_file.h"
 
@@ -50,7 +48,7 @@ mesh::Mesh divided(mesh::Mesh mesh, int times)
 std::vector<std::byte> baked(const mesh::Mesh& mesh, bool is_paper)
 {
     const auto maps = is_paper ? std::optional<paper::MapOptions>(std::in_place) : std::nullopt;
-    return paper::serialize(paper::bake(mesh, true, {}, maps).model);
+    return bake_mesh(mesh, {.paper_maps = maps}).bytes();
 }
 
 /// A bystander: a baked object, 40 cm from the one that the hand moves over and from its neighbours.

@@ -2,7 +2,6 @@
 
 #include "../error.h"
 #include "sqmap/bake_mesh.h"
-#include "sqmap/io/model_file.h"
 #include "sqmap/model/parse.h"
 
 #include <algorithm>
@@ -90,7 +89,7 @@ TouchObject::TouchObject(const std::filesystem::path& file, Models models, const
     for (Vec3d& v : mesh.vertices) v = scale * v;
     solid = std::make_unique<mesh::Solid>(mesh, admitted.crossed);
     const auto bake = [&](const std::optional<paper::MapOptions>& paper_maps, Opened& opened, model::ModelView& view) {
-        opened.bytes = paper::serialize(paper::bake(mesh, true, {}, paper_maps).model);
+        opened.bytes = bake_mesh(mesh, {.paper_maps = paper_maps}).bytes();
         if (opened.model.parse(opened.bytes) != model::ParseStatus::Ok)
             throw BenchError(file.string() + ": the model does not parse");
         view = opened.model.view();

@@ -1,9 +1,9 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, sections 4.1 and 4.2.
-#include "normal_maps.h"
+#include "paper_maps.h"
 #include "clock.h"
 
 #include "paper/query/job.h"
-#include "sqmap/paper/bake.h"
+#include "sqmap/bake_mesh.h"
 #include "sqmap/query/probe.h"
 
 #include <algorithm>
@@ -34,7 +34,7 @@ double surface_area(const shape::Superquadricd& sq)
 
 class NormalQuery final : public Method {
 public:
-    NormalQuery(const Setting& setting, std::shared_ptr<const NormalMaps> maps, const NormalMethod& method)
+    NormalQuery(const Setting& setting, std::shared_ptr<const PaperMaps> maps, const PaperMethod& method)
         : maps_(std::move(maps)),
           reading_(maps_->model(), {.projector = method.projector}),
           options_{.layer = method.layer},
@@ -63,7 +63,7 @@ public:
     }
 
 private:
-    std::shared_ptr<const NormalMaps> maps_;
+    std::shared_ptr<const PaperMaps> maps_;
     paper::Reading reading_;
     query::QueryOptions options_;
     bool one_lane_;
@@ -74,14 +74,14 @@ private:
 
 }  // namespace
 
-NormalParts::NormalParts(const Setting& setting) : mesh(bake::model_space(setting.object)), rays(mesh)
+PaperParts::PaperParts(const Setting& setting) : mesh(bake::model_space(setting.object)), rays(mesh)
 {
     const double start = process_seconds();
     bake::BakeOptions options;
     options.exact = false;
     options.target_error = 100;  // its maps are thrown away: the coarsest will do
     options.threads = setting.threads;
-    paper::BakeResult baked = paper::bake(setting.object, true, options, paper::MapOptions{});
+    BakedModel baked = bake_mesh(setting.object, {.bake = options, .paper_maps = paper::MapOptions{}});
     model = std::move(baked.model.common);
     triangles.resize(model.parts.size());
     const std::vector<std::uint32_t>& part_of = baked.report.partition.part_of_triangle;
@@ -89,7 +89,7 @@ NormalParts::NormalParts(const Setting& setting) : mesh(bake::model_space(settin
     build_s = process_seconds() - start;
 }
 
-NormalMaps::NormalMaps(std::shared_ptr<const NormalParts> parts, Density density) : parts_(std::move(parts))
+PaperMaps::PaperMaps(std::shared_ptr<const PaperParts> parts, Density density) : parts_(std::move(parts))
 {
     const double start = process_seconds();
     paper::MapOptions options;
@@ -122,16 +122,16 @@ paper::ProjectionOptions paper_projection(query::Layer layer)
     return options;
 }
 
-std::unique_ptr<Method> make_normal_query(const Setting& setting, std::shared_ptr<const NormalMaps> maps,
-                                          const NormalMethod& method)
+std::unique_ptr<Method> make_paper_query(const Setting& setting, std::shared_ptr<const PaperMaps> maps,
+                                          const PaperMethod& method)
 {
     return std::make_unique<NormalQuery>(setting, std::move(maps), method);
 }
 
-ProjectionError projection_error(const NormalMaps& maps, std::span<const Vec3d> points, query::Layer layer)
+ProjectionError projection_error(const PaperMaps& maps, std::span<const Vec3d> points, query::Layer layer)
 {
     constexpr unsigned k_no_distance = paper::k_projection_cap | paper::k_projection_miss | paper::k_projection_unproven;
-    const NormalParts& parts = maps.parts();
+    const PaperParts& parts = maps.parts();
     const paper::ProjectionOptions options = paper_projection(layer);
     const model::ModelView& model = maps.model().common;
     const double r_max = model.header.r_max;

@@ -15,10 +15,10 @@ namespace sqmap::bench {
 
 /// Decomposition and superquadrics of an object, found once and sampled at many densities. Model space, which is the
 /// setting's less origin, over unit.
-struct NormalParts {
-    explicit NormalParts(const Setting& setting);
-    NormalParts(const NormalParts&) = delete;
-    NormalParts& operator=(const NormalParts&) = delete;
+struct PaperParts {
+    explicit PaperParts(const Setting& setting);
+    PaperParts(const PaperParts&) = delete;
+    PaperParts& operator=(const PaperParts&) = delete;
 
     const mesh::Mesh mesh;
     const paper::MapRays rays;
@@ -35,9 +35,9 @@ struct Density {
 };
 
 /// The maps at one density, and the layered query of section 4.2 on them.
-class NormalMaps {
+class PaperMaps {
 public:
-    NormalMaps(std::shared_ptr<const NormalParts> parts, Density density);
+    PaperMaps(std::shared_ptr<const PaperParts> parts, Density density);
 
     /// Bytes of the maps: 16-bit distances and normals of the finest grid, offsets, vertices of step 3, starts of the search;
     /// without the smoothed map, which serves force alone.
@@ -46,11 +46,11 @@ public:
     double spacing = 0;       ///< mean over the maps' surface: sqrt(area / samples), model units
     double build_s = 0;       ///< CPU seconds of the maps and of the parts
 
-    [[nodiscard]] const NormalParts& parts() const { return *parts_; }
+    [[nodiscard]] const PaperParts& parts() const { return *parts_; }
     [[nodiscard]] const paper::ModelView& model() const { return view_; }
 
 private:
-    std::shared_ptr<const NormalParts> parts_;
+    std::shared_ptr<const PaperParts> parts_;
     paper::ModelData model_;
     paper::ModelView view_;
 };
@@ -58,14 +58,14 @@ private:
 /// As the paper asks: the pyramid search, and nothing behind the first surface.
 [[nodiscard]] paper::ProjectionOptions paper_projection(query::Layer layer);
 
-struct NormalMethod {
+struct PaperMethod {
     query::Layer layer;
     paper::Projector projector;
     bool one_lane = false;  ///< the kernel's reference
 };
 /// A probe query of the maps.
-[[nodiscard]] std::unique_ptr<Method> make_normal_query(const Setting& setting, std::shared_ptr<const NormalMaps> maps,
-                                                        const NormalMethod& method);
+[[nodiscard]] std::unique_ptr<Method> make_paper_query(const Setting& setting, std::shared_ptr<const PaperMaps> maps,
+                                                        const PaperMethod& method);
 
 /// Eq. 35 as a mean: |D^ - D| along the superquadric's normal, over the points that lie inside a superquadric and whose line
 /// meets both the mesh and the map's surface; percent of R_max.
@@ -75,6 +75,6 @@ struct ProjectionError {
     std::size_t points = 0;
 };
 /// points: units of the setting.
-[[nodiscard]] ProjectionError projection_error(const NormalMaps& maps, std::span<const Vec3d> points, query::Layer layer);
+[[nodiscard]] ProjectionError projection_error(const PaperMaps& maps, std::span<const Vec3d> points, query::Layer layer);
 
 }  // namespace sqmap::bench

@@ -1,4 +1,4 @@
-#include "normal_maps.h"
+#include "paper_maps.h"
 
 #include "frames.h"
 #include "settings.h"
@@ -9,12 +9,12 @@
 namespace sqmap::bench {
 namespace {
 
-class NormalMapsTest : public testing::Test {
+class PaperMapsTest : public testing::Test {
 protected:
     static void SetUpTestSuite()
     {
         setting_ = test::egg_on_ring();
-        parts_ = std::make_shared<const NormalParts>(*setting_);
+        parts_ = std::make_shared<const PaperParts>(*setting_);
         path_ = test::short_path(*setting_, 0.02);
         truth_ = true_contacts(*setting_, path_);
     }
@@ -25,22 +25,22 @@ protected:
     }
     static Record run(query::Layer layer, Density density, paper::Projector projector = paper::Projector::Pyramid)
     {
-        const auto maps = std::make_shared<const NormalMaps>(parts_, density);
-        const auto method = make_normal_query(*setting_, maps, {layer, projector});
+        const auto maps = std::make_shared<const PaperMaps>(parts_, density);
+        const auto method = make_paper_query(*setting_, maps, {layer, projector});
         const MethodEntry entry{.name = "normal"};
         const Contestant contestant{&entry, method.get()};
         return race(*setting_, path_, truth_, {&contestant, 1}, {.passes = 1}).front();
     }
 
     static inline std::unique_ptr<Setting> setting_;
-    static inline std::shared_ptr<const NormalParts> parts_;
+    static inline std::shared_ptr<const PaperParts> parts_;
     static inline std::vector<Pose> path_;
     static inline std::vector<std::vector<TrueContact>> truth_;
 };
 
-TEST_F(NormalMapsTest, LayerOneMissesNothing) { EXPECT_EQ(run(query::Layer::One, {}).accuracy->missed_pct, 0); }
+TEST_F(PaperMapsTest, LayerOneMissesNothing) { EXPECT_EQ(run(query::Layer::One, {}).accuracy->missed_pct, 0); }
 
-TEST_F(NormalMapsTest, EachLayerIsRightMoreOftenThanTheOneBefore)
+TEST_F(PaperMapsTest, EachLayerIsRightMoreOftenThanTheOneBefore)
 {
     const Density density{.level = 4, .subdivisions = 3};
     const auto wrong = [&](query::Layer layer) {
@@ -52,12 +52,12 @@ TEST_F(NormalMapsTest, EachLayerIsRightMoreOftenThanTheOneBefore)
     EXPECT_LT(three, two);
 }
 
-TEST_F(NormalMapsTest, ErrorFallsAndBytesGrowWithDensity)
+TEST_F(PaperMapsTest, ErrorFallsAndBytesGrowWithDensity)
 {
     std::vector<Vec3d> points;
     for (const Pose& pose : path_)
         for (const Vec3d& v : setting_->probe.vertices) points.push_back(pose(v));
-    const NormalMaps coarse(parts_, {4, 0}), fine(parts_, {6, 0});
+    const PaperMaps coarse(parts_, {4, 0}), fine(parts_, {6, 0});
     const ProjectionError rough = projection_error(coarse, points, query::Layer::Three),
                           close = projection_error(fine, points, query::Layer::Three);
     EXPECT_GT(rough.points, 100u);
@@ -67,7 +67,7 @@ TEST_F(NormalMapsTest, ErrorFallsAndBytesGrowWithDensity)
     EXPECT_NEAR(coarse.spacing / fine.spacing, 4, 0.5);
 }
 
-TEST_F(NormalMapsTest, ThePrintedSearchFindsContactsToo)
+TEST_F(PaperMapsTest, ThePrintedSearchFindsContactsToo)
 {
     const Record record = run(query::Layer::Two, {}, paper::Projector::Printed);
     EXPECT_GT(record.contacts, 0);
