@@ -122,8 +122,7 @@ paper::ProjectionOptions paper_projection(query::Layer layer)
     return options;
 }
 
-std::unique_ptr<Method> make_paper_query(const Setting& setting, std::shared_ptr<const PaperMaps> maps,
-                                          const PaperMethod& method)
+std::unique_ptr<Method> make_paper_query(const Setting& setting, std::shared_ptr<const PaperMaps> maps, const PaperMethod& method)
 {
     return std::make_unique<NormalQuery>(setting, std::move(maps), method);
 }

@@ -65,7 +65,7 @@ struct PaperMethod {
 };
 /// A probe query of the maps.
 [[nodiscard]] std::unique_ptr<Method> make_paper_query(const Setting& setting, std::shared_ptr<const PaperMaps> maps,
-                                                        const PaperMethod& method);
+                                                       const PaperMethod& method);
 
 /// Eq. 35 as a mean: |D^ - D| along the superquadric's normal, over the points that lie inside a superquadric and whose line
 /// meets both the mesh and the map's surface; percent of R_max.
