@@ -5,6 +5,7 @@
 #include "sqmap/io/model_file.h"
 #include "sqmap/io/replace_file.h"
 #include "sqmap/robot/rewrite.h"
+#include "urdf_sweep.h"
 
 #include <nlohmann/json.hpp>
 
@@ -25,6 +26,7 @@ struct UrdfArguments {
     std::string robot, output, report;
     std::vector<std::string> packages;
     robot::RewriteOptions rewrite;
+    SweepArguments sweep;
 };
 
 std::string text_of(const std::string& path)
@@ -89,6 +91,8 @@ int run(const UrdfArguments& o)
 {
     io::refuse_to_replace(o.output, {o.robot});
     io::refuse_to_replace(o.report, {o.robot});
+    if (o.sweep.sweep) return run_sweep(o.sweep, text_of(o.robot), {.robot = o.robot, .output = o.output, .report = o.report});
+    if (o.output.empty()) throw WrongUsage("--output", "name the URDF file to write");
     robot::Rewritten made = robot::rewrite(text_of(o.robot), o.robot, o.output, o.rewrite);
     if (!o.report.empty()) made.files.insert(made.files.begin(), {o.report, report_json(made)});
     for (const collider::ExportFile& f : made.files) io::refuse_to_replace(f.path, {o.robot});
@@ -111,9 +115,10 @@ int run(const UrdfArguments& o)
 void add_urdf(CommandLine& line)
 {
     const auto options = std::make_shared<UrdfArguments>();
-    Command command = line.add("urdf", "Replace a robot's collision meshes by shapes that are certified to hold them");
+    Command command =
+        line.add("urdf", "Replace a robot's collision meshes by shapes that are certified to hold them, or sweep its joints");
     command.option("robot", options->robot, "URDF file").required().existing_file();
-    command.option("-o,--output", options->output, "URDF to write; meshes that it needs are written beside it").required();
+    command.option("-o,--output", options->output, "URDF to write; meshes that it needs are written beside it");
     add_shape_option(command, options->rewrite.shape);
     command.option("--max-parts", options->rewrite.max_parts, "Parts into which a mesh is cut, a shape each; 1: not cut")
         .in_range(1, 256);
@@ -125,13 +130,22 @@ void add_urdf(CommandLine& line)
         .shows_default("");
     command.option("--report", options->report, "Write the table as JSON");
     command.option("--threads", options->rewrite.threads, "Threads, 0 for one a core; the files do not depend on it");
+    add_sweep_options(command, options->sweep);
     add_load_options(command, options->rewrite.mesh);
     command.footer(
         "All else in the file stays as it is. Xacro files: expand them first, xacro FILE > robot.urdf.\n"
         "Exit code: 0 written, 2 the file was refused, or a mesh could not be replaced and its element stays, 64 wrong usage, 70 "
         "internal error.");
-    command.run<robot::DescriptionError, io::ModelFileError, mesh::Error>([options] {
+    command.run<robot::DescriptionError, io::ModelFileError, mesh::Error>([options, command] {
         for (const std::string& package : options->packages) add_package(options->rewrite.packages, package);
+        for (const char* name : {"--pairs", "--seconds", "--json"})
+            if (!options->sweep.sweep && command.given(name)) throw WrongUsage(name, "give --sweep too");
+        for (const char* name : {"--shape", "--max-parts"})
+            if (options->sweep.sweep && command.given(name))
+                throw WrongUsage(name, "a sweep makes no shapes: sweep the file that holds them");
+        options->sweep.options.packages = options->rewrite.packages;
+        options->sweep.options.mesh = options->rewrite.mesh;
+        options->sweep.options.threads = options->rewrite.threads;
         return run(*options);
     });
 }

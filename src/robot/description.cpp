@@ -43,7 +43,10 @@ private:
             xml_.refuse(node, "a second link is named '" + link.name + "'", "give each link a name of its own");
         for (const pugi::xml_node& collision : node.children("collision")) {
             const pugi::xml_node mesh = collision.child("geometry").child("mesh");
-            if (!mesh) continue;
+            if (!mesh) {
+                add_solid(link, collision);
+                continue;
+            }
             CollisionMesh m{.filename = xml_.needed(mesh, "filename"),
                             .scale = xml_.vector(mesh, "scale", {1, 1, 1}),
                             .pose = origin_of(collision),
@@ -54,6 +57,26 @@ private:
             link.meshes.push_back(std::move(m));
         }
         out_.links.push_back(std::move(link));
+    }
+
+    void add_solid(Link& link, const pugi::xml_node& collision) const
+    {
+        const auto is_element = [](const pugi::xml_node& n) { return n.type() == pugi::node_element; };
+        const pugi::xml_node shape = collision.child("geometry").find_child(is_element);
+        if (!shape) return;
+        CollisionSolid solid{.element = shape.name(), .size = {}, .pose = origin_of(collision), .line = xml_.line_of(collision)};
+        const double radius = xml_.number(shape, "radius", 0);
+        if (solid.element == "box") {
+            solid.kind = CollisionSolid::Kind::Box;
+            solid.size = xml_.vector(shape, "size", {});
+        } else if (solid.element == "cylinder") {
+            solid.kind = CollisionSolid::Kind::Cylinder;
+            solid.size = {radius, radius, xml_.number(shape, "length", 0)};
+        } else if (solid.element == "sphere") {
+            solid.kind = CollisionSolid::Kind::Sphere;
+            solid.size = {radius, radius, radius};
+        }
+        link.solids.push_back(std::move(solid));
     }
 
     std::size_t link_named(const pugi::xml_node& joint, const char* role) const

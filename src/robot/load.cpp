@@ -64,15 +64,19 @@ LinkMesh load_mesh(const fs::path& path, const CollisionMesh& as, const MeshOpti
     if (read.error) refuse(mesh::Refusal::Format, read.error->message, "give a mesh that 'sqmap check' reads");
     io::PolygonSoup& soup = read.soup;
     const bool z_up = has_z_up(path);
+    // Admission would scale its result alone, and after the pose: metres come first, for the soup too.
+    MeshOptions in_metres = options;
+    in_metres.admit.unit.reset();
+    const Vec3d scale = options.admit.unit.value_or(1.) * as.scale;
     for (Vec3d& p : soup.positions) {
         if (z_up) p = {p.x, -p.z, p.y};
-        p = apply(as.pose, Vec3d{as.scale.x * p.x, as.scale.y * p.y, as.scale.z * p.z});
+        p = apply(as.pose, Vec3d{scale.x * p.x, scale.y * p.y, scale.z * p.z});
         if (!is_finite(p)) refuse(mesh::Refusal::NonFinite, "a coordinate is not finite", "repair the file");
     }
     if (as.scale.x * as.scale.y * as.scale.z < 0) reverse_polygons(soup);
     LinkMesh out{.soup = fans_of(soup), .admitted = {}};
     if (out.soup.triangles.empty()) refuse(mesh::Refusal::Empty, "it has no faces", "export the mesh again");
-    out.admitted = admit_mesh(mesh::PolygonView{soup.positions, soup.polygon_offsets, soup.indices}, options);
+    out.admitted = admit_mesh(mesh::PolygonView{soup.positions, soup.polygon_offsets, soup.indices}, in_metres);
     return out;
 }
 

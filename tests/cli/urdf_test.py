@@ -180,6 +180,42 @@ class Urdf(unittest.TestCase):
         out = run("urdf", "twenty/sheet.urdf", "-o", "twenty/held.urdf", "--shape", "cylinder").stdout
         self.assertIn("1 of 1 collision meshes replaced", out)
 
+    def test_a_sweep_prints_writes_srdf_and_says_the_same_as_json(self):
+        pairs = "link0:link1,link0:link2,link3:link5"
+        out = run("urdf", "twenty/robot.urdf", "--sweep", "--pairs", pairs, "-o", "robot.srdf", "--report", "sweep.json").stdout
+        report = json.loads(pathlib.Path("sweep.json").read_text())
+        self.assertEqual(report, json.loads(run("urdf", "twenty/robot.urdf", "--sweep", "--pairs", pairs, "--json").stdout))
+        self.assertEqual([l["name"] for l in report["links"]], ["link0", "link1", "link2", "link3", "link5"])
+        verdicts = {(p["link1"], p["link2"]): p for p in report["pairs"]}
+        self.assertEqual(verdicts["link0", "link1"]["verdict"], "adjacent")
+        disabled = {(e.get("link1"), e.get("link2")): e.get("reason") for e in ElementTree.parse("robot.srdf").getroot()}
+        for names, pair in verdicts.items():
+            self.assertIn(pair["verdict"], out)
+            self.assertEqual(disabled.get(names), {"adjacent": "Adjacent", "free": "Never"}.get(pair["verdict"]))
+            if pair["verdict"] == "free":
+                self.assertLess(0, pair["proven_clearance"])
+                self.assertLess(pair["proven_clearance"], pair["clearance_seen"])
+            if pair["verdict"] == "colliding":
+                self.assertTrue(all(-1 <= v <= 1 for v in pair["pose"].values()))
+
+    def test_a_sweep_says_what_time_and_missing_meshes_leave_open(self):
+        pathlib.Path("twenty/gap.urdf").write_text(robot_text(3).replace("torus.obj", "gone.obj").replace("<box", "<capsule"))
+        result = run("urdf", "twenty/gap.urdf", "--sweep", "--json", code=2)
+        self.assertIn("link 'link1' is not swept whole", result.stderr)
+        self.assertIn("<capsule> is no shape of URDF", result.stderr)
+        pair = json.loads(result.stdout)["pairs"][1]
+        self.assertEqual((pair["link1"], pair["link2"]), ("link0", "link2"))
+        self.assertIn(pair["verdict"], ("open", "colliding"))
+        long = robot_text(3).replace("<axis", '<origin xyz="0 0 1"/><axis')
+        pathlib.Path("twenty/long.urdf").write_text(long)
+        out = run("urdf", "twenty/long.urdf", "--sweep", "--pairs", "link0:link2", "--seconds", "0.000001", "-o", "none.srdf").stdout
+        self.assertIn("1 open", out)
+        self.assertIn("the time ended the search; open are 100 %", out)
+        self.assertNotIn("disable_collisions", pathlib.Path("none.srdf").read_text())
+        self.assertIn("no link 'nobody'", run("urdf", "twenty/robot.urdf", "--sweep", "--pairs", "link0:nobody", code=2).stderr)
+        for wrong in (("--sweep", "--pairs", "link0"), ("--sweep", "--shape", "box"), ("--json", "-o", "x.urdf"), ()):
+            run("urdf", "twenty/robot.urdf", *wrong, code=64)
+
     @unittest.skipUnless(shutil.which("check_urdf"), "check_urdf is missing: apt-get install liburdfdom-tools")
     def test_check_urdf_takes_what_is_written(self):
         run("urdf", "twenty/robot.urdf", "-o", "twenty/checked.urdf")

@@ -27,11 +27,22 @@ struct CollisionMesh {
     Pose pose{};         ///< of the scaled mesh in the link's frame, metres
     std::size_t line{};  ///< of the collision element, from 1
 };
-/// A rigid body. Its other collision shapes are none of sqmap's business.
+/// A collision shape that is no mesh. rewrite() leaves it as it is.
+struct CollisionSolid {
+    /// Other: an element that URDF does not know.
+    enum class Kind : std::uint8_t { Box, Cylinder, Sphere, Other };
+    Kind kind = Kind::Other;
+    std::string element;  ///< its name, "box"
+    Vec3d size{};         ///< box: full lengths; cylinder: radius, radius, length; sphere: radius three times; metres
+    Pose pose{};          ///< of the shape in the link's frame, metres
+    std::size_t line{};   ///< of the collision element, from 1
+};
+/// A rigid body.
 struct Link {
     std::string name;
     std::size_t line{};
     std::vector<CollisionMesh> meshes{};
+    std::vector<CollisionSolid> solids{};
 };
 
 /// How a joint moves.

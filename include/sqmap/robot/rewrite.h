@@ -56,7 +56,8 @@ struct LinkMesh {
     mesh::Mesh soup;        ///< as read, its polygons cut into triangles
     AdmittedMesh admitted;  ///< the solid that it bounds, or the reason why it bounds none
 };
-/// Reads a mesh, scales and turns it, and admits it. @throw mesh::RefusedMesh where the file cannot be read
+/// Reads a mesh, scales and turns it, and admits it. The unit of the options is the mesh file's; the link's frame is in metres.
+/// @throw mesh::RefusedMesh where the file cannot be read
 [[nodiscard]] LinkMesh load_mesh(const std::filesystem::path& path, const CollisionMesh& as, const MeshOptions& options);
 
 }  // namespace sqmap::robot
