@@ -15,9 +15,9 @@ struct Topic {
 };
 
 #ifdef SQMAP_MEASURE_FCL
-constexpr auto k_contacts = &measure_contacts;
+constexpr auto k_contacts = &measure_contacts, k_clearance = &measure_clearance;
 #else
-constexpr int (*k_contacts)(int, char**) = nullptr;
+constexpr int (*k_contacts)(int, char**) = nullptr, (*k_clearance)(int, char**) = nullptr;
 #endif
 #ifdef SQMAP_MEASURE_CLOTH
 constexpr auto k_cloth = &measure_cloth;
@@ -31,6 +31,9 @@ constexpr int (*k_wrap)(int, char**) = nullptr;
 #endif
 
 constexpr Topic k_topics[] = {
+    {"clearance", "POSES MESH_A MESH_B",
+     "Distance of two meshes that are apart, beside FCL's: time and error at 0.1 % of R_max to all of it.", k_clearance,
+     "libfcl-dev"},
     {"cloth", "OUT.json VERTICES [--own] [--scene skirt|shirt|blanket] [--shift X Z] [MODEL.off]...",
      "Fig. 11b: cloth against an avatar, beside FCL and dense fields. Models are solids in metres, y up: a blanket falls on "
      "each, from\n"

@@ -13,6 +13,7 @@
 #include "sqmap/math/rotation.h"
 #include "sqmap/model/model.h"
 #include "sqmap/model/parse.h"
+#include "sqmap/query/clearance.h"
 #include "sqmap/query/contacts.h"
 #include "sqmap/query/distance.h"
 #include "sqmap/query/pair.h"

@@ -11,67 +11,13 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "math/lanes-inl.h"
+#include "query/contacts/box_rows-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {
 namespace {
 
 using namespace sqmap::HWY_NAMESPACE;
-
-constexpr std::size_t k_row = TriangleTree::k_group;
-static_assert(k_row == TriangleTree::k_leaf && k_row % k_lanes == 0);
-
-using BoxRow = TriangleTree::BoxRow;
-using CornerRow = TriangleTree::CornerRow;
-
-constexpr std::uint32_t first_bits(std::size_t count) { return count >= k_row ? 0xffffu : (1u << count) - 1; }
-
-HWY_INLINE F sum_of_sizes(const V3& v) { return hn::Add(hn::Abs(v.x), hn::Add(hn::Abs(v.y), hn::Abs(v.z))); }
-HWY_INLINE V3 set3(const float* v) { return {set(v[0]), set(v[1]), set(v[2])}; }
-
-/// A box for all lanes.
-struct OneBox {
-    V3 lo, hi;
-    OneBox(const BoxRow& row, std::size_t i)
-        : lo{set(row.lo[0][i]), set(row.lo[1][i]), set(row.lo[2][i])}, hi{set(row.hi[0][i]), set(row.hi[1][i]), set(row.hi[2][i])}
-    {
-    }
-    explicit OneBox(const Boxf& box)
-        : lo{set(box.lo.x), set(box.lo.y), set(box.lo.z)}, hi{set(box.hi.x), set(box.hi.y), set(box.hi.z)}
-    {
-    }
-};
-HWY_INLINE M overlapping(const V3& lo, const V3& hi, const OneBox& box)
-{
-    const M x = hn::And(hn::Le(lo.x, box.hi.x), hn::Le(box.lo.x, hi.x)),
-            y = hn::And(hn::Le(lo.y, box.hi.y), hn::Le(box.lo.y, hi.y)),
-            z = hn::And(hn::Le(lo.z, box.hi.z), hn::Le(box.lo.z, hi.z));
-    return hn::And(x, hn::And(y, z));
-}
-HWY_INLINE V3 at(const float (&of)[3][k_row], std::size_t i)
-{
-    return {hn::LoadU(df, of[0] + i), hn::LoadU(df, of[1] + i), hn::LoadU(df, of[2] + i)};
-}
-HWY_INLINE void store(const V3& v, float (&to)[3][k_row], std::size_t i)
-{
-    hn::StoreU(v.x, df, to[0] + i);
-    hn::StoreU(v.y, df, to[1] + i);
-    hn::StoreU(v.z, df, to[2] + i);
-}
-/// Bit i: box i of the row overlaps the box.
-HWY_INLINE std::uint32_t overlapping(const BoxRow& row, const OneBox& box)
-{
-    std::uint32_t bits = 0;
-    for (std::size_t i = 0; i < k_row; i += hn::Lanes(df))
-        bits |= static_cast<std::uint32_t>(bits_of(overlapping(at(row.lo, i), at(row.hi, i), box))) << i;
-    return bits;
-}
-template <class Do>
-HWY_INLINE void each_bit(std::uint32_t bits, Do&& action)
-{
-    for (; bits != 0; bits &= bits - 1) action(static_cast<std::size_t>(std::countr_zero(bits)));
-}
 
 /// The sign of the volume between a triangle's plane and a position, where float is sure of it: n = e1 x e2.
 struct Plane {
@@ -114,7 +60,7 @@ public:
         const OneBox box_a(job_.box_a);
         for (std::size_t row = 0; row < job_.b.groups.size() && !ended_; ++row) {
             BoxRow moved;
-            move_boxes(job_.b.groups[row], moved);
+            move_boxes(job_, job_.b.groups[row], moved);
             const std::uint32_t near = overlapping(moved, box_a) & first_bits(job_.groups_b - row * k_row);
             each_bit(near, [&](std::size_t i) HWY_ATTR {
                 if (!ended_) visit_group(row * k_row + i, OneBox(moved, i));
@@ -126,33 +72,6 @@ public:
 private:
     static constexpr std::size_t k_buffer = 512;
 
-    HWY_INLINE V3 moved(const V3& p) const
-    {
-        const float* r = job_.rotation;
-        return {hn::Add(row_dot(r, p), set(job_.shift[0])), hn::Add(row_dot(r + 3, p), set(job_.shift[1])),
-                hn::Add(row_dot(r + 6, p), set(job_.shift[2]))};
-    }
-
-    /// Boxes about b's boxes in a's frame, larger by what float rounds.
-    HWY_NOINLINE void move_boxes(const BoxRow& from, BoxRow& to) const
-    {
-        const F half = set(0.5f), error = set(job_.margin);
-        for (std::size_t i = 0; i < k_row; i += hn::Lanes(df)) {
-            const V3 lo = at(from.lo, i), hi = at(from.hi, i);
-            const V3 middle{hn::Mul(half, hn::Add(lo.x, hi.x)), hn::Mul(half, hn::Add(lo.y, hi.y)),
-                            hn::Mul(half, hn::Add(lo.z, hi.z))};
-            const V3 extent = minus(hi, middle), c = moved(middle);
-            const auto reach = [&](int k) HWY_ATTR {
-                const float* r = job_.rotation + 3 * k;
-                return mul_add(set(std::abs(r[0])), extent.x,
-                               mul_add(set(std::abs(r[1])), extent.y, mul_add(set(std::abs(r[2])), extent.z, error)));
-            };
-            const V3 d{reach(0), reach(1), reach(2)};
-            store(minus(c, d), to.lo, i);
-            store({hn::Add(c.x, d.x), hn::Add(c.y, d.y), hn::Add(c.z, d.z)}, to.hi, i);
-        }
-    }
-
     /// A group of b's leaves.
     HWY_NOINLINE void visit_group(std::size_t group, const OneBox& box)
     {
@@ -161,7 +80,7 @@ private:
         for (std::size_t row = 0; row < job_.a.groups.size() && !ended_; ++row) {
             const std::uint32_t near = overlapping(job_.a.groups[row], box) & first_bits(job_.groups_a - row * k_row);
             if (near == 0) continue;
-            if (!has_boxes) move_boxes(job_.b.leaves[group], leaf_boxes_);
+            if (!has_boxes) move_boxes(job_, job_.b.leaves[group], leaf_boxes_);
             has_boxes = true;
             each_bit(near, [&](std::size_t i) HWY_ATTR {
                 const std::size_t other = row * k_row + i;
@@ -193,7 +112,7 @@ private:
         for (std::size_t i = 0; i < k_row; i += hn::Lanes(df)) {
             V3 p[3];
             for (std::size_t k = 0; k < 3; ++k) {
-                p[k] = moved(at(from.at[k], i));
+                p[k] = moved(job_, at(from.at[k], i));
                 store(p[k], to.corners.at[k], i);
             }
             const Plane plane = Plane::of(p[0], p[1], p[2]);
@@ -303,29 +222,37 @@ namespace sqmap::query {
 
 HWY_EXPORT(search_candidates);
 
-CandidateJob::CandidateJob(const TriangleTree& tree_a, const TriangleTree& tree_b, const Affine& b_in_a, double reach) noexcept
+PosedTrees::PosedTrees(const TriangleTree& tree_a, const TriangleTree& tree_b, const Affine& b_in_a) noexcept
     : a(tree_a.columns()),
       b(tree_b.columns()),
       leaves_a(a.corners.size()),
       leaves_b(b.corners.size()),
       triangles_a(tree_a.size()),
-      triangles_b(tree_b.size())
+      triangles_b(tree_b.size()),
+      between(apply(b_in_a, centre(tree_b.box())) - centre(tree_a.box())),
+      radius_a(0.5 * norm(size(tree_a.box()))),
+      radius_b(0.5 * norm(size(tree_b.box())))
 {
     groups_a = a.leaves.size();
     groups_b = b.leaves.size();
-    const Vec3d middle_a = centre(tree_a.box()), d = apply(b_in_a, centre(tree_b.box())) - middle_a;
-    const double radius_a = 0.5 * norm(size(tree_a.box())), radius_b = 0.5 * norm(size(tree_b.box()));
-    is_far = !(norm(d) <= (radius_a + radius_b + reach) * (1 + 1e-6));  // also where a number overflows
-    if (is_far) return;
-    box_a = {cast<float>(tree_a.box().lo - middle_a), cast<float>(tree_a.box().hi - middle_a)};
     for (int i = 0; i < 3; ++i) {
         for (int j = 0; j < 3; ++j) rotation[3 * i + j] = static_cast<float>(b_in_a.linear.row[i][j]);
-        shift[i] = static_cast<float>(d[i]);
+        shift[i] =
+            static_cast<float>(std::clamp(between[i], -1e30, 1e30));  // farther away nothing is found by coordinates in float
     }
     // Seven roundings of at most 2^-24 of a position's size each lie between a point and its moved coordinate; a rotation that is
     // not one to the last bit adds as little.
-    error = static_cast<float>(1e-6 * (2 * (radius_a + radius_b) + norm(d)));
-    margin = 3 * error + static_cast<float>(reach * (1 + 1e-6));
+    error = static_cast<float>(1e-6 * (2 * (radius_a + radius_b) + norm(between)));
+    margin = 3 * error;
+}
+
+CandidateJob::CandidateJob(const TriangleTree& tree_a, const TriangleTree& tree_b, const Affine& b_in_a, double reach) noexcept
+    : PosedTrees(tree_a, tree_b, b_in_a),
+      is_far(!(norm(between) <= (radius_a + radius_b + reach) * (1 + 1e-6)))  // also where a number overflows
+{
+    const Vec3d middle_a = centre(tree_a.box());
+    box_a = {cast<float>(tree_a.box().lo - middle_a), cast<float>(tree_a.box().hi - middle_a)};
+    margin += static_cast<float>(reach * (1 + 1e-6));
     has_planes = reach == 0;
 }
 
