@@ -114,6 +114,11 @@ inline void leaf_band(const Leaf& leaf, float& lo, float& hi)
     }
 }
 
+/// A square of a face, s from s0 and t from t0.
+struct Square {
+    float s0, t0, size;
+};
+
 /// One part's map.
 class CentralMap {
 public:
@@ -194,9 +199,10 @@ public:
         return side_at(child_leaf(cell, corner, s0, t0, size), s, t);
     }
 
-    /// Calls visit(leaf) for every leaf of a base cell, for each side of a divided one.
-    template <class Visit>
-    void each_leaf(int face, int column, int row, Visit&& visit) const
+    /// Calls visit(leaf) for every leaf of a base cell, for each side of a divided one, but passes over the squares of a split
+    /// cell where is_wanted(square) is false.
+    template <class Visit, class Wanted>
+    void each_leaf(int face, int column, int row, Visit&& visit, Wanted&& is_wanted) const
     {
         const CentralCell cell = base_cell(face, column, row);
         if (cell.kind() != CellKind::Split)
@@ -205,7 +211,7 @@ public:
             std::uint16_t corner[4];
             base_samples(face, column, row, corner);
             each_child(cell, corner, -1.f + cell_size_ * static_cast<float>(column), -1.f + cell_size_ * static_cast<float>(row),
-                       cell_size_, visit);
+                       cell_size_, visit, is_wanted);
         }
     }
 
@@ -388,18 +394,20 @@ private:
         return leaf;
     }
 
-    template <class Visit>
-    void each_child(CentralCell cell, const std::uint16_t corner[4], float s0, float t0, float size, Visit&& visit) const
+    template <class Visit, class Wanted>
+    void each_child(CentralCell cell, const std::uint16_t corner[4], float s0, float t0, float size, Visit&& visit,
+                    Wanted&& is_wanted) const
     {
         const std::uint16_t* split = own_.splits.data() + k_split_size * cell.payload();
         size *= 0.5f;
         for (int q = 0; q < 4; ++q) {
             const CentralCell child{split[k_split_cells + static_cast<std::uint32_t>(q)]};
             const float s = s0 + size * static_cast<float>(q & 1), t = t0 + size * static_cast<float>(q >> 1);
+            if (!is_wanted(Square{s, t, size})) continue;
             std::uint16_t of_child[4] = {corner[0], corner[1], corner[2], corner[3]};
             child_samples(split, q, of_child);
             if (child.kind() == CellKind::Split)
-                each_child(child, of_child, s, t, size, visit);
+                each_child(child, of_child, s, t, size, visit, is_wanted);
             else
                 visit_sides(child_leaf(child, of_child, s, t, size), visit);
         }

@@ -6,6 +6,7 @@
 #include "query/layer.h"
 #include "sqmap/math/assert.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace sqmap::query {
@@ -77,10 +78,56 @@ float sheet_distance_sq(const Leaf& leaf, int sheet, int face, const float* a, V
     return norm_sq(d);
 }
 
+constexpr float k_slack = 1e-5f;  ///< far above rounding: what is passed over cannot be the nearest
+
+/// True where the rays through a square of a face are proven to come no nearer than a distance: the rays through one of its sides
+/// lie in a plane, and all others beyond it.
+bool rays_miss(int face, const float* a, Vec3f x, const Square& square, float distance_sq)
+{
+    const int m = face_axis(face), u = (m + 1) % 3, v = (m + 2) % 3;
+    const float major = face_sign(face) * x[m];
+    const auto is_beyond = [&](float side, float slope, int axis) {
+        const float off = side * (slope * major - x[axis]) - k_slack * (std::abs(slope * major) + std::abs(x[axis]));
+        const float steep = slope / a[m], flat = 1.f / a[axis];
+        return off > 0.f && off * off >= (1.f + k_slack) * distance_sq * (steep * steep + flat * flat);
+    };
+    return is_beyond(1.f, square.s0, u) || is_beyond(-1.f, square.s0 + square.size, u) || is_beyond(1.f, square.t0, v) ||
+           is_beyond(-1.f, square.t0 + square.size, v);
+}
+
+/// True where a sheet is proven to come no nearer than a distance. Cells on silhouettes have bands from here to the far side of
+/// the part, in which each sheet is a small piece somewhere.
+bool sheet_misses(const Leaf& leaf, int sheet, int face, const float* a, Vec3f x, float distance_sq)
+{
+    if (leaf.kind == CellKind::Single) return false;  // the leaf's band is the sheet's own
+    float lo, hi;
+    if (leaf.bilinear) {
+        const std::uint16_t* r = bilinear_sheet(leaf.record, sheet);
+        const auto [least, largest] = std::minmax({r[0], r[1], r[2], r[3]});
+        lo = leaf.range.decode(least);
+        hi = leaf.range.decode(largest);
+    } else {
+        const float s = leaf.s0 + 0.5f * leaf.size, t = leaf.t0 + 0.5f * leaf.size;
+        const SheetValue value = sheet_value(leaf, sheet, s, t);
+        const float half = 0.5f * leaf.size * (std::abs(value.ws) + std::abs(value.wt));
+        lo = value.w - half;
+        hi = value.w + half;
+        // The sheet is flat: no point of it is nearer than its plane.
+        const Vec3f n = plane_vector(face, s, t, value), over{n.x / a[0], n.y / a[1], n.z / a[2]};
+        const float rounding = k_slack * (1.f + std::abs(n.x * x.x) + std::abs(n.y * x.y) + std::abs(n.z * x.z));
+        const float off = std::abs(1.f - dot(n, x)) - rounding;
+        if (off > 0.f && off * off >= (1.f + k_slack) * distance_sq * norm_sq(over)) return true;
+    }
+    if (!(hi > 1e-6f)) return false;
+    return frustum_distance_sq(face, a, x, leaf.s0, leaf.s0 + leaf.size, leaf.t0, leaf.t0 + leaf.size, (1.f - k_slack) / hi,
+                               (1.f + k_slack) / std::max(lo, 1e-6f)) >= (1.f + k_slack) * distance_sq;
+}
+
 /// Offers a stored sheet as nearest surface.
 void offer_sheet(const CentralMap& map, const Part& part, std::int32_t index, const Leaf& leaf, int sheet, int face, Vec3f x,
                  Nearest& best)
 {
+    if (sheet_misses(leaf, sheet, face, part.a, x, best.distance_sq)) return;
     Vec3f foot, plane;
     const float distance_sq = sheet_distance_sq(leaf, sheet, face, part.a, x, foot, plane);
     if (!(distance_sq < best.distance_sq)) return;
@@ -174,10 +221,13 @@ void nearest_on_map(const ModelView& model, std::int32_t index, Vec3f p, bool re
                 return;
             }
         }
-        map.each_leaf(face, column, row, [&](const Leaf& leaf) {
-            if (!leaf_is_near(leaf, face, part.a, x, best)) return;
-            for (int sheet = 0; sheet < leaf.sheets; ++sheet) offer_sheet(map, part, index, leaf, sheet, face, x, best);
-        });
+        map.each_leaf(
+            face, column, row,
+            [&](const Leaf& leaf) {
+                if (!leaf_is_near(leaf, face, part.a, x, best)) return;
+                for (int sheet = 0; sheet < leaf.sheets; ++sheet) offer_sheet(map, part, index, leaf, sheet, face, x, best);
+            },
+            [&](const Square& square) { return !rays_miss(face, part.a, x, square, best.distance_sq); });
     };
     descend(map, x, best, offer_cell);
     each_near_cell(map, part, x, best, offer_cell);
