@@ -492,6 +492,35 @@ typedef struct sqmap_touch {
 /// degrees or steeper. Errors: as sqmap_query_contacts. Cost: some queries of contacts; no allocation.
 SQMAP_API sqmap_code sqmap_first_touch(const sqmap_bodies* bodies, const sqmap_pose* end_pose, sqmap_touch* touch);
 
+/// The least distance of two solids, in the frame and units of the poses.
+typedef struct sqmap_clearance {
+    size_t size;
+    double within;                    ///< 0: the distance is computed; above 0: is_within alone, which stops early
+    double distance;                  ///< written: of the two points; 0 where the solids have a point in common
+    double at_least;                  ///< written: the truth is not below it; some 1e-15 of the sizes below the distance
+    double on_a[3], on_b[3];          ///< written: the nearest points
+    uint32_t triangle_a, triangle_b;  ///< written: that hold them; 0xffffffff where one solid is in the other
+    int32_t is_within;                ///< written where within is above 0: 1 where the solids are at most so far apart
+    uint32_t status;                  ///< written: bits
+} sqmap_clearance;
+
+/// How far two closed meshes are apart. One within the other is found by their models; a body whose model is {0} has no inside.
+/// Errors: as sqmap_query_contacts; E_ARGUMENT for clearance.within below zero or NaN. Cost: tens of microseconds for thousands
+/// of triangles, fewer with within; no allocation.
+SQMAP_API sqmap_code sqmap_query_clearance(const sqmap_bodies* bodies, sqmap_clearance* clearance);
+
+/// How much two solids share.
+typedef struct sqmap_overlap {
+    size_t size;
+    double volume;    ///< written: of the intersection, in the cube of the poses' unit
+    double error;     ///< written: what the shift of faces in special position changes at most, without rounding
+    uint32_t status;  ///< written: bits
+} sqmap_overlap;
+
+/// Volume of the intersection of two closed meshes, exact from their triangles. Errors: as sqmap_query_contacts. Cost: linear in
+/// all triangles; allocates where the workspace has not yet computed an overlap of meshes as large.
+SQMAP_API sqmap_code sqmap_query_overlap(const sqmap_bodies* bodies, sqmap_workspace workspace, sqmap_overlap* overlap);
+
 // ---------------------------------------------------------------------------------------------------- forces
 
 /// A tool that touches a model, and the safety filter before its device. Metres, newtons, seconds. {0} is none.

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, Optional
 import numpy as np
 
 from . import _library as c
-from ._arrays import Layer, count, flag, indices, instance, pointer, pose_of, query_options, refuse, rows
+from ._arrays import Layer, count, flag, indices, instance, number, pointer, pose_of, query_options, refuse, rows
 from ._model import Model, Owned, address, points_struct
 
 
@@ -111,6 +111,26 @@ class FirstTouch(NamedTuple):
 
     touches: bool
     time: float  #: share of the motion, not after the first touch; 1 where there is none
+    status: int
+
+
+class Clearance(NamedTuple):
+    """The least distance of two solids, in the frame and units of the poses."""
+
+    distance: float   #: of the two points; 0 where the solids have a point in common
+    at_least: float   #: the truth is not below it
+    on_a: np.ndarray  #: (3,) nearest to b
+    on_b: np.ndarray  #: (3,) nearest to a
+    triangle_a: int   #: that holds on_a; 4294967295 where one solid is in the other
+    triangle_b: int
+    status: int
+
+
+class Overlap(NamedTuple):
+    """The intersection of two solids."""
+
+    volume: float  #: in the cube of the poses' unit
+    error: float   #: what the shift of faces in special position changes at most, without rounding
     status: int
 
 
@@ -250,6 +270,43 @@ def first_touch(a: Body, b: Body, pose: Any) -> FirstTouch:
     with _Bodies(first, second) as bodies:
         c.call("sqmap_first_touch", bodies, end, out)
     return FirstTouch(bool(out.touches), out.time, out.status)
+
+
+def clearance(a: Body, b: Body) -> Clearance:
+    """The least distance of two closed meshes, between any of their points. Both probes need triangles. One solid within the other is
+    found by their models; a body whose model is None has no inside."""
+    out = c.Clearance()
+    with _Bodies(*_with_probes(a, b)) as bodies:
+        c.call("sqmap_query_clearance", bodies, out)
+    return Clearance(out.distance, out.at_least, np.array(out.on_a[:]), np.array(out.on_b[:]), out.triangle_a, out.triangle_b,
+                     out.status)
+
+
+def is_within(a: Body, b: Body, distance: float) -> bool:
+    """True where the bodies are at most this far apart, as clearance would find: it stops at the first triangles that are."""
+    reach = number(distance, "distance")
+    if not reach >= 0:
+        raise refuse("distance", f"is {reach}", "give a number that is not below zero")
+    if reach == 0:
+        return clearance(a, b).distance == 0
+    out = c.Clearance(within=reach)
+    with _Bodies(*_with_probes(a, b)) as bodies:
+        c.call("sqmap_query_clearance", bodies, out)
+    return bool(out.is_within)
+
+
+def overlap(a: Body, b: Body, workspace: Optional[Workspace] = None) -> Overlap:
+    """The volume that two closed meshes share, exact from their triangles. Both probes need triangles. Calls with one workspace take
+    turns."""
+    first, second = _with_probes(a, b)
+    if workspace is None:
+        with Workspace(1) as own:
+            return overlap(a, b, own)
+    instance(workspace, Workspace, "workspace")
+    out = c.Overlap()
+    with _Bodies(first, second) as bodies, workspace.turn, workspace.use("workspace") as handle:
+        c.call("sqmap_query_overlap", bodies, handle, out)
+    return Overlap(out.volume, out.error, out.status)
 
 
 def _with_probes(a: Any, b: Any) -> tuple[_Named, _Named]:

@@ -129,6 +129,16 @@ class SurfaceList(Sized):
                 ("regions", c_size_t), ("status", c_uint32)]
 
 
+class Clearance(Sized):
+    _fields_ = [("size", c_size_t), ("within", c_double), ("distance", c_double), ("at_least", c_double), ("on_a", c_double * 3),
+                ("on_b", c_double * 3), ("triangle_a", c_uint32), ("triangle_b", c_uint32), ("is_within", c_int32),
+                ("status", c_uint32)]
+
+
+class Overlap(Sized):
+    _fields_ = [("size", c_size_t), ("volume", c_double), ("error", c_double), ("status", c_uint32)]
+
+
 class Touch(Sized):
     _fields_ = [("size", c_size_t), ("time", c_double), ("touches", c_int32), ("status", c_uint32)]
 
@@ -205,6 +215,8 @@ FUNCTIONS: dict[str, list[Any]] = {
     "sqmap_make_solid_probe": [POINTER(Mesh), POINTER(Handle)],
     "sqmap_query_contacts": [POINTER(Bodies), POINTER(ContactOptions), Handle, POINTER(SurfaceList)],
     "sqmap_first_touch": [POINTER(Bodies), POINTER(Pose), POINTER(Touch)],
+    "sqmap_query_clearance": [POINTER(Bodies), POINTER(Clearance)],
+    "sqmap_query_overlap": [POINTER(Bodies), Handle, POINTER(Overlap)],
     "sqmap_make_session": [Handle, POINTER(SessionOptions), POINTER(Handle)],
     "sqmap_tick_session": [Handle, POINTER(Tick), POINTER(Force)],
     "sqmap_simulate": [Handle, POINTER(Simulation)],

@@ -4,6 +4,7 @@
 #include "sqmap/io/model_file.h"
 #include "sqmap/mesh/bvh.h"
 #include "sqmap/query/contacts.h"
+#include "sqmap/query/overlap.h"
 #include "sqmap/query/probe.h"
 #include "structs.h"
 
@@ -126,7 +127,7 @@ private:
     mutable std::unique_ptr<Surface> surface_;
 };
 
-/// Memory in which pairs are computed. The space of complete contacts is made when it is needed first.
+/// Memory in which pairs are computed. The space of complete contacts and of overlaps is made when it is needed first.
 class Workspace {
 public:
     explicit Workspace(std::size_t contacts) : size_(contacts), pair_(contacts) {}
@@ -137,11 +138,18 @@ public:
         if (!contacts_) contacts_.emplace(size_);
         return *contacts_;
     }
+    /// For probes as large as these.
+    [[nodiscard]] query::OverlapWorkspace& overlap(const query::Probe& a, const query::Probe& b)
+    {
+        if (!overlap_ || !overlap_->holds(a.triangles(), b.triangles())) overlap_.emplace(a, b);
+        return *overlap_;
+    }
 
 private:
     std::size_t size_;
     query::PairWorkspace pair_;
     std::optional<query::ContactWorkspace> contacts_;
+    std::optional<query::OverlapWorkspace> overlap_;
 };
 
 /// One table for each kind of handle; made by the first call and never destroyed, so that threads may outlive main().

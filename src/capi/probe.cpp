@@ -1,6 +1,7 @@
 // Probes and pairs behind the C interface: the library's own structs cross it, so that nothing is copied in a tick.
 #include "sqmap/query/probe.h"
 #include "objects.h"
+#include "sqmap/query/clearance.h"
 #include "sqmap/query/contacts.h"
 #include "sqmap/query/first_touch.h"
 #include "structs.h"
@@ -260,5 +261,47 @@ sqmap_code sqmap_first_touch(const sqmap_bodies* bodies, const sqmap_pose* end_p
         out.touches = found.touches ? 1 : 0;
         out.status = found.status;
         capi::give(touch, out);
+    });
+}
+
+sqmap_code sqmap_query_clearance(const sqmap_bodies* bodies, sqmap_clearance* clearance)
+{
+    return guarded([&] {
+        const sqmap_bodies in = capi::taken(&needed(bodies, "bodies"), "bodies");
+        sqmap_clearance out = capi::taken(&needed(clearance, "clearance"), "clearance");
+        if (!(out.within >= 0))
+            throw capi::Failure{SQMAP_E_ARGUMENT, "clearance.within", "is below zero or no number",
+                                "give a distance, or 0 to have it computed"};
+        const capi::SolidBodies both(in);
+        if (out.within > 0) {
+            out.is_within = query::is_within(both.a, both.b, out.within) ? 1 : 0;
+        } else {
+            const query::Clearance found = query::clearance(both.a, both.b);
+            out.distance = found.distance;
+            out.at_least = found.at_least;
+            for (int k = 0; k < 3; ++k) {
+                out.on_a[k] = found.witness.on_a[k];
+                out.on_b[k] = found.witness.on_b[k];
+            }
+            out.triangle_a = found.triangle_a;
+            out.triangle_b = found.triangle_b;
+            out.status = found.status;
+        }
+        capi::give(clearance, out);
+    });
+}
+
+sqmap_code sqmap_query_overlap(const sqmap_bodies* bodies, sqmap_workspace workspace, sqmap_overlap* overlap)
+{
+    return guarded([&] {
+        const sqmap_bodies in = capi::taken(&needed(bodies, "bodies"), "bodies");
+        sqmap_overlap out = capi::taken(&needed(overlap, "overlap"), "overlap");
+        capi::Workspace& space = *capi::workspaces().find(workspace.id, "workspace");
+        const capi::SolidBodies both(in);
+        const query::Overlap found = query::overlap(both.a, both.b, space.overlap(*both.a.probe, *both.b.probe));
+        out.volume = found.volume;
+        out.error = found.error;
+        out.status = found.status;
+        capi::give(overlap, out);
     });
 }

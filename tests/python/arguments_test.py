@@ -48,7 +48,7 @@ BY_NAME = {
     "layer": [7, 0, True, "deep", 3.5, [3], object(), NAN], "mode": ["glued", 5, [], object()], "repair": ["glue", 5, [], object()],
     "projection": ["mercator", 5, [], object()], "source": [5, object(), b"x"], "progress": [5, "bar", object(), []],
     "format": ["step", 5, [], object()], "shape": ["egg", "spheres:0", "spheres:5000", "spheres:x", 5, [], object()],
-    "nsamples": [*INTEGERS, 0, 2], "time": NUMBERS, "sample_time": NUMBERS, "sequence": INTEGERS, "acts": [*INTEGERS, 32],
+    "nsamples": [*INTEGERS, 0, 2], "time": NUMBERS, "distance": [*NUMBERS, -1], "sample_time": NUMBERS, "sequence": INTEGERS, "acts": [*INTEGERS, 32],
     "unit": ["parsec", b"mm", 0, -1, NAN, INF, object(), True, []],
     "extents": [*SHAPES, (1, 2), (1, 0, 1), (1, -1, 1), (1, NAN, 1)], "radius": [*NUMBERS, -1], "subdivisions": [*INTEGERS, 9],
     **{name: [*NUMBERS, 0, -1] for name in ("major_radius", "half_length")}, "minor_radius": [*NUMBERS, 0, 1],
@@ -109,7 +109,7 @@ class Arguments(unittest.TestCase):
         known = {"points": VERTICES, "normals": VERTICES, "targets": np.full((5, 3), 2.0), "query_points": VERTICES,
                  "model": self.model, "probe": self.probe, "a": sqmap.Body(self.model, self.probe),
                  "b": sqmap.Body(self.model, self.probe), "vertices": (VERTICES, TRIANGLES), "mesh": (VERTICES, TRIANGLES),
-                 "data": self.model.to_bytes(), "time": 0.5, "pose": np.eye(4),
+                 "data": self.model.to_bytes(), "time": 0.5, "pose": np.eye(4), "distance": 0.5,
                  "path": self.file if name == "Model.load" else pathlib.Path(self.folder.name, "out.obj")}
         return {p.name: known[p.name] for p in inspect.signature(function).parameters.values()
                 if p.default is p.empty and p.kind is p.POSITIONAL_OR_KEYWORD and p.name in known}

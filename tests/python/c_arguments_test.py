@@ -140,6 +140,9 @@ class World:
                 "normals": self.array([[0, 0, 1.0]] * 4).ctypes.data}.get(name)
 
 
+SOLIDS = ("sqmap_query_contacts", "sqmap_first_touch", "sqmap_query_clearance", "sqmap_query_overlap")  # both probes have triangles
+
+
 def pose_with(at, value):
     out = c.Pose()
     out.rotation[:] = [1, 0, 0, 0, 1, 0, 0, 0, 1]
@@ -172,7 +175,7 @@ class Arguments(unittest.TestCase):
                 out[name] = self.world.struct(kind[:-1])
             else:
                 out[name] = self.world.argument(function, kind, name)
-        if function in ("sqmap_query_contacts", "sqmap_first_touch"):
+        if function in SOLIDS:
             out["bodies"].a.probe = out["bodies"].b.probe = self.world.solid
         if function == "sqmap_tick_session":  # a new session, and the tick after its first
             c.call("sqmap_make_session", self.world.open["model"], None, out["session"])
@@ -286,7 +289,11 @@ class Arguments(unittest.TestCase):
     def test_solids(self):
         for at, pose in self.wrong_poses():
             self.refused("sqmap_first_touch", self.good("sqmap_first_touch") | {"end_pose": pose}, f"end_pose.{at}", (1,))
-        for function in ("sqmap_query_contacts", "sqmap_first_touch"):
+        for within in (-1, float("nan")):
+            arguments = self.good("sqmap_query_clearance")
+            arguments["clearance"].within = within
+            self.refused("sqmap_query_clearance", arguments, "clearance.within", (1,), within)
+        for function in SOLIDS:
             for side in "ab":
                 for handle in self.wrong_handles("probe"):
                     arguments = self.good(function)

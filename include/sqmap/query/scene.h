@@ -59,8 +59,9 @@ public:
         return bodies_[id];
     }
 
-    /// Pairs of bodies whose spheres touch and of which one has a map and the other vertices; a < b, in the order of a, then b.
-    /// Cost: near linear in the bodies, and in the pairs that overlap along the world axis on which fewest do.
+    /// Pairs of bodies whose spheres touch and of which one has a map and the other vertices, or both triangles; a < b, in the
+    /// order of a, then b. Cost: near linear in the bodies, and in the pairs that overlap along the world axis on which fewest
+    /// do.
     [[nodiscard]] SceneResult pairs(std::span<ScenePair> pairs) noexcept;
 
     /// The same with their contacts, pair after pair; spheres count as larger by what the options move surfaces out.

@@ -20,29 +20,16 @@ HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {
 namespace {
 
-/// Two things, one of each tree, at least `gap` apart: leaves where a has the flag, else groups; or triangles.
-struct GapEntry {
-    static constexpr std::uint32_t k_leaves = 1u << 31;
-    float gap;
-    std::uint32_t a, b;
-
-    /// Orders a heap whose top is the least.
-    friend bool operator<(const GapEntry& x, const GapEntry& y)
-    {
-        if (x.gap != y.gap) return x.gap > y.gap;
-        return x.b != y.b ? x.b > y.b : x.a > y.a;
-    }
-};
 template <std::size_t k_size>
 class GapHeap {
 public:
     /// Pushes in any order, then heap(). @pre there is space
     void add(const GapEntry& e) { entries_[count_++] = e; }
-    void heap() { std::make_heap(entries_, entries_ + count_); }
+    void heap() { heap_gaps({entries_, count_}); }
     void push(const GapEntry& e)
     {
         entries_[count_++] = e;
-        std::push_heap(entries_, entries_ + count_);
+        push_gap({entries_, count_});
     }
     [[nodiscard]] std::size_t space() const { return k_size - count_; }
 
@@ -52,7 +39,7 @@ public:
     void drain(Limit&& limit, Visit&& visit)
     {
         while (count_ > 0 && entries_[0].gap < limit()) {
-            std::pop_heap(entries_, entries_ + count_);
+            pop_gap({entries_, count_});
             const GapEntry e = entries_[--count_];
             visit(e);
         }
@@ -319,6 +306,19 @@ HWY_AFTER_NAMESPACE();
 namespace sqmap::query {
 
 HWY_EXPORT(run_gap_search);
+
+namespace {
+/// Orders a heap whose top is the least.
+bool is_farther(const GapEntry& x, const GapEntry& y)
+{
+    if (x.gap != y.gap) return x.gap > y.gap;
+    return x.b != y.b ? x.b > y.b : x.a > y.a;
+}
+}  // namespace
+
+void heap_gaps(std::span<GapEntry> entries) noexcept { std::make_heap(entries.begin(), entries.end(), is_farther); }
+void push_gap(std::span<GapEntry> entries) noexcept { std::push_heap(entries.begin(), entries.end(), is_farther); }
+void pop_gap(std::span<GapEntry> entries) noexcept { std::pop_heap(entries.begin(), entries.end(), is_farther); }
 
 void search_gap(const PosedTrees& trees, const GapBound& bound, TakeNearest take, void* context) noexcept
 {

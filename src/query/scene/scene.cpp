@@ -19,7 +19,9 @@ bool touch(const Sphere& a, const Sphere& b, double slack)
 
 bool can_touch(const Body& a, const Body& b)
 {
-    return (a.model != nullptr && b.probe != nullptr) || (b.model != nullptr && a.probe != nullptr);
+    const auto has_triangles = [](const Body& body) { return body.probe != nullptr && body.probe->triangles().size() > 0; };
+    return (a.model != nullptr && b.probe != nullptr) || (b.model != nullptr && a.probe != nullptr) ||
+           (has_triangles(a) && has_triangles(b));
 }
 
 /// A little more than the body's, since positions are rounded.
