@@ -49,4 +49,8 @@ struct BodyTouch {
 /// Cost: the motion is divided so that arcs are straight within that thousandth; for each piece what is near is tested.
 [[nodiscard]] BodyTouch first_touch(const Body& a, const Body& b, const Pose& to) noexcept;
 
+/// The same of two bodies that both move, each from its pose to another one as between() says. The motion is that of b as a sees
+/// it.
+[[nodiscard]] BodyTouch first_touch(const Body& a, const Pose& to_a, const Body& b, const Pose& to_b) noexcept;
+
 }  // namespace sqmap::query

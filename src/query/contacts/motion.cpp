@@ -85,24 +85,34 @@ private:
     Touch found_{};
 };
 
-/// How b moves, as between() says: along a straight line and about its frame's origin.
-struct Motion {
-    double turn;   ///< radians
-    double reach;  ///< the farthest point of b from its frame's origin
+/// How far a body's points are from its frame's origin at most.
+double reach_from_origin(const TriangleTree& tree) { return norm(centre(tree.box())) + 0.5 * norm(size(tree.box())); }
+double angle_between(const Pose& from, const Pose& to) { return norm(rotation_vector(to.rotation * transpose(from.rotation))); }
 
-    Motion(const TriangleTree& b, const Pose& from, const Pose& to)
-        : turn(norm(rotation_vector(to.rotation * transpose(from.rotation)))),
-          reach(norm(centre(b.box())) + 0.5 * norm(size(b.box())))
+/// How b moves as a sees it; each moves as between() says, along a straight line and about its frame's origin.
+struct Motion {
+    double turn_a, turn_b;  ///< radians
+    double bend;            ///< of a point's path, the greatest second derivative by the share of the motion
+    double length;          ///< of a point's path, at most
+
+    Motion(const Body& a, const Pose& to_a, const Body& b, const Pose& to_b)
+        : turn_a(angle_between(a.pose, to_a)), turn_b(angle_between(b.pose, to_b))
     {
+        const double reach = reach_from_origin(b.probe->triangles());
+        const Vec3d first = b.pose.translation - a.pose.translation, last = to_b.translation - to_a.translation;
+        // In a's frame, which turns, a point has the acceleration of its own turn, that of Coriolis and the centrifugal one.
+        const double speed = turn_b * reach + norm(last - first), farthest = std::max(norm(first), norm(last)) + reach;
+        bend = turn_b * turn_b * reach + 2 * turn_a * speed + turn_a * turn_a * farthest;
+        length = speed + turn_a * farthest;
     }
-    /// Pieces within which arcs are straight to a thousandth of the motion where the surfaces approach at 8 degrees: an arc of
-    /// length reach turn / n leaves its chord by reach (turn / n)^2 / 8.
-    [[nodiscard]] int pieces() const { return 1 + static_cast<int>(std::ceil(std::sqrt(1000 * turn))); }
-    [[nodiscard]] double sag(int pieces) const
+    /// Pieces within which paths are straight to a thousandth of the motion where the surfaces approach at 8 degrees: in one of n
+    /// pieces a path leaves its chord by bend / (8 n^2).
+    [[nodiscard]] int pieces() const
     {
-        const double part = turn / pieces;
-        return reach * part * part / 8 * (1 + 1e-6);
+        if (turn_a == 0) return 1 + static_cast<int>(std::ceil(std::sqrt(1000 * turn_b)));
+        return 1 + static_cast<int>(std::ceil(std::sqrt(1000 * bend / length)));
     }
+    [[nodiscard]] double sag(int pieces) const { return bend / (8. * pieces * pieces) * (1 + 1e-6); }
 };
 
 /// True where the bodies touch where they are, or one begins within the other's model.
@@ -117,27 +127,30 @@ bool is_touching(const Body& a, const Body& b)
 
 }  // namespace
 
-BodyTouch first_touch(const Body& a, const Body& b, const Pose& to) noexcept
+BodyTouch first_touch(const Body& a, const Body& b, const Pose& to) noexcept { return first_touch(a, a.pose, b, to); }
+
+BodyTouch first_touch(const Body& a, const Pose& to_a, const Body& b, const Pose& to_b) noexcept
 {
-    if (!is_finite(a.pose) || !is_finite(b.pose) || !is_finite(to)) return {true, 0, k_not_finite};
+    if (!is_finite(a.pose) || !is_finite(b.pose) || !is_finite(to_a) || !is_finite(to_b)) return {true, 0, k_not_finite};
     if (a.probe == nullptr || b.probe == nullptr || a.probe->triangles().size() == 0 || b.probe->triangles().size() == 0)
         return {false, 1, k_no_triangles};
     if (is_touching(a, b)) return {true, 0, k_ok};
     const TriangleTree &tree_a = a.probe->triangles(), &tree_b = b.probe->triangles();
-    const Motion motion(tree_b, b.pose, to);
+    const Motion motion(a, to_a, b, to_b);
     const int pieces = motion.pieces();
     const auto pose_at = [&](int k) {
-        return b_in_a(a, {b.model, b.probe, between(b.pose, to, static_cast<double>(k) / pieces)});
+        const double share = static_cast<double>(k) / pieces;
+        return b_in_a({a.model, a.probe, between(a.pose, to_a, share)}, {b.model, b.probe, between(b.pose, to_b, share)});
     };
     const Vec3d middle = centre(tree_b.box());
-    const double radius = 0.5 * norm(size(tree_b.box()));
+    const double radius = 0.5 * norm(size(tree_b.box())), turn = motion.turn_a + motion.turn_b;
     Affine first = pose_at(0);
     for (int k = 0; k < pieces; ++k) {
         const Affine ends[2] = {first, pose_at(k + 1)};
         const double sag = motion.sag(pieces);
         MotionPiece piece(tree_a, tree_b, ends, sag);
         // No point of b is farther from where it is at the piece's beginning than its middle moves and its box turns.
-        const double reach = norm(apply(ends[1], middle) - apply(ends[0], middle)) + radius * motion.turn / pieces + 2 * sag;
+        const double reach = norm(apply(ends[1], middle) - apply(ends[0], middle)) + radius * turn / pieces + 2 * sag;
         const CandidateJob job(tree_a, tree_b, ends[0], reach);
         find_candidates(
             job,

@@ -117,7 +117,7 @@ TEST(FirstTouchOfBodies, NoNeedleAndNoEdgePassesAThinPlate)
         test::prism({{0, 0, -0.05}, {1e-4, 0, -0.05}, {0, 1e-4, -0.05}}, {{0, 0, 0.05}, {1e-4, 0, 0.05}, {0, 1e-4, 0.05}});
     const Shell thin(needle);
     test::Random random(9);
-    for (int i = 0; i < 2000; ++i) {
+    for (int i = 0; i < 10000; ++i) {
         // From one side to the other, however it is turned, and across a side as often as through a face.
         const Pose from{test::rotation_about(random.direction(), random.between(0, 3)),
                         {random.between(-0.9, 0.9), random.between(-0.9, 0.9), 0.3}};
@@ -130,6 +130,40 @@ TEST(FirstTouchOfBodies, NoNeedleAndNoEdgePassesAThinPlate)
         for (const double share : {0.25, 0.5, 0.75, 1.})
             EXPECT_TRUE(
                 query_contacts(plate.at(), thin.at(between(from, to, share * touch.time)), {}, workspace).contacts.empty());
+    }
+}
+
+TEST(FirstTouchOfBodies, NothingPassesWhereBothMoveAndNoTimeIsLate)
+{
+    // The plate turns and falls while needles come up.
+    const Shell plate(test::box({-1, -1, -0.001}, {1, 1, 0.001}));
+    const Shell thin(
+        test::prism({{0, 0, -0.05}, {1e-4, 0, -0.05}, {0, 1e-4, -0.05}}, {{0, 0, 0.05}, {1e-4, 0, 0.05}, {0, 1e-4, 0.05}}));
+    test::Random random(19);
+    std::size_t touched = 0;
+    for (int i = 0; i < 1000; ++i) {
+        const Vec3d axis = random.direction(), by{random.between(-1, 1), random.between(-1, 1), random.between(-1, 1)};
+        const Pose plate_from = test::random_pose(random, 2);
+        const Pose plate_to{test::rotation_about(axis, random.between(0, 2)) * plate_from.rotation, plate_from.translation + by};
+        // From one side of the plate at the beginning to the other side at the end.
+        const auto beside = [&](double z) {
+            return Pose{test::rotation_about(random.direction(), random.between(0, 3)),
+                        {random.between(-0.3, 0.3), random.between(-0.3, 0.3), z}};
+        };
+        const Pose from = compose(plate_from, beside(0.2)), to = compose(plate_to, beside(-0.2));
+        const BodyTouch touch = first_touch(plate.at(plate_from), plate_to, thin.at(from), to);
+        const BodyTouch other = first_touch(thin.at(from), to, plate.at(plate_from), plate_to);
+        touched += touch.touches ? 1u : 0u;
+        EXPECT_EQ(touch.touches, other.touches) << i;
+        EXPECT_NEAR(touch.time, other.time, 2e-2) << i;
+        ContactWorkspace workspace(256);
+        for (const double share : {0.25, 0.5, 0.75, 1.}) {
+            const double time = share * touch.time;
+            EXPECT_TRUE(
+                query_contacts(plate.at(between(plate_from, plate_to, time)), thin.at(between(from, to, time)), {}, workspace)
+                    .contacts.empty())
+                << i;
+        }
     }
 }
 
