@@ -13,8 +13,11 @@
 #include "viewer/server/viewer.h"
 #endif
 
+#include <atomic>
 #include <csignal>
 #include <cstdio>
+#include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <system_error>
@@ -35,12 +38,15 @@ struct ViewArguments {
     viewer::SceneOptions viewer{};
 };
 
-std::shared_ptr<viewer::Object> open_file(const std::string& file, const viewer::SceneOptions& options)
+using Maker = std::function<std::shared_ptr<viewer::Object>(const BakeMeshOptions&)>;
+
+/// @throw std::runtime_error where the file is refused
+std::shared_ptr<viewer::Object> open_file(const std::string& file, double size, const BakeMeshOptions& options)
 {
     if (file.ends_with(".sqmap")) {
         const paper::MappedModel model(file);
-        auto object = viewer::object_from_model({model.bytes().begin(), model.bytes().end()}, file, options.size,
-                                                viewer::words_beside(file));
+        auto object =
+            viewer::object_from_model({model.bytes().begin(), model.bytes().end()}, file, size, viewer::words_beside(file));
         object->names_file = viewer::names_file_of(file);
         return object;
     }
@@ -51,19 +57,22 @@ std::shared_ptr<viewer::Object> open_file(const std::string& file, const viewer:
                                  "\n  cure: " + d.cure.text(k_program_settings));
     std::printf("%s: %s, baking %zu triangles\n", file.c_str(), mesh::name_of(loaded.admission), loaded.mesh.triangles.size());
     std::fflush(stdout);
-    return viewer::object_from_mesh(std::move(loaded), std::filesystem::path(file).filename().string(), options.size,
-                                    options.bake);
+    return viewer::object_from_mesh(std::move(loaded), std::filesystem::path(file).filename().string(), size, options);
 }
 
-/// Shapes to begin with, where no file is given.
-std::vector<std::shared_ptr<viewer::Object>> first_shapes(const viewer::SceneOptions& options)
+/// The files, or shapes to begin with where there are none.
+std::vector<Maker> makers_of(const ViewArguments& arguments)
 {
-    std::vector<std::shared_ptr<viewer::Object>> out;
-    const auto add = [&](const char* name, mesh::Mesh mesh) {
-        out.push_back(viewer::object_from_mesh(admit_mesh(std::move(mesh)), name, options.size, options.bake));
-    };
-    add("dumbbell", mesh::dumbbell());
-    add("torus", mesh::torus());
+    std::vector<Maker> out;
+    const double size = arguments.viewer.size;
+    for (const std::string& file : arguments.files)
+        out.emplace_back([file, size](const BakeMeshOptions& options) { return open_file(file, size, options); });
+    if (!out.empty()) return out;
+    for (const bool is_torus : {false, true})
+        out.emplace_back([is_torus, size](const BakeMeshOptions& options) {
+            return viewer::object_from_mesh(admit_mesh(is_torus ? mesh::torus() : mesh::dumbbell()),
+                                            is_torus ? "torus" : "dumbbell", size, options);
+        });
     return out;
 }
 
@@ -94,15 +103,6 @@ private:
 
 int view(const ViewArguments& arguments)
 {
-    std::vector<std::shared_ptr<viewer::Object>> objects;
-    try {
-        for (const std::string& file : arguments.files) objects.push_back(open_file(file, arguments.viewer));
-    } catch (const std::runtime_error& e) {  // model files, meshes
-        std::fprintf(stderr, "%s\n", e.what());
-        return 2;
-    }
-    if (objects.empty()) objects = first_shapes(arguments.viewer);
-
     // Taken by this thread alone, before any other is made: the rest inherit the mask.
     sigset_t signals;
     ::sigemptyset(&signals);
@@ -110,7 +110,8 @@ int view(const ViewArguments& arguments)
     ::sigaddset(&signals, SIGTERM);
     ::sigaddset(&signals, SIGUSR1);
     ::pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-    viewer::Viewer content(std::move(objects), arguments.viewer);
+    viewer::Viewer content({}, arguments.viewer);
+    std::atomic<bool> refused = false;
     try {
         viewer::Server server(content,
                               {.port = arguments.port, .token = viewer::kept_token(viewer::state_folder(), arguments.port)});
@@ -122,12 +123,18 @@ int view(const ViewArguments& arguments)
         if (arguments.open && !viewer::open_in_browser(viewer::state_folder(), server.url()))
             std::fprintf(stderr, "no browser was started\n  cure: open the address above by hand\n");
         const Ending ending(content, server, signals);
+        // The address stands before files are read: they take as long as they take, and the page says how far they are.
+        content.load(makers_of(arguments), [&](const std::string& why) {
+            std::fprintf(stderr, "%s\n", why.c_str());
+            refused = true;
+            server.stop();
+        });
         server.run();
     } catch (const std::system_error& e) {
         std::fprintf(stderr, "cannot listen on %s\n  cure: another --port, or none for any that is free\n", e.what());
         return 2;
     }
-    return 0;
+    return refused ? 2 : 0;
 }
 
 }  // namespace
@@ -156,7 +163,7 @@ void add_view(CommandLine& line)
         return view(*arguments);
     });
 #else
-    const auto files = std::make_shared<std::vector<std::string>>();
+    const auto files = std::make_shared<std::vector<std::string> >();
     command.option("files", *files, "Models and meshes");
     command.run([files] {
         std::fprintf(stderr, "this program was built without Boost.Beast, which serves the page\n  cure: ./dev view\n");

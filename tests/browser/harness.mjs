@@ -42,7 +42,7 @@ export async function openPage(url, options = {}, { mode = '', from = browser } 
   return page;
 }
 
-export const until = async (page, what, arg, timeout = 120000) => page.waitForFunction(what, arg, { timeout, polling: 50 });
+export const until = async (page, what, arg, timeout = Number(process.env.PATIENCE ?? 120000)) => page.waitForFunction(what, arg, { timeout, polling: 50 });
 /// Waits for the figure. The thread that bakes its bones gives way to all others, so that a busy machine takes minutes.
 export const dressed = (page) => until(page, () => window.sqmap.costume.frames > 20, undefined, 600000);
 /// Once the stage has the size that its mode gives it.

@@ -161,7 +161,6 @@ test('several files are queued, and a dialog says how they are read', async () =
   await until(page, () => window.sqmap.world.objects.focus === window.sqmap.facts().length - 1, undefined);
   await page.click('#close-verdict');
   await page.click('#remove-all');
-  await page.click('#answer');
   await until(page, () => window.sqmap.facts().length === 0);
 });
 

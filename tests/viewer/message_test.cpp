@@ -135,6 +135,33 @@ TEST(Message, ReadsMovedCutsNamesAndCloth)
     EXPECT_FALSE(read_message(replaced(k_settings, "\"toolSize\":0.1", "\"toolSize\":3")));
 }
 
+TEST(Message, ReadsActsOnObjects)
+{
+    auto m = read_message(R"({"say":"hide","object":2,"on":true})");
+    ASSERT_TRUE(m);
+    EXPECT_EQ(m->say, Say::Hide);
+    EXPECT_EQ(m->object, 2u);
+    EXPECT_TRUE(m->held);
+    m = read_message(R"({"say":"move","object":1,"p":[0.1,0,-0.2]})");
+    ASSERT_TRUE(m);
+    EXPECT_EQ(m->target, (Vec3d{0.1, 0, -0.2}));
+    m = read_message(R"({"say":"turn","object":0,"up":"z"})");
+    ASSERT_TRUE(m);
+    EXPECT_EQ(m->up, Up::Z);
+    m = read_message(R"({"say":"rename","object":0,"name":"left hand"})");
+    ASSERT_TRUE(m);
+    EXPECT_EQ(m->name, "left hand");
+    m = read_message(R"({"say":"restore"})");
+    ASSERT_TRUE(m);
+    EXPECT_EQ(m->say, Say::Restore);
+    for (const char* const wrong :
+         {R"({"say":"hide","object":2})", R"({"say":"hide","object":2,"on":1})", R"({"say":"move","object":1,"p":[0,0,1000]})",
+          R"({"say":"move","object":1,"p":[0,0]})", R"({"say":"turn","object":0,"up":"w"})",
+          R"({"say":"turn","object":0,"up":2})", R"({"say":"rename","object":0,"name":""})",
+          R"({"say":"rename","object":0,"name":"a\nb"})", R"({"say":"restore","object":0})"})
+        EXPECT_FALSE(read_message(wrong)) << wrong;
+}
+
 TEST(Message, RefusesWhatIsOutOfRange)
 {
     for (const char* const wrong : {"-1", "2001", "1e999", "\"700\"", "null", "[700]", "NaN"})

@@ -55,6 +55,39 @@ TEST(Object, TouchAndPictureAgreeOnWhereTheSurfaceIs)
     EXPECT_GT(commanded, 100);
 }
 
+TEST(Object, TurnedTouchAndPictureAgreeAndTheBoxFits)
+{
+    for (const Up up : {Up::X, Up::Z}) {
+        Object o = *dumbbell();
+        o.put_at(o.metres_per_unit, {0.3, 0.1, -0.2}, up);
+        Vec3d lo{1e9, 1e9, 1e9}, hi = -1.0 * lo;
+        for (const Vec3d& v : o.mesh.vertices)
+            for (int k = 0; k < 3; ++k) {
+                lo[k] = std::min(lo[k], static_cast<double>(o.world(v)[k]));
+                hi[k] = std::max(hi[k], static_cast<double>(o.world(v)[k]));
+            }
+        for (int k = 0; k < 3; ++k) {
+            EXPECT_NEAR(0.5 * (hi[k] + lo[k]), o.position[k], 1e-6);
+            EXPECT_NEAR(hi[k] - lo[k], 2 * o.half[k], 1e-6);
+        }
+        // The axis of the mesh that is named points upwards.
+        const Vec3d axis{up == Up::X ? 1. : 0., 0, up == Up::Z ? 1. : 0.}, origin{};
+        const Vec3d along = cast<double>(o.world(axis)) - cast<double>(o.world(origin));
+        EXPECT_NEAR(along.y, o.metres_per_model_unit(), 1e-7);
+        for (std::uint32_t t = 0; t < o.mesh.triangles.size(); t += 97) {
+            const auto& [i, j, k] = o.mesh.triangles[t];
+            const Vec3d a = cast<double>(o.world(o.mesh.vertices[i])), b = cast<double>(o.world(o.mesh.vertices[j])),
+                        c = cast<double>(o.world(o.mesh.vertices[k]));
+            const Vec3d in_world = (1.0 / 3) * (a + b + c) - 1e-3 * normalized(cross(b - a, c - a));
+            const query::PointResult contact =
+                query::query_point({.model = &o.metres, .pose = o.pose()}, in_world, {.layer = query::Layer::Exact});
+            ASSERT_TRUE(contact.contact);
+            EXPECT_NEAR(contact.depth, 1e-3, 5e-5);
+            EXPECT_NEAR(norm(apply(o.pose(), o.metres_per_unit * o.mesh_units(in_world)) - in_world), 0, 1e-9);
+        }
+    }
+}
+
 TEST(Object, PlacesNextToWhatIsThere)
 {
     const auto first = object_from_model({dumbbell()->file->begin(), dumbbell()->file->end()}, "a.sqmap", k_dumbbell_size);

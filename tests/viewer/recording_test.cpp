@@ -58,7 +58,11 @@ std::shared_ptr<Take> drawn(const ObjectPtr& object, double begin)
 TEST(RecordingFile, ComputesTheSameBitsAfterAFile)
 {
     const ObjectPtr here = ball({0.1, 0.2, 1.0 / 3}), there = ball({-0.2, 0, 0});
-    const Recording recording{drawn(here, -0.004), std::make_shared<Take>(), drawn(there, 0.002)};
+    const auto turned = std::make_shared<Object>(*there);
+    turned->put_at(there->metres_per_unit, there->position, Up::Z);
+    const std::shared_ptr<Take> beside_hidden = drawn(turned, 0.002);
+    beside_hidden->objects.push_back(nullptr);
+    const Recording recording{drawn(here, -0.004), std::make_shared<Take>(), beside_hidden};
     const std::string text = recording_text(recording);
     EXPECT_TRUE(text.starts_with("# sqmap-trace 1\n"));
 
@@ -69,12 +73,14 @@ TEST(RecordingFile, ComputesTheSameBitsAfterAFile)
     EXPECT_EQ(file.objects[0].metres_per_unit, here->metres_per_unit);
     EXPECT_EQ(file.objects[0].position, here->position);
     ASSERT_EQ(file.takes.size(), 2u) << "a take without a tick is none";
-    EXPECT_EQ(file.objects_of, (std::vector<std::vector<std::uint32_t>>{{0}, {1}}));
+    EXPECT_EQ(file.objects_of, (std::vector<std::vector<std::uint32_t>>{{0}, {1, k_hidden_object}}));
+    EXPECT_EQ(file.objects[0].up, Up::Y);
+    EXPECT_EQ(file.objects[1].up, Up::Z);
     EXPECT_EQ(file.takes[0]->settings.size(), 2u) << "settings that no tick had are not kept";
     EXPECT_EQ(file.takes[1]->ticks.front().time, 0);
 
     file.takes[0]->objects = {here};
-    file.takes[1]->objects = {there};
+    file.takes[1]->objects = {turned, nullptr};
     const Recording opened{file.takes[0], file.takes[1]};
     const Again again = compute_again(opened, std::nullopt);
     EXPECT_EQ(again.ticks.size(), 800u);

@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <chrono>
 #include <cstring>
 #include <set>
 #include <string>
@@ -317,6 +318,33 @@ TEST_F(ServerTest, HoldsNoMoreConnectionsThanAllowedAndGetsThemBack)
         wait_for_closed(4 * (round + 1));
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
+}
+
+TEST_F(ServerTest, ConnectionsThatSendNoRequestKeepNobodyOut)
+{
+    serve();
+    std::vector<std::unique_ptr<Wire>> idle;
+    for (int i = 0; i < 200; ++i) {
+        idle.push_back(std::make_unique<Wire>(server->port()));
+        if (i % 2 == 0) idle.back()->send("GET / HTTP/1.1\r\nHost:");
+    }
+    const auto began = std::chrono::steady_clock::now();
+    EXPECT_EQ(status_of(head("GET /?token=" + options.token)), "HTTP/1.1 200");
+    EXPECT_NO_THROW((void)socket());
+    EXPECT_LT(std::chrono::steady_clock::now() - began, std::chrono::seconds(2));
+    // The oldest had to go; the newest still may send.
+    EXPECT_TRUE(idle.front()->closes());
+}
+
+TEST_F(ServerTest, AConnectionWithoutARequestIsClosedAfterItsTime)
+{
+    options.head_seconds = 1;
+    serve();
+    Wire slow(server->port());
+    slow.send("GET /?tok");
+    const auto began = std::chrono::steady_clock::now();
+    EXPECT_TRUE(slow.closes());
+    EXPECT_GE(std::chrono::steady_clock::now() - began, std::chrono::milliseconds(900));
 }
 
 TEST_F(ServerTest, SaysThatAPortIsTaken)

@@ -48,6 +48,7 @@ Viewer::Viewer(std::vector<std::shared_ptr<Object>> objects, const SceneOptions&
     for (auto& object : objects) scene_.add(std::move(object));
     scene_.on_objects = [this] { touching_.restart(); };
     scene_.on_remove = [this](std::uint32_t object) { touching_.remove(object); };
+    scene_.on_insert = [this](std::uint32_t object) { touching_.insert(object); };
     touching_.on_status = wardrobe_.on_status = [this] { send_status(); };
     add_page(routes_);
     routes_.post("/api/upload", [this](const Call& call) { scene_.upload(std::move(call.request), call.answer); });

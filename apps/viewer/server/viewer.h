@@ -25,6 +25,12 @@ public:
 
     /// Before run(): the server must outlive every answer.
     void attach(Server& server);
+    /// Makes objects, which the pages see one after the other; as Scene::load has it.
+    void load(std::vector<std::function<std::shared_ptr<Object>(const BakeMeshOptions&)>> makers,
+              const std::function<void(const std::string&)>& on_failure)
+    {
+        scene_.load(std::move(makers), on_failure);
+    }
     /// One job of a worker on the caller's thread, where there are no others; pictures first. False where none waits.
     bool do_next() { return pictures_.do_next() || bakes_.do_next(); }
     /// Ends the workers; nothing is posted to the server after it.

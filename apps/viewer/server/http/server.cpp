@@ -27,7 +27,7 @@ using boost::system::error_code;
 
 namespace {
 
-constexpr auto k_patience = std::chrono::seconds(30);  // for a request to come in whole, or an answer to go out
+constexpr auto k_patience = std::chrono::seconds(30);  // for a body or a further request to come in, or an answer to go out
 
 std::string_view view_of(beast::string_view s) { return {s.data(), s.size()}; }
 
@@ -42,6 +42,10 @@ struct Server::State : std::enable_shared_from_this<State> {
 
     class Http;
     class Socket;
+    class Counted;
+
+    [[nodiscard]] bool has_room(const asio::ip::address& address) const;
+    void make_room(const asio::ip::address& address);
 
     Application& application;
     const ServerOptions options;
@@ -52,14 +56,41 @@ struct Server::State : std::enable_shared_from_this<State> {
     std::map<ConnectionId, std::shared_ptr<Socket>> sockets;
     ConnectionId last = 0;
     std::size_t connections = 0;
+    std::map<asio::ip::address, std::size_t> of_address;  ///< connections
+    std::uint64_t waits = 0;
+    std::map<std::uint64_t, std::weak_ptr<Http>> waiting;  ///< those whose request has not come in, oldest first
     bool stopping = false;
+};
+
+/// A connection in the counts, for as long as this lives.
+class Server::State::Counted {
+public:
+    Counted(std::shared_ptr<State> state, const asio::ip::address& address) : state_(std::move(state)), address_(address)
+    {
+        ++state_->connections;
+        ++state_->of_address[address_];
+    }
+    ~Counted()
+    {
+        --state_->connections;
+        if (--state_->of_address[address_] == 0) state_->of_address.erase(address_);
+    }
+    Counted(const Counted&) = delete;
+    Counted& operator=(const Counted&) = delete;
+    [[nodiscard]] const asio::ip::address& address() const { return address_; }
+
+private:
+    std::shared_ptr<State> state_;
+    asio::ip::address address_;
 };
 
 /// A WebSocket after its handshake was granted.
 class Server::State::Socket : public std::enable_shared_from_this<Socket> {
 public:
-    Socket(std::shared_ptr<State> state, beast::tcp_stream stream) : state_(std::move(state)), ws_(std::move(stream)) {}
-    ~Socket() { --state_->connections; }
+    Socket(std::shared_ptr<State> state, beast::tcp_stream stream, std::unique_ptr<Counted> counted)
+        : state_(std::move(state)), ws_(std::move(stream)), counted_(std::move(counted))
+    {
+    }
 
     void start(http::request<http::string_body> request)
     {
@@ -154,6 +185,7 @@ private:
     beast::flat_buffer buffer_;
     std::deque<Outgoing> queue_;
     std::size_t waiting_ = 0;
+    std::unique_ptr<Counted> counted_;
     ConnectionId id_ = 0;
     bool closing_ = false;
     int messages_ = 0;
@@ -163,30 +195,43 @@ private:
 /// One connection that speaks HTTP, request after request.
 class Server::State::Http : public std::enable_shared_from_this<Http> {
 public:
-    Http(std::shared_ptr<State> state, tcp::socket socket) : state_(std::move(state)), stream_(std::move(socket)) {}
-    ~Http()
+    Http(std::shared_ptr<State> state, tcp::socket socket, std::unique_ptr<Counted> counted)
+        : state_(std::move(state)), stream_(std::move(socket)), counted_(std::move(counted))
     {
-        if (counted_) --state_->connections;
     }
 
-    void read()
+    /// patience: for the head of the next request.
+    void read(std::chrono::seconds patience)
     {
+        waits_ = ++state_->waits;
+        state_->waiting.emplace(waits_, weak_from_this());
         parser_.emplace();
         parser_->body_limit(state_->options.max_upload);
         parser_->header_limit(8 * 1024);
-        stream_.expires_after(k_patience);
+        stream_.expires_after(patience);
         // The head is judged before a body is taken in.
         http::async_read_header(stream_, buffer_, *parser_, [self = shared_from_this()](error_code e, std::size_t) {
-            if (e == http::error::end_of_stream) return self->finish();
+            self->state_->waiting.erase(self->waits_);
+            if (e == http::error::end_of_stream || e == beast::error::timeout || self->counted_ == nullptr) return self->finish();
             if (e == http::error::body_limit) return self->refuse(413, self->too_large());
             if (e) return self->refuse(400, "not a request that this server understands");
             self->judge();
         });
     }
 
+    /// A connection whose request has not come in gives way to another.
+    void give_way()
+    {
+        state_->waiting.erase(waits_);
+        counted_.reset();
+        finish();
+    }
+    [[nodiscard]] const Counted* counted() const { return counted_.get(); }
+
 private:
     void judge()
     {
+        stream_.expires_after(k_patience);
         const auto& request = parser_->get();
         const auto method = view_of(request.method_string());
         const auto origin = request.find(http::field::origin);
@@ -204,8 +249,7 @@ private:
         if (method != "GET" && method != "POST" && method != "HEAD") return refuse(405, "GET, HEAD and POST are what there is");
         if (upgrade) {
             if (path_of(head.target) != "/ws") return refuse(404, "no such address");
-            counted_ = false;  // the WebSocket counts from here on
-            auto socket = std::make_shared<Socket>(state_, std::move(stream_));
+            auto socket = std::make_shared<Socket>(state_, std::move(stream_), std::move(counted_));
             socket->start(http::request<http::string_body>(parser_->release()));
             return;
         }
@@ -264,7 +308,7 @@ private:
         stream_.expires_after(k_patience);
         http::async_write(stream_, *response, [self = shared_from_this(), response](error_code e, std::size_t) {
             if (e || !self->keep_alive_) return self->finish();
-            self->read();
+            self->read(k_patience);
         });
     }
 
@@ -279,8 +323,29 @@ private:
     beast::tcp_stream stream_;
     beast::flat_buffer buffer_{64 * 1024};
     std::optional<http::request_parser<http::string_body>> parser_;
-    bool keep_alive_ = false, head_only_ = false, counted_ = true;
+    std::unique_ptr<Counted> counted_;
+    std::uint64_t waits_ = 0;  ///< its number among those that wait for a request
+    bool keep_alive_ = false, head_only_ = false;
 };
+
+bool Server::State::has_room(const asio::ip::address& address) const
+{
+    const auto own = of_address.find(address);
+    return connections < options.max_connections && (own == of_address.end() || own->second < options.max_of_address);
+}
+
+/// The oldest connection that has sent no request yet gives way, so that those that never send one keep nobody out. It is one of
+/// the same address where that has as many as it may.
+void Server::State::make_room(const asio::ip::address& address)
+{
+    const auto own = of_address.find(address);
+    const bool of_same = own != of_address.end() && own->second >= options.max_of_address;
+    for (const auto& [number, held] : waiting) {
+        const std::shared_ptr<Http> http = held.lock();
+        if (http == nullptr || http->counted() == nullptr || (of_same && http->counted()->address() != address)) continue;
+        return http->give_way();
+    }
+}
 
 void Server::State::listen()
 {
@@ -297,10 +362,12 @@ void Server::State::accept()
 {
     acceptor.async_accept([self = shared_from_this()](error_code e, tcp::socket socket) {
         if (self->stopping) return;
-        if (!e && self->connections < self->options.max_connections) {
-            ++self->connections;
+        const tcp::endpoint from = e ? tcp::endpoint() : socket.remote_endpoint(e);
+        if (!e && !self->has_room(from.address())) self->make_room(from.address());
+        if (!e && self->has_room(from.address())) {
             socket.set_option(tcp::no_delay(true), e);
-            std::make_shared<Http>(self, std::move(socket))->read();
+            std::make_shared<Http>(self, std::move(socket), std::make_unique<Counted>(self, from.address()))
+                ->read(std::chrono::seconds(self->options.head_seconds));
         }
         self->accept();
     });

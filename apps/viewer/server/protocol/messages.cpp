@@ -98,6 +98,23 @@ bool read_name(const json& in, Message& m)
     return m.name.empty() || is_name(m.name);
 }
 
+bool read_rename(const json& in, Message& m)
+{
+    const auto name = in.find("name");
+    if (name == in.end() || !name->is_string() || !index(in, "object", m.object) || in.size() != 3) return false;
+    m.name = name->get<std::string>();
+    return is_name(m.name);
+}
+
+bool read_turn(const json& in, Message& m)
+{
+    const auto up = in.find("up");
+    if (up == in.end() || !up->is_string() || !index(in, "object", m.object) || in.size() != 3) return false;
+    const std::optional<Up> axis = up_named(up->get_ref<const std::string&>());
+    m.up = axis.value_or(m.up);
+    return axis.has_value();
+}
+
 bool read_fit(const json& in, Message& m)
 {
     std::size_t garment = 0, fabric = 0;
@@ -159,6 +176,19 @@ bool read_layer(const json& in, Settings& s)
 }
 
 }  // namespace
+
+const char* name_of(Up up) noexcept
+{
+    constexpr const char* k_names[] = {"x", "y", "z"};
+    return k_names[static_cast<std::size_t>(up)];
+}
+
+std::optional<Up> up_named(std::string_view name) noexcept
+{
+    for (const Up up : {Up::X, Up::Y, Up::Z})
+        if (name == name_of(up)) return up;
+    return std::nullopt;
+}
 
 nlohmann::ordered_json settings_json(const Settings& s)
 {
@@ -261,6 +291,11 @@ std::optional<Message> read_message(std::string_view text)
                                       m.part != m.other && number(in, "distance", 0, 0.1, m.distance) && in.size() == 5);
     if (name == "refit") return done(Say::Refit, index(in, "object", m.object) && index(in, "part", m.part) && in.size() == 3);
     if (name == "name") return done(Say::Name, read_name(in, m));
+    if (name == "restore") return done(Say::Restore, in.size() == 1);
+    if (name == "hide") return done(Say::Hide, index(in, "object", m.object) && flag(in, "on", m.held) && in.size() == 3);
+    if (name == "move") return done(Say::Move, index(in, "object", m.object) && position(in, m.target) && in.size() == 3);
+    if (name == "turn") return done(Say::Turn, read_turn(in, m));
+    if (name == "rename") return done(Say::Rename, read_rename(in, m));
     if (name == "fit") return done(Say::Fit, read_fit(in, m));
     if (name == "cloth") return done(Say::Cloth, read_cloth(in, m));
     if (name == "undress") return done(Say::Undress, in.size() == 1);

@@ -16,6 +16,11 @@
 
 namespace sqmap::viewer {
 
+/// The axis of an object's mesh that points upwards in the world.
+enum class Up : std::uint8_t { X, Y, Z };
+[[nodiscard]] const char* name_of(Up up) noexcept;  ///< "x", "y" or "z"
+[[nodiscard]] std::optional<Up> up_named(std::string_view name) noexcept;
+
 /// A tool: a ball, the project's own hand, or a mesh of the scene.
 enum class ToolKind : std::uint8_t { Ball, Hand, Mesh };
 
@@ -68,6 +73,11 @@ enum class Say : std::uint8_t {
     Bake,     ///< the edited parts become the object's model
     Rebake,   ///< the same parts with the other projection, as another object
     Remove,   ///< the object
+    Restore,  ///< the object that was removed last
+    Hide,     ///< the object, from sight and touch, or no more
+    Move,     ///< the object's centre
+    Turn,     ///< the object, so that another axis of its mesh points upwards
+    Rename,   ///< the object
     Cancel,   ///< an upload
     Record,   ///< every tick from here on, instead of what was recorded before; or no more
     Fit,      ///< what is to be worn: garment, fabric, whether the figure walks
@@ -90,12 +100,13 @@ struct ClothPoint {
 struct Message {
     Say say = Say::Stop;
     Vec3d target{};     ///< m, world
-    bool held = false;  ///< of Record: on
+    bool held = false;  ///< of Record and Hide: on
+    Up up = Up::Y;      ///< of Turn
     Settings settings{};
     std::uint32_t device = 0, object = 0, part = 0, other = 0;
     std::uint32_t upload = 0;  ///< the page's number of it
     double distance = 0;       ///< m, of MoveCut, 0 to 0.1
-    std::string name{};        ///< of a part, at most k_max_name bytes, no control characters
+    std::string name{};        ///< of a part or an object, at most k_max_name bytes, no control characters
     std::string garment{}, fabric{};
     bool walks = false;
     Handling handling = Handling::Release;  ///< target: where; part: which seam

@@ -131,7 +131,7 @@ std::shared_ptr<Object> rebaked(const Object& object, const Parts& parts, BakeMe
     baked.notes = std::move(notes);
     auto out = object_from_model(baked.bytes(), object.name, 1, words);
     out->name = object.name;
-    out->put_at(object.metres_per_unit, object.position);
+    out->put_at(object.metres_per_unit, object.position, object.up);
     out->names_file = object.names_file;
     out->admission = object.admission;
     return out;

@@ -42,6 +42,8 @@ ordered_json facts_json(const Object& object, const Parts& parts, bool edited)
     out["exact"] = model::has_exact(m);
     out["position"] = vector_json(object.position);
     out["half"] = vector_json(object.half);
+    out["centre"] = vector_json(object.centre);
+    out["up"] = name_of(object.up);
     const model::Measured& e = m.measured;
     out["measured"] = {{"points", e.points},        {"missed", e.missed},
                        {"false", e.false_contacts}, {"eq35Mean", e.eq35_mean},

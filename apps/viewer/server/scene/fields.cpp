@@ -1,5 +1,6 @@
 #include "viewer/server/scene/fields.h"
 
+#include "sqmap/bake/evaluate.h"
 #include "sqmap/math/assert.h"
 #include "sqmap/mesh/bvh.h"
 #include "sqmap/mesh/self_intersection.h"
@@ -16,7 +17,11 @@ namespace {
 
 query::Layer layer_of(Field field) { return field == Field::ErrorOfTwo ? query::Layer::Two : query::Layer::Three; }
 
-/// |depth by the field's layer - exact depth| below a triangle's middle, percent of R_max; -1 missed, -2 too thin to say.
+constexpr double k_judged = bake::EvaluateOptions{}.verdict_band;  // of R_max: the bake counts no verdict nearer to the surface
+
+/// |depth by the field's layer - exact depth| below a triangle's middle, percent of R_max; -1 missed, -2 too thin to say. A point
+/// is missed as the bake counts it: a layer calls it free that lies farther inside than k_judged. One that lies nearer to the
+/// surface and is called free has depth 0.
 float depth_error(const Object& object, const mesh::Solid& solid, std::uint32_t triangle, Field field)
 {
     const auto& [i, j, k] = object.mesh.triangles[triangle];
@@ -28,8 +33,9 @@ float depth_error(const Object& object, const mesh::Solid& solid, std::uint32_t 
         const Vec3d p = middle - below * r_max * normal;
         if (!solid.inside(p)) continue;
         const query::PointResult contact = query::query_point(model::normalized(object.view), p, {.layer = layer_of(field)});
-        if (!contact.contact) return -1;
-        return static_cast<float>(100 * std::abs(contact.depth - solid.closest_boundary(p).distance) / r_max);
+        const double exact = solid.closest_boundary(p).distance;
+        if (!contact.contact && exact > k_judged * r_max) return -1;
+        return static_cast<float>(100 * std::abs((contact.contact ? contact.depth : 0) - exact) / r_max);
     }
     return -2;
 }

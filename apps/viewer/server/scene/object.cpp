@@ -11,7 +11,7 @@
 
 namespace sqmap::viewer {
 
-void Object::put_at(double scale, Vec3d at)
+void Object::put_at(double scale, Vec3d at, Up upward)
 {
     const model::Header& h = view.header;
     Box box = box_of(mesh.vertices);
@@ -22,11 +22,20 @@ void Object::put_at(double scale, Vec3d at)
     metres_per_unit = scale;
     metres = haptic::in_metres(view, scale);
     centre = h.unit * sqmap::centre(box) + frame().origin;
-    half = 0.5 * scale * h.unit * size(box);
+    up = upward;
+    const Vec3d turned = turn() * (0.5 * scale * h.unit * size(box));
+    half = {std::abs(turned.x), std::abs(turned.y), std::abs(turned.z)};
     position = at;
 }
 
-sqmap::Pose Object::pose() const { return {{}, position - metres_per_unit * centre}; }
+Mat3d Object::turn() const
+{
+    if (up == Up::Z) return {{{1, 0, 0}, {0, 0, 1}, {0, -1, 0}}};
+    if (up == Up::X) return {{{0, 0, 1}, {1, 0, 0}, {0, 1, 0}}};
+    return {};
+}
+
+sqmap::Pose Object::pose() const { return {turn(), position - metres_per_unit * (turn() * centre)}; }
 
 Frame Object::frame() const
 {
@@ -37,10 +46,10 @@ Frame Object::frame() const
 Vec3f Object::world(Vec3d p) const
 {
     const Vec3d in_mesh = view.header.unit * p + frame().origin;
-    return cast<float>(metres_per_unit * (in_mesh - centre) + position);
+    return cast<float>(metres_per_unit * (turn() * (in_mesh - centre)) + position);
 }
 
-Vec3d Object::mesh_units(Vec3d p) const { return (1 / metres_per_unit) * (p - position) + centre; }
+Vec3d Object::mesh_units(Vec3d p) const { return (1 / metres_per_unit) * transpose_mul(turn(), p - position) + centre; }
 
 mesh::Mesh part_mesh(const Object& object, const Parts& parts, std::uint32_t part)
 {

@@ -8,6 +8,7 @@
 #include "sqmap/model/model.h"
 #include "sqmap/paper/model_file.h"
 #include "sqmap/shape/superquadric.h"
+#include "viewer/server/protocol/messages.h"
 #include "viewer/server/scene/names.h"
 
 #include <cstddef>
@@ -38,9 +39,10 @@ struct Object {
     model::ModelView view{};                             ///< of the model
     model::ModelView metres{};                           ///< the same, measured in metres
     double metres_per_unit = 1;
-    Vec3d centre{};          ///< of its box, mesh units
-    Vec3d half{};            ///< of its box, m
-    Vec3d position{};        ///< of the centre in the world, m
+    Vec3d centre{};    ///< of its box, mesh units
+    Vec3d half{};      ///< of its box as it stands, m
+    Vec3d position{};  ///< of the centre in the world, m
+    Up up = Up::Y;
     mesh::Mesh mesh;         ///< model space; empty where the model was baked without its triangles
     mesh::DualGraph dual{};  ///< of mesh
     Parts parts;
@@ -50,8 +52,10 @@ struct Object {
     std::vector<Note> notes;                   ///< about that mesh and about the model
 
     /// Scales the object and moves it. metres_per_unit: metres a unit of the mesh; position: of the centre in the world, m
-    void put_at(double metres_per_unit, Vec3d position);
+    /// up: the mesh's axis that points upwards from then on
+    void put_at(double metres_per_unit, Vec3d position, Up up = Up::Y);
 
+    [[nodiscard]] Mat3d turn() const;        ///< axes of the mesh -> axes of the world
     [[nodiscard]] sqmap::Pose pose() const;  ///< mesh frame in metres -> world
     [[nodiscard]] Vec3f world(Vec3d model_point) const;
     [[nodiscard]] Vec3d mesh_units(Vec3d world_point) const;

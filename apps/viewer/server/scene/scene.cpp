@@ -14,6 +14,7 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr std::size_t k_max_history = 64;
+constexpr std::size_t k_max_removed = 16;
 
 /// The parts after a split, a merge, a moved cut or another fit; null where that cannot be.
 std::shared_ptr<const Parts> recut(const Message& m, const Object& object, const Parts& before, const Words& words)
@@ -44,8 +45,102 @@ std::vector<ObjectPtr> Scene::objects() const
     return out;
 }
 
+std::vector<ObjectPtr> Scene::touchable(const Settings& settings) const
+{
+    std::vector<ObjectPtr> out = objects();
+    for (std::size_t i = 0; i < out.size(); ++i)
+        if (entries_[i].hidden && !(settings.tool == ToolKind::Mesh && settings.tool_object == i)) out[i] = nullptr;
+    return out;
+}
+
+std::vector<Scene::Entry>::iterator Scene::entry_of(std::uint32_t id)
+{
+    return std::find_if(entries_.begin(), entries_.end(), [&](const Entry& entry) { return entry.id == id; });
+}
+
+void Scene::remove(std::uint32_t object)
+{
+    if (removed_.size() == k_max_removed) removed_.erase(removed_.begin());
+    removed_.push_back({object, std::move(entries_[object])});
+    entries_.erase(entries_.begin() + object);
+    on_remove(object);
+    send();
+    on_objects();
+}
+
+void Scene::restore()
+{
+    if (removed_.empty()) return;
+    if (entries_.size() >= options_.max_objects)
+        return audience_.send_trouble("The scene is full: remove an object, then take this one back.");
+    const std::size_t at = std::min(removed_.back().at, entries_.size());
+    Entry entry = std::move(removed_.back().entry);
+    removed_.pop_back();
+    rename(entry, entry.object->name);  // another may have its name now
+    entries_.insert(entries_.begin() + static_cast<std::ptrdiff_t>(at), std::move(entry));
+    on_insert(static_cast<std::uint32_t>(at));
+    send();
+    on_objects();
+}
+
+/// The page moves what it has drawn, so that the revision stays unless the object turns.
+void Scene::place(Entry& entry, Vec3d position, Up up)
+{
+    const bool turns = up != entry.object->up;
+    const auto placed = std::make_shared<Object>(*entry.object);
+    placed->put_at(placed->metres_per_unit, position, up);
+    if (turns) {
+        placed->position.y += placed->half.y - entry.object->half.y;  // what stood on the ground stands on it again
+        ++entry.revision;
+    }
+    entry.object = placed;
+    send();
+    on_objects();
+}
+
+/// The name, or with a number behind it where another object has it: two of one name could not be told apart in a list.
+std::string Scene::free_name(const std::string& name, const Entry* own) const
+{
+    std::string out = name;
+    const auto taken = [&](const Entry& e) { return &e != own && e.object->name == out; };
+    for (int n = 2; std::any_of(entries_.begin(), entries_.end(), taken); ++n) out = name + " " + std::to_string(n);
+    return out;
+}
+
+void Scene::rename(Entry& entry, const std::string& name)
+{
+    const std::string free = free_name(name, &entry);
+    if (free == entry.object->name) return;
+    const auto renamed = std::make_shared<Object>(*entry.object);
+    renamed->name = free;
+    entry.object = renamed;
+}
+
+void Scene::load(std::vector<std::function<std::shared_ptr<Object>(const BakeMeshOptions&)>> makers,
+                 const std::function<void(const std::string&)>& on_failure)
+{
+    loading_ += makers.size();
+    for (auto& make : makers)
+        bakes_.work([this, make = std::move(make), on_failure] {
+            try {
+                const std::shared_ptr<Object> object = make(watched(options_.bake, {}));
+                audience_.post([this, object] {
+                    --loading_;
+                    add(object);
+                    send_progress({object->name}, "done");
+                    send();
+                    on_objects();
+                });
+            } catch (const std::runtime_error& e) {
+                audience_.post([this] { --loading_, send(); });
+                on_failure(e.what());
+            }
+        });
+}
+
 void Scene::edit(const Message& m)
 {
+    if (m.say == Say::Restore) return restore();
     if (m.object >= entries_.size()) return;
     Entry& entry = entries_[m.object];
     const std::uint32_t count = entry.parts()->partition.part_count;
@@ -59,28 +154,41 @@ void Scene::edit(const Message& m)
             if (entry.renamed) refresh_names(entry);
             return send();
         case Say::Remove:
-            entries_.erase(entries_.begin() + m.object);
-            on_remove(m.object);
+            return remove(m.object);
+        case Say::Hide:
+            entry.hidden = m.held;
+            send();
+            return on_objects();
+        case Say::Move:
+            return place(entry, m.target, entry.object->up);
+        case Say::Turn:
+            return place(entry, entry.object->position, m.up);
+        case Say::Rename:
+            rename(entry, m.name);
             send();
             return on_objects();
         case Say::Bake:
             return bake_edited(entry);
         case Say::Rebake:
             return bake_twin(entry);
+        case Say::Name:
+            if (m.part < count && !entry.object->mesh.triangles.empty()) name_part(entry, m.part, m.name);
+            return;
         default:
             break;
-    }
-    if (m.say == Say::Name) {
-        if (m.part < count && !entry.object->mesh.triangles.empty()) name_part(entry, m.part, m.name);
-        return;
     }
     if (m.part >= count || ((m.say == Say::Merge || m.say == Say::MoveCut) && m.other >= count) ||
         entry.object->mesh.triangles.empty() || pictures_.busy())
         return;
-    pictures_.work([this, m, object = entry.object, before = entry.parts(), words = entry.words] {
+    recut_later(m, entry);
+}
+
+void Scene::recut_later(const Message& m, const Entry& entry)
+{
+    pictures_.work([this, m, id = entry.id, object = entry.object, before = entry.parts(), words = entry.words] {
         const std::shared_ptr<const Parts> after = recut(m, *object, *before, words);
-        audience_.post([this, object, before, after, say = m.say] {
-            const auto at = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.object == object; });
+        audience_.post([this, id, before, after, say = m.say] {
+            const auto at = entry_of(id);
             if (at == entries_.end() || at->parts() != before) return;  // the scene has moved on
             if (after == nullptr)
                 return audience_.send_trouble(say == Say::MoveCut
@@ -138,13 +246,13 @@ void Scene::send_failure(const Job& job, const std::string& why)
 void Scene::bake_edited(const Entry& entry)
 {
     if (entry.at == 0 || bakes_.busy()) return;
-    bakes_.work([this, object = entry.object, parts = entry.parts(), words = entry.words] {
+    bakes_.work([this, id = entry.id, object = entry.object, parts = entry.parts(), words = entry.words] {
         const BakeMeshOptions options = watched(options_.bake_options(paper::is_paper(object->view)), {object->name});
         try {
             const auto after = rebaked(*object, *parts, options, words);
-            audience_.post([this, object, after] {
+            audience_.post([this, id, object, after] {
                 send_progress({object->name}, "done");
-                replace(object, after);
+                replace(id, after);
             });
         } catch (const mesh::Error& e) {
             send_failure({object->name}, e.what());
@@ -193,10 +301,7 @@ void Scene::add(std::shared_ptr<Object> object, std::uint32_t upload)
     std::vector<ObjectPtr> others;
     for (const Entry& entry : entries_) others.push_back(entry.object);
     put_beside(*object, others);
-    // Two of one name could not be told apart in a list.
-    const std::string name = object->name;
-    for (int n = 2; std::any_of(others.begin(), others.end(), [&](const ObjectPtr& o) { return o->name == object->name; }); ++n)
-        object->name = name + " " + std::to_string(n);
+    object->name = free_name(object->name, nullptr);
     Entry entry;
     entry.history.push_back(std::make_shared<const Parts>(object->parts));
     entry.words = object->words;
@@ -206,15 +311,17 @@ void Scene::add(std::shared_ptr<Object> object, std::uint32_t upload)
     entries_.push_back(std::move(entry));
 }
 
-void Scene::replace(const ObjectPtr& before, std::shared_ptr<Object> after)
+/// An object that was moved or renamed meanwhile stays so.
+void Scene::replace(std::uint32_t id, std::shared_ptr<Object> after)
 {
-    for (Entry& entry : entries_) {
-        if (entry.object != before) continue;
-        entry.history = {std::make_shared<const Parts>(after->parts)};
-        entry.at = 0;
-        ++entry.revision;
-        entry.object = std::move(after);
-        break;
+    if (const auto entry = entry_of(id); entry != entries_.end()) {
+        const Object& now = *entry->object;
+        after->put_at(now.metres_per_unit, now.position, now.up);
+        after->name = now.name;
+        entry->history = {std::make_shared<const Parts>(after->parts)};
+        entry->at = 0;
+        ++entry->revision;
+        entry->object = std::move(after);
     }
     send();
     on_objects();
@@ -222,13 +329,13 @@ void Scene::replace(const ObjectPtr& before, std::shared_ptr<Object> after)
 
 bool Scene::rearrange(std::span<const std::pair<ObjectPtr, ObjectPtr>> copies)
 {
-    const auto entry_of = [this](const ObjectPtr& object) {
+    const auto entry_with = [this](const ObjectPtr& object) {
         return std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.object == object; });
     };
     for (const auto& [before, after] : copies)
-        if (entry_of(before) == entries_.end()) return false;
+        if (entry_with(before) == entries_.end()) return false;
     for (const auto& [before, after] : copies) {
-        Entry& entry = *entry_of(before);
+        Entry& entry = *entry_with(before);
         entry.object = after;
         ++entry.revision;
     }
@@ -271,7 +378,8 @@ void Scene::send() { audience_.send_all(json()); }
 
 nlohmann::ordered_json Scene::json() const
 {
-    ordered_json out{{"say", "scene"}, {"objects", ordered_json::array()}};
+    ordered_json out{{"say", "scene"}, {"objects", ordered_json::array()}, {"loading", loading_}};
+    out["removed"] = removed_.empty() ? ordered_json() : ordered_json(removed_.back().entry.object->name);
     for (std::size_t i = 0; i < entries_.size(); ++i) {
         const Entry& entry = entries_[i];
         ordered_json facts = facts_json(*entry.object, *entry.parts(), entry.at > 0);
@@ -281,6 +389,7 @@ nlohmann::ordered_json Scene::json() const
         facts["twin"] = twin ? ordered_json(*twin) : ordered_json();
         facts["namesKept"] = !entry.object->names_file.empty();
         facts["revision"] = entry.revision;
+        facts["hidden"] = entry.hidden;
         facts["canUndo"] = entry.at > 0;
         facts["canRedo"] = entry.at + 1 < entry.history.size();
         out["objects"].push_back(std::move(facts));

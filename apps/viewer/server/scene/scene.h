@@ -41,6 +41,7 @@ public:
         std::uint32_t upload = 0;    ///< the page's number of the file that it came from; 0: from none
         Words words;                 ///< what its parts are called; edits of parts keep it
         bool renamed = false;        ///< since it was opened: steps of the history may have other names
+        bool hidden = false;         ///< neither seen nor touched
         [[nodiscard]] std::shared_ptr<const Parts> parts() const { return history[at]; }
     };
 
@@ -49,9 +50,14 @@ public:
 
     std::function<void()> on_objects = [] {};                    ///< there are others than before
     std::function<void(std::uint32_t)> on_remove = [](auto) {};  ///< this one is gone; those behind it move up
+    std::function<void(std::uint32_t)> on_insert = [](auto) {};  ///< one stands at this number; those from it on have moved down
 
     void add(std::shared_ptr<Object> object, std::uint32_t upload = 0);
-    /// Split, Merge, MoveCut, Refit, Name, Undo, Redo, Bake, Rebake or Remove; what does not fit the scene of now is passed over.
+    /// Makes objects one after the other on the worker's thread; the pages hear how many are still to come. on_failure: gets the
+    /// reason where one cannot be made, on the worker's thread.
+    void load(std::vector<std::function<std::shared_ptr<Object>(const BakeMeshOptions&)>> makers,
+              const std::function<void(const std::string&)>& on_failure);
+    /// What pages ask of an object, from Split to Rename; what does not fit the scene of now is passed over.
     void edit(const Message& message);
     /// Mesh, model or names: answers with the verdict, then adds the object. The page numbers its uploads, to cancel them.
     void upload(HttpRequest request, const Answer& answer);
@@ -65,6 +71,8 @@ public:
 
     [[nodiscard]] const std::vector<Entry>& entries() const { return entries_; }
     [[nodiscard]] std::vector<ObjectPtr> objects() const;
+    /// The same, null where one is hidden that is not the tool.
+    [[nodiscard]] std::vector<ObjectPtr> touchable(const Settings& settings) const;
     /// The first object of the same mesh and the other projection; nothing where there is none.
     [[nodiscard]] std::optional<std::size_t> twin_of(std::size_t entry) const;
     [[nodiscard]] nlohmann::ordered_json json() const;
@@ -77,10 +85,23 @@ private:
         std::uint32_t upload = 0;
     };
 
+    /// A removed object and its number in the scene.
+    struct Removed {
+        std::size_t at = 0;
+        Entry entry;
+    };
+
+    [[nodiscard]] std::vector<Entry>::iterator entry_of(std::uint32_t id);
+    void remove(std::uint32_t object);
+    void restore();
+    void place(Entry& entry, Vec3d position, Up up);
+    void rename(Entry& entry, const std::string& name);
+    void recut_later(const Message& message, const Entry& entry);
     void change(Entry& entry, std::shared_ptr<const Parts> parts);
     void bake_edited(const Entry& entry);
     void bake_twin(const Entry& entry);
-    void replace(const ObjectPtr& before, std::shared_ptr<Object> after);
+    void replace(std::uint32_t id, std::shared_ptr<Object> after);
+    [[nodiscard]] std::string free_name(const std::string& name, const Entry* own) const;
     void name_part(Entry& entry, std::uint32_t part, const std::string& name);
     void set_words(Entry& entry, const Words& words);
     static void refresh_names(Entry& entry);
@@ -97,7 +118,9 @@ private:
     Worker &pictures_, &bakes_;
     SceneOptions options_;
     std::vector<Entry> entries_;
+    std::vector<Removed> removed_;  ///< newest last
     std::uint32_t next_id_ = 1;
+    std::size_t loading_ = 0;  ///< objects that are still to come
     Cancellations cancelled_;
 };
 

@@ -22,7 +22,7 @@ void set_contact(TouchFrame& frame, const sqmap::Pose& device, const Forces::Fou
     for (const double below : {2e-4, 1e-3, 2e-3, 4e-3, 8e-3, 16e-3})
         for (std::size_t i = 0; i < objects.size() && frame.object < 0; ++i) {
             if (objects[i] == nullptr) continue;
-            const Vec3d in_metres = frame.point - below * frame.normal - objects[i]->pose().translation;
+            const Vec3d in_metres = apply(inverse(objects[i]->pose()), frame.point - below * frame.normal);
             const query::PointResult contact = query::query_point(objects[i]->metres, in_metres);
             if (!contact.contact) continue;
             frame.object = static_cast<int>(i);

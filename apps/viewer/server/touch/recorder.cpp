@@ -56,11 +56,12 @@ Arrangement arrangement_of(const RecordingFile& file, const std::vector<ObjectPt
         if (at == left.end()) at = std::find_if(left.begin(), left.end(), is_it);
         const bool shown = at != left.end();
         const ObjectPtr object = shown ? *at : *std::find_if(scene.begin(), scene.end(), is_it);
-        const bool stands = shown && object->position == named.position && object->metres_per_unit == named.metres_per_unit;
+        const bool stands = shown && object->position == named.position && object->metres_per_unit == named.metres_per_unit &&
+                            object->up == named.up;
         ObjectPtr then = object;
         if (!stands) {
             const auto there = std::make_shared<Object>(*object);
-            there->put_at(named.metres_per_unit, named.position);
+            there->put_at(named.metres_per_unit, named.position, named.up);
             then = there;
         }
         out.objects.push_back(then);
@@ -115,7 +116,7 @@ void Recorder::add_routes(Routes& routes)
     for (const bool now : {false, true})
         routes.get(now ? "/api/again/now" : "/api/again/then", [this, now](const Call& call) {
             std::optional<Other> other;
-            if (now) other = Other{scene_.objects(), settings()};
+            if (now) other = Other{scene_.touchable(settings()), settings()};
             answer_with(call, [this, other](const Recording& takes) {
                 return bytes_reply(again_bytes(compute_again(takes, other, [this] { return pictures_.quits(); })));
             });
@@ -154,7 +155,8 @@ void Recorder::open(HttpRequest request, const Answer& answer)
         if (const std::optional<HttpReply> without = missing(*file, scene)) return answer(*without);
         const Arrangement then = arrangement_of(*file, scene);
         for (std::size_t i = 0; i < file->takes.size(); ++i)
-            for (const std::uint32_t number : file->objects_of[i]) file->takes[i]->objects.push_back(then.objects[number]);
+            for (const std::uint32_t number : file->objects_of[i])
+                file->takes[i]->objects.push_back(number == k_hidden_object ? nullptr : then.objects[number]);
         audience_.post([this, answer, file, then] {
             if (recording_ || !scene_.rearrange(then.copies))
                 return answer(refused("E_BUSY", "the scene has changed meanwhile", "open it again"));

@@ -102,7 +102,10 @@ std::string frames_bytes(const Recording& recording, std::span<const ObjectPtr> 
             if (++of_take % k_ticks_a_frame != 0 && of_take != take->ticks.size()) return true;
             set_contact(frame, tick.input.pose, forces.found(), forces.objects());
             if (frame.object >= 0) {
-                const auto at = std::find(scene.begin(), scene.end(), forces.objects()[static_cast<std::size_t>(frame.object)]);
+                // An object that was moved or renamed since is another copy of the same file.
+                const auto& file = forces.objects()[static_cast<std::size_t>(frame.object)]->file;
+                const auto at =
+                    std::find_if(scene.begin(), scene.end(), [&](const ObjectPtr& o) { return o != nullptr && o->file == file; });
                 frame.object = at == scene.end() ? -1 : static_cast<int>(at - scene.begin());
             }
             const std::vector<float> floats = frame_floats(frame, of_take, ticks);

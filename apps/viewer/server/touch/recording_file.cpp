@@ -4,12 +4,11 @@
 #include "sqmap/device/trace.h"
 #include "sqmap/model/parse.h"
 #include "sqmap/paper/model.h"
+#include "viewer/server/jobs/temporary_file.h"
 #include "viewer/server/protocol/text.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <optional>
@@ -25,29 +24,6 @@ constexpr const char* k_version_key = "page";
 constexpr const char* k_version = "1";
 constexpr std::size_t k_max_field = 32 * 1024;  // bytes of a header's field, well below a trace's longest line
 constexpr double k_tick = 1e-3;                 // s from the end of a take to the next
-
-/// A file in a folder of its own, which the destructor removes: traces are read from files and written to them.
-class TemporaryFile {
-public:
-    TemporaryFile()
-    {
-        std::string name = (std::filesystem::temp_directory_path() / "sqmap-XXXXXX").string();
-        if (::mkdtemp(name.data()) == nullptr) throw TraceError("no temporary file can be made in " + name);
-        folder_ = name;
-    }
-    ~TemporaryFile()
-    {
-        std::error_code ignored;
-        std::filesystem::remove_all(folder_, ignored);
-    }
-    TemporaryFile(const TemporaryFile&) = delete;
-    TemporaryFile& operator=(const TemporaryFile&) = delete;
-
-    [[nodiscard]] std::filesystem::path path() const { return folder_ / "recording"; }
-
-private:
-    std::filesystem::path folder_;
-};
 
 /// Adds a list as fields of one key, each short enough for a line.
 void add_list(device::TraceHeader& header, const char* key, const std::vector<ordered_json>& list)
@@ -88,6 +64,10 @@ device::TraceHeader header_of(const Recording& recording)
         if (take->ticks.empty()) continue;
         ordered_json numbers = ordered_json::array();
         for (const ObjectPtr& object : take->objects) {
+            if (object == nullptr) {
+                numbers.push_back(nullptr);
+                continue;
+            }
             const auto at = std::find(known.begin(), known.end(), object);
             numbers.push_back(at - known.begin());
             if (at != known.end()) continue;
@@ -95,7 +75,8 @@ device::TraceHeader header_of(const Recording& recording)
             objects.push_back({{"name", object->name},
                                {"hash", app::hash_text(paper::content_hash(object->view))},
                                {"metresPerUnit", object->metres_per_unit},
-                               {"position", {object->position.x, object->position.y, object->position.z}}});
+                               {"position", {object->position.x, object->position.y, object->position.z}},
+                               {"up", name_of(object->up)}});
         }
         takes.push_back({{"row", row}, {"objects", std::move(numbers)}, {"lost", take->lost}});
         add_settings(settings, *take, row);
@@ -181,6 +162,16 @@ std::uint64_t count_in(const json& in, const char* key, const char* what)
     return at->get<std::uint64_t>();
 }
 
+/// Recordings of before an object could be turned do not name its axis.
+Up up_in(const json& in)
+{
+    const auto at = in.find("up");
+    if (at == in.end()) return Up::Y;
+    const std::optional<Up> up = at->is_string() ? up_named(at->get_ref<const std::string&>()) : std::nullopt;
+    if (!up) refuse("objects");
+    return *up;
+}
+
 RecordingFile::NamedObject object_in(const json& in)
 {
     if (!in.is_object() || !in.contains("name") || !in.contains("hash") || !in.contains("metresPerUnit") ||
@@ -190,7 +181,7 @@ RecordingFile::NamedObject object_in(const json& in)
     const auto metres_per_unit = in["metresPerUnit"].get<double>();
     const std::optional<Vec3d> position = vector_in(in["position"], 100);
     if (!hash || !position || !(metres_per_unit > 0) || !std::isfinite(metres_per_unit)) refuse("objects");
-    return {in["name"].get<std::string>(), *hash, metres_per_unit, *position};
+    return {in["name"].get<std::string>(), *hash, metres_per_unit, *position, up_in(in)};
 }
 
 /// Settings that hold from a row on.
@@ -223,6 +214,10 @@ Plan plan_of(const device::TraceHeader& header)
         std::vector<std::uint32_t>& numbers = plan.file.objects_of.emplace_back();
         if (!in.contains("objects") || !in["objects"].is_array() || in["objects"].size() > 16) refuse("takes");
         for (const json& number : in["objects"]) {
+            if (number.is_null()) {
+                numbers.push_back(k_hidden_object);
+                continue;
+            }
             if (!number.is_number_unsigned() || number.get<std::uint64_t>() >= plan.file.objects.size()) refuse("takes");
             numbers.push_back(number.get<std::uint32_t>());
         }
@@ -261,7 +256,7 @@ RecordingFile rows_of(device::TraceReader& reader)
 
 std::string recording_text(const Recording& recording)
 {
-    const TemporaryFile file;
+    const TemporaryFile file("recording");
     {
         device::TraceWriter writer(file.path(), header_of(recording));
         double begin = 0;
@@ -277,7 +272,7 @@ std::string recording_text(const Recording& recording)
 
 RecordingFile read_recording(const std::string& text, const std::string& name)
 {
-    const TemporaryFile file;
+    const TemporaryFile file("recording");
     if (std::ofstream out(file.path(), std::ios::binary); !(out << text) || !out.flush())
         throw TraceError("no temporary file can be written");
     try {

@@ -10,6 +10,9 @@
 
 namespace sqmap::viewer {
 
+/// In place of an object's number: it was hidden.
+inline constexpr std::uint32_t k_hidden_object = 0xffffffff;
+
 /// A recording as its file has it: the takes name their objects, but the file does not hold them.
 struct RecordingFile {
     struct NamedObject {
@@ -17,6 +20,7 @@ struct RecordingFile {
         std::uint64_t hash = 0;  ///< model::content_hash
         double metres_per_unit = 1;
         Vec3d position{};  ///< of the centre of its box in the world, m
+        Up up = Up::Y;
     };
     std::vector<NamedObject> objects;
     std::vector<std::shared_ptr<Take>> takes;

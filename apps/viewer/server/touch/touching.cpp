@@ -104,6 +104,7 @@ void Touching::drop_tool()
 {
     touch_.reset();
     holder_ = 0;
+    idle_ = 0;
 }
 
 void Touching::take(ConnectionId connection)
@@ -168,6 +169,14 @@ void Touching::remove(std::uint32_t object)
     on_status();
 }
 
+void Touching::insert(std::uint32_t object)
+{
+    if (settings_.tool != ToolKind::Mesh || settings_.tool_object < object) return;
+    ++settings_.tool_object;
+    ++tool_revision_;
+    on_status();
+}
+
 /// The touch begins anew, so that nothing that was felt before has a part in what is recorded.
 void Touching::record(bool on)
 {
@@ -186,7 +195,7 @@ void Touching::restart() { begin_or_restart(false); }
 /// False, and said to the pages, where the paper's force is wanted of objects that do not have it.
 bool Touching::has_wanted_force()
 {
-    std::vector<ObjectPtr> objects = scene_.objects();
+    std::vector<ObjectPtr> objects = scene_.touchable(settings_);
     if (const ObjectPtr held = held_object()) std::replace(objects.begin(), objects.end(), held, ObjectPtr());
     if (!settings_.paper_force || has_paper_force(objects)) return true;
     audience_.send_trouble("The paper's force is that of its own maps: bake all objects with them, or remove the others.");
@@ -204,7 +213,8 @@ void Touching::begin_or_restart(bool begin)
     try {
         std::unique_ptr<device::Device> device;
         if (device_ > 0) device = device::open_device(device_specs_[device_ - 1]);
-        touch_ = std::make_unique<Touch>(scene_.objects(), settings_, std::move(device), target_, recorder_.next_take());
+        touch_ =
+            std::make_unique<Touch>(scene_.touchable(settings_), settings_, std::move(device), target_, recorder_.next_take());
         if (stopped_) touch_->stop();
     } catch (const std::exception& e) {
         device_ = 0;
@@ -218,6 +228,8 @@ void Touching::stream(std::uint64_t frame_number)
 {
     if (touch_ == nullptr || !touch_->frame(frame_)) return;
     clear_tool();
+    end_idle();
+    if (touch_ == nullptr) return;
     const bool keeps = recorder_.recording() && !frame_.cut && !recorder_.full();
     stream_floats(frame_floats(frame_, frame_number, keeps ? recorder_.ticks() : 0));
     if (frame_number % k_feet_every == 0) stream_feet();
@@ -233,6 +245,17 @@ void Touching::clear_tool()
     if (caught_ < k_patience) return;
     target_ = frame_.tool + k_off * frame_.normal;
     touch_->aim(target_);
+}
+
+/// A tool of the pointer that nobody holds, that touches nothing and is not recorded needs no servo: the next grasp begins anew.
+void Touching::end_idle()
+{
+    constexpr int k_patience = 90;  // frames
+    const bool idle = holder_ == 0 && device_ == 0 && frame_.contacts == 0 && !recorder_.recording();
+    idle_ = idle ? idle_ + 1 : 0;
+    if (idle_ < k_patience) return;
+    drop_tool();
+    on_status();
 }
 
 void Touching::stream_floats(const std::vector<float>& values)

@@ -48,6 +48,8 @@ public:
     void restart();
     /// This object is gone; those behind it move up.
     void remove(std::uint32_t object);
+    /// An object stands at this number; those from it on have moved down.
+    void insert(std::uint32_t object);
     void end() { touch_.reset(); }
 
     /// Sends the newest frame, where there is one.
@@ -61,6 +63,7 @@ private:
     void move(ConnectionId connection, const Message& message);
     void drop_tool();
     void clear_tool();
+    void end_idle();
     [[nodiscard]] bool has_wanted_force();
     void stream_floats(const std::vector<float>& values);
     void stream_feet();
@@ -78,6 +81,7 @@ private:
     Recorder recorder_;
     bool feet_shown_ = false;
     int caught_ = 0;  ///< frames in which a tool that nobody holds has touched
+    int idle_ = 0;    ///< frames in which it has not
     TouchFrame frame_{};
     nlohmann::ordered_json devices_ = nlohmann::ordered_json::array();
     std::vector<std::string> device_specs_;

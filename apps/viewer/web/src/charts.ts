@@ -77,8 +77,13 @@ export class Charts {
     this.high = Math.max(this.series[0].box.clientHeight, 40);
     const style = getComputedStyle(document.documentElement), colour = (name: string) => style.getPropertyValue(name).trim();
     this.style = { ink: colour('--soft'), grid: colour('--line'), line: colour('--accent'), second: colour('--second') };
-    this.dirty = true;
+    this.change();
   }
+
+  onChange: () => void = () => {};  ///< there is something to draw
+  /// Tells whether something waits to be drawn that is in sight.
+  get wanting(): boolean { return this.dirty && this.wide > 0; }
+  private change(): void { this.dirty = true; this.onChange(); }
 
   /// Every animation frame; draws twenty times a second.
   frame(now: number): void {
@@ -162,10 +167,10 @@ export class Charts {
         s.values.push(frame.ticks[TICK * i + s.pick]);
         if (s.of >= 0) s.again.push(again ? again[3 * i + s.of] : NaN);
       }
-    if (n > 0) this.dirty = true;
+    if (n > 0) this.change();
   }
 
-  clear(): void { for (const s of this.series) { s.values.clear(); s.again.clear(); } this.dirty = true; }
+  clear(): void { for (const s of this.series) { s.values.clear(); s.again.clear(); } this.change(); }
   /// For tests: the newest value, in the chart's unit.
   latest(series: number): number { return this.series[series].scale * this.series[series].values.at(N - 1); }
   /// For tests: the value at which the axis ends.

@@ -22,8 +22,8 @@ export function distinctColours(neighbours: number[][]): Rgb[] {
     const taken = beside.filter((n) => n < part).map((n) => out[n]);
     // Among the hues that are far enough from every neighbour's the next in turn keeps the colours varied.
     const least = (k: number) => Math.min(9, ...taken.map((c) => far(c, partColour(k))));
-    const order = HUES.map((_, k) => (part + k) % HUES.length);
-    const best = order.find((k) => least(k) > 0.25) ?? order.reduce((a, b) => (least(b) > least(a) ? b : a));
+    const order = HUES.map((_, k) => (part + k) % HUES.length), more = Array.from({ length: 2 * HUES.length }, (_, k) => HUES.length + k);  // lighter and darker ones, where all hues are taken
+    const best = order.find((k) => least(k) > 0.25) ?? [...order, ...more].reduce((a, b) => (least(b) > least(a) ? b : a));
     out.push(partColour(best));
   });
   return out;

@@ -7,6 +7,7 @@ import { vector } from './geometry';
 import { meter } from './meter';
 import type { Frame } from './messages';
 import { rumble, sound, voice } from './panels/senses';
+import { depthWords, showPress } from './press';
 import { forceRead, forceTag, hand, world } from './stage';
 import { state } from './state';
 import { heardStop, onStop } from './stop';
@@ -31,6 +32,7 @@ export function show(frame: Frame, replayed = false, again: Float32Array | null 
   charts.add(frame, again);
   if (state.mode === 'look' || state.mode === 'dress') return;
   toDraw = frame;
+  world.wake();
   const force = Math.hypot(...frame.force);
   if (frame.object >= 0 && state.facts[frame.object]) sound.size = 2 * Math.max(...state.facts[frame.object].half);
   sound.play(frame, world.project(toolPoint.fromArray(frame.tool)).x);
@@ -44,7 +46,7 @@ const toolPoint = new THREE.Vector3();
 /// The name of the touched part. During a round of recognition only its number, since the name would tell the object.
 const touchedName = (frame: Frame): string => state.playing ? (frame.part >= 0 ? `part ${frame.part + 1}` : 'surface') : (frame.object >= 0 ? state.facts[frame.object]?.parts[frame.part]?.name : undefined) ?? 'surface';
 
-export function hideTool(): void { toDraw = null; setDent(null); world.tool.show(null); forceRead.textContent = ''; forceTag.hidden = true; }
+export function hideTool(): void { toDraw = null; showPress(null); setDent(null); world.tool.show(null); forceRead.textContent = ''; forceTag.hidden = true; }
 
 /// Shows the force beside the head of its arrow.
 export function showTag(force: number, from = toolPoint): void {
@@ -68,9 +70,10 @@ export function draw(frame: Frame): void {
   const why = REASONS.filter(([bit]) => (frame.acted & bit) !== 0).map(([, text]) => text);
   const words = !frame.connected ? 'device gone' : frame.faults & 16 ? 'stopped' : frame.faults ? 'no force: the filter found a fault (the computer was busy?). Lift and touch again' :
     frame.contacts > 0 && !frame.engaged && force === 0 ? 'no force yet: lift once, then it comes in gently' :
-    frame.contacts > 0 ? `${force.toFixed(2)} N · ${(1000 * frame.depth).toFixed(1)} mm deep · ${touchedName(frame)}` : 'free';
+    frame.contacts > 0 ? `${force.toFixed(2)} N · ${depthWords(frame)} · ${touchedName(frame)}` : 'free';
   const text = words + (why.length && frame.contacts > 0 ? ` · ${why.join(', ')}` : '');
   if (forceRead.textContent !== text) forceRead.textContent = text;
+  showPress(frame);
 }
 
 export const pageCost = h('p', { class: 'note', id: 'page-cost' });
@@ -79,10 +82,10 @@ world.onFrame = (now) => {
   if (toDraw) meter.spend('message', () => draw(toDraw as Frame));
   toDraw = null;
   meter.spend('charts', () => charts.frame(now));
-  if (now < costDue) return;
-  costDue = now + 1000;
-  pageCost.textContent = meter.words();
+  if (now >= costDue) { costDue = now + 1000; pageCost.textContent = meter.words(); }
+  return charts.wanting;
 };
+charts.onChange = () => world.wake();
 voice.onSay = (text) => { if (text && state.mode !== 'look') announce(text); };
 
 let sought = '';

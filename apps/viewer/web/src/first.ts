@@ -1,5 +1,5 @@
 // The first minute: one object large, the others pale behind it, and one invitation, until it is touched.
-import { canvas, hand, invite, stage, world } from './stage';
+import { canvas, hand, invite, purpose, stage, world } from './stage';
 import { saved } from './net';
 import { on, state } from './state';
 
@@ -23,7 +23,7 @@ export function firstMinute(): void {
 /// Moves the invitation over the point of the object that is highest on the screen.
 function follow(): void {
   const object = Math.max(world.objects.focus, 0);
-  invite.hidden = !invites || state.mode !== 'touch' || state.playing || !state.facts[object];
+  invite.hidden = !invites || !!state.facts[object]?.hidden || state.mode !== 'touch' || state.playing || !state.facts[object];
   if (invite.hidden) return;
   const top = world.highest(object), half = 0.5 * invite.offsetWidth + 8;
   const at = 0.5 * (top.x + 1) * world.size.x, x = Math.min(Math.max(at, half), world.size.x - half);
@@ -32,9 +32,9 @@ function follow(): void {
 }
 
 /// Ends the invitation once the user has touched the object or opened a recording.
-export const endInvitation = (): void => { invites = false; invite.hidden = true; };
+export const endInvitation = (): void => { invites = false; invite.hidden = purpose.hidden = true; };
 document.addEventListener('pointerdown', () => setTimeout(() => { if (hand.holding) endInvitation(); }), true);
 canvas.addEventListener('keydown', () => { if (hand.holding) endInvitation(); });
 world.controls.addEventListener('change', follow);
 new ResizeObserver(() => requestAnimationFrame(follow)).observe(stage);
-on(['mode', 'playing'], follow);
+on(['mode', 'playing'], () => { purpose.hidden = !invites || state.mode !== 'touch' || state.playing; follow(); });

@@ -4,6 +4,7 @@ import type { Hit } from './objects';
 import type { World } from './world';
 
 const LIFT = 0.018;  // m above the surface when let go
+const LEAST_PRESS = -0.005, LARGEST_PRESS = 0.02;  // m
 const NUMB = 700;    // ms without a force, until it is lifted
 
 export class Hand {
@@ -43,6 +44,8 @@ export class Hand {
   private drags = false;
   private inSpace = false;  ///< a hand in space holds the tool, and lifts it without help
   get holding(): boolean { return this.held; }
+  /// The position that the hand wants; null where it holds nothing, or is above the surface until the program has the tool.
+  get wanted(): THREE.Vector3 | null { return this.held && !this.downAt ? this.target : null; }
 
   private down(e: PointerEvent): void {
     if (!this.enabled || e.button !== 0 || e.ctrlKey || e.shiftKey) return;
@@ -124,9 +127,11 @@ export class Hand {
   onSeek: (object: number | null, distance: number, direction: string) => void = () => {};
 
   deeper(by: number): void {
-    this.press = Math.min(Math.max(this.press + by, -0.005), 0.015);
+    this.press = Math.min(Math.max(this.press + by, LEAST_PRESS), LARGEST_PRESS);
     if (this.held) this.aim();
+    this.onPress();
   }
+  onPress: () => void = () => {};  ///< another depth is wanted
 
   /// Takes the tool up again after a lost connection.
   again(): void { if (this.held) this.begin(); }

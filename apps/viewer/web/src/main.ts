@@ -1,14 +1,16 @@
 // Puts the page together, and hands the program's messages to its parts.
 import './style.css';
+import { distinctColours } from './colours';
 import { announce, h } from './dom';
 import { charts, hideTool, pageCost } from './felt';
 import { help } from './help';
 import { edge, main, panel, sheet } from './layout';
 import { meter } from './meter';
 import { modePanel, setMode, tabList, tabs } from './modes';
-import type { ObjectFacts } from './messages';
+import { vector } from './geometry';
+import type { Scene } from './messages';
 import { link, packed, program, saved } from './net';
-import { notice, progressBox, question, showProgress, trouble, wait } from './notices';
+import { notice, progressBox, question, settle, showProgress, trouble, wait } from './notices';
 import { folded } from './panels/controls';
 import { costume } from './panels/dress';
 import { endInvitation, firstMinute, lookAt } from './first';
@@ -16,8 +18,10 @@ import { dialog, exportMenu, heardProgress, openButton, readingButton, zone } fr
 import { restoreView } from './session';
 import { inspected } from './panels/inspect';
 import './pad';
-import { answersBox, pickBox } from './panels/look';
-import { count, factsBox } from './panels/models';
+import { answersBox, dropPick, pickBox } from './panels/look';
+import { showEmpty } from './empty';
+import { count } from './panels/models';
+import { factsBox } from './panels/tree';
 import { map, mapCard, showFeet } from './panels/parts';
 import { game } from './panels/recognise';
 import { hear, recorder } from './panels/recording';
@@ -40,22 +44,29 @@ on(['pick'], () => { if (state.pick) modePanel.before(pickBox); else modePanel.a
 
 leaveOut();
 let first = true;
+showEmpty();
 
-function scene(objects: ObjectFacts[]): void {
-  const before = state.facts;
+function scene({ objects, loading, removed }: Scene): void {
+  const before = state.facts, number = (id: number | undefined) => objects.findIndex((f) => f.id === id), selected = before[state.selected?.object ?? -1]?.id, picked = before[state.pick?.object ?? -1];
   for (const f of objects) {
     const old = before.find((g) => g.id === f.id);
-    if (old && old.revision !== f.revision) announce(`${f.name}: ${count(f.parts.length)}${f.edited ? ', edited' : ''}.`);
+    if (old && old.revision !== f.revision && old.up === f.up) announce(`${f.name}: ${count(f.parts.length)}${f.edited ? ', edited' : ''}.`);
   }
-  state.facts = objects;
-  notice.hidden = true;
-  if (state.selected && !objects[state.selected.object]) state.selected = null;
+  Object.assign(state, { facts: objects, loading, removed });
+  settle();
+  // The selection and the picked point go with their object, whatever its number is now.
+  if (state.selected) state.selected = number(selected) < 0 ? null : { ...state.selected, object: number(selected) };
+  const own = objects[number(picked?.id)];
+  if (state.pick && (!own || own.hidden || own.up !== picked.up)) dropPick();
+  else if (state.pick) { state.pick.object = objects.indexOf(own); state.pick.point.add(vector(own.position).sub(vector(picked.position))); world.tool.mark(state.pick.point); }
   if (state.selected && state.selected.part >= objects[state.selected.object].parts.length) state.selected.part = -1;
   changed('scene');
+  const fresh = objects.findIndex((f) => !before.some((g) => g.id === f.id));
   void world.setScene(objects).then(() => {
-    if (first) firstMinute();
-    else if (objects.length > before.length) { lookAt(objects.length - 1); world.frameClosely(objects.length - 1); }
+    if (first) { if (objects.length > before.length || !loading) firstMinute(); }
+    else if (fresh >= 0) { lookAt(fresh); world.frameClosely(fresh); }
     else if (objects.length < before.length) { world.frame(); lookAt(-1); }
+    if (loading) return;
     if (first && saved) restoreSaved();
     else if (first && packed) void restorePacked().catch(trouble);
     else if (first) restoreView();
@@ -110,4 +121,4 @@ link.open({
 });
 
 // For the browser tests.
-Object.assign(window, { sqmap: { meter, world, map, inspected, hand, charts, game, link, costume, recorder, immersive, facts: () => state.facts, status: () => state.status, frame: () => state.frame, frames: () => state.frames } });
+Object.assign(window, { sqmap: { distinctColours, meter, world, map, inspected, hand, charts, game, link, costume, recorder, immersive, facts: () => state.facts, status: () => state.status, frame: () => state.frame, frames: () => state.frames } });

@@ -6,10 +6,17 @@ export interface Part {
   name: string; sphere: number[]; neighbours: number[]; triangles: number; area: number; certified: boolean; largestF: number | null;
   a: number[]; eps: number[]; taper: number[]; bend: number; bounds: Bounds | null;
 }
+export type Up = 'x' | 'y' | 'z';
+/// loading: objects that are still to come; removed: the name of the object that can be taken back.
+export interface Scene { objects: ObjectFacts[]; loading: number; removed: string | null; }
 export interface ObjectFacts {
   name: string; hash: string; sphere: number[]; namesKept: boolean; edited: boolean; solid: boolean; triangles: number; vertices: number; hasTriangles: boolean;
   bytes: Record<string, number>; rMax: number; metresPerUnit: number; central: boolean; exact: boolean;
-  position: number[]; half: number[]; measured: Record<string, number>; parts: Part[]; bounds: Bounds | null; verdict: string; notes: string[]; cure: Cure | null;
+  position: number[]; half: number[];
+  centre: number[];  ///< of its box, in the file's coordinates; it stands at position
+  up: Up;            ///< the file's axis that points upwards
+  hidden: boolean;   ///< neither seen nor touched
+  measured: Record<string, number>; parts: Part[]; bounds: Bounds | null; verdict: string; notes: string[]; cure: Cure | null;
   twin: number | null;  ///< index of the object of the same mesh and the other projection
   upload: number;  ///< the number that the page gave to the object's file; 0: none
   id: number; revision: number; canUndo: boolean; canRedo: boolean;

@@ -44,6 +44,9 @@ class Meter {
     this.spent = 0;
   }
 
+  /// No frame follows: the time until the next one is no cost of a frame.
+  rest(): void { this.last = 0; }
+
   drawn(calls: number, triangles: number): void { ++this.draws; this.calls = calls; this.triangles = triangles; }
   /// Counts a message. every: one of them comes with every frame of the stream; others are counted, but say nothing about a frame.
   heard(bytes: number, every: boolean): void { ++this.messages; this.bytes += bytes; if (every) this.lastBytes = bytes; }

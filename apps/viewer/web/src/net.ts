@@ -1,12 +1,12 @@
 // Reads the program's messages, JSON and a binary stream of frames, and hands each to its listener.
-import type { ClothFrame, Feet, Frame, ObjectFacts, Progress, Reading, Status, Verdict } from './messages';
+import type { ClothFrame, Feet, Frame, Progress, Reading, Scene, Status, Verdict } from './messages';
 import { meter } from './meter';
 import { packed, program, saved } from './program/program';
 
 export { packed, program, saved };
 
 interface Handlers {
-  scene(objects: ObjectFacts[]): void;
+  scene(scene: Scene): void;
   status(status: Status): void;
   frame(frame: Frame): void;
   cloth(frame: ClothFrame): void;
@@ -69,7 +69,7 @@ export class Link {
       },
       text(text) {
         const message = JSON.parse(text);
-        if (message.say === 'scene') handlers.scene(message.objects);
+        if (message.say === 'scene') handlers.scene({ objects: message.objects, loading: message.loading ?? 0, removed: message.removed ?? null });
         else if (message.say === 'status') handlers.status(message);
         else if (message.say === 'progress') handlers.progress(message);
         else if (message.say === 'trouble') handlers.trouble(message.text);

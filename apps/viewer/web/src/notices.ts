@@ -7,9 +7,10 @@ const progressBar = h('progress', { max: 1, value: 0, 'aria-label': 'Baking' });
 const progressText = h('span', {});
 export const progressBox = h('div', { class: 'progress', id: 'progress', hidden: true }, progressText, progressBar);
 
-let noticeDue = 0;
+let noticeDue = 0, offers = false;  // offers: it has a button
 /// Shows a text for five seconds, or until the scene changes.
 export function wait(text: string): void {
+  offers = false;
   notice.hidden = false;
   notice.className = 'notice';
   notice.textContent = text;
@@ -25,8 +26,21 @@ export function trouble(what: unknown): void {
 export function question(text: string, answer: string, act: () => void): void {
   wait(text);
   clearTimeout(noticeDue);
+  offers = true;
   notice.append(' ', h('button', { id: 'answer', onclick: () => { notice.hidden = true; act(); } }, answer));
   announce(text, true);
+}
+
+/// Hides a text that the scene has answered; one with a button stays.
+export function settle(): void { if (!offers) notice.hidden = true; }
+/// Says what was done, with a button that takes it back, for twelve seconds.
+export function undoable(text: string, undo: () => void): void {
+  wait(text);
+  clearTimeout(noticeDue);
+  noticeDue = window.setTimeout(() => { notice.hidden = true; }, 12000);
+  offers = true;
+  notice.append(' ', h('button', { id: 'take-back', onclick: () => { notice.hidden = true; undo(); } }, 'Undo'));
+  announce(`${text} Undo is in the list of models.`);
 }
 
 export function showProgress(p: Progress): void {

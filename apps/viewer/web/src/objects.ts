@@ -17,6 +17,7 @@ export interface Hit { object: number; part: number; triangle: number; point: TH
 
 interface Shown {
   id: number; revision: number;
+  at: THREE.Vector3;  ///< where it is drawn; the program may have moved it since
   surface: Surface | null; superquadrics: Pieces<THREE.Mesh>; spheres: Pieces<THREE.LineSegments>; fields: Map<string, Float32Array>;
   colours: Rgb[]; samples: THREE.Points | null; shell: THREE.Mesh | null; hidden: Float32Array | null; painted: string;
 }
@@ -81,7 +82,7 @@ export class Objects {
   box(object = -1): THREE.Box3 {
     const box = new THREE.Box3();
     this.facts.forEach((f, i) => {
-      if (object >= 0 && i !== object) return;
+      if (object >= 0 ? i !== object : f.hidden) return;
       box.union(new THREE.Box3().setFromCenterAndSize(vector(f.position), vector(f.half).multiplyScalar(2)));
     });
     return box;
@@ -89,7 +90,7 @@ export class Objects {
 
   get count(): number { return this.facts.length; }
   /// The height of the lowest point of any object, at most 0, m.
-  get low(): number { return Math.min(0, ...this.facts.map((f) => f.position[1] - f.half[1])); }
+  get low(): number { return Math.min(0, ...this.facts.filter((f) => !f.hidden).map((f) => f.position[1] - f.half[1])); }
 
   /// Fetches what is new, removes what is gone.
   async set(facts: ObjectFacts[]): Promise<void> {
@@ -98,6 +99,7 @@ export class Objects {
     this.shown = facts.map((f) => before.find((s) => s && s.id === f.id && s.revision === f.revision) ?? null);
     for (const s of before) if (s && !this.shown.includes(s)) this.remove(s);
     for (const s of this.shown) s?.fields.delete('difference');  // it may have a twin now, or another
+    this.shown.forEach((s, i) => { if (s) this.moveTo(s, vector(facts[i].position)); });
     await Promise.all(facts.map(async (f, i) => {
       if (this.shown[i]) return;
       const [mesh, superquadrics] = await Promise.all([fetchBytes(`/api/object/${i}/mesh`), fetchBytes(`/api/object/${i}/superquadrics`)]);
@@ -105,6 +107,27 @@ export class Objects {
       this.shown[i] = this.build(f, mesh, superquadrics);
     }));
     if (this.facts === facts) await this.paint();
+  }
+
+  private drawnOf(s: Shown): (THREE.Mesh | THREE.LineSegments | THREE.Points)[] {
+    return [s.surface?.mesh, s.samples, s.shell, s.superquadrics.all, s.spheres.all].filter((o) => !!o) as THREE.Mesh[];
+  }
+  /// Moves all that is drawn of an object to where the program has it.
+  private moveTo(s: Shown, at: THREE.Vector3): void {
+    const by = at.clone().sub(s.at);
+    for (const o of this.drawnOf(s)) o.position.set(0, 0, 0);
+    s.at.copy(at);
+    if (by.lengthSq() === 0) return;
+    for (const o of this.drawnOf(s)) o.geometry.translate(by.x, by.y, by.z);
+    s.surface?.moved(by);
+    s.painted = '';
+  }
+  /// Draws an object elsewhere while the user moves it.
+  preview(object: number, at: THREE.Vector3): void {
+    const s = this.shown[object];
+    if (!s) return;
+    for (const o of this.drawnOf(s)) o.position.copy(at).sub(s.at);
+    this.redraw();
   }
 
   private remove(s: Shown): void {
@@ -122,7 +145,7 @@ export class Objects {
     if (surface) { this.scene.add(surface.mesh); void surface.shade(this.redraw); }
     const own = distinctColours(f.parts.map((p) => p.neighbours)), superquadrics = this.buildSuperquadrics(sqData, own), spheres = this.buildSpheres(f, own);
     this.scene.add(superquadrics.all, spheres.all);
-    return { id: f.id, revision: f.revision, surface, superquadrics, spheres, fields: new Map(), colours: own, samples: null, shell: null, hidden: null, painted: '' };
+    return { id: f.id, revision: f.revision, at: vector(f.position), surface, superquadrics, spheres, fields: new Map(), colours: own, samples: null, shell: null, hidden: null, painted: '' };
   }
 
   private buildSuperquadrics(data: ArrayBuffer, own: Rgb[]): Pieces<THREE.Mesh> {
@@ -155,7 +178,7 @@ export class Objects {
     const scale = joined.length ? colourField(kind, joined, this.range) : null;
     await Promise.all(this.shown.map(async (s, i) => {
       if (!s) return;
-      const there = !this.hidden && i !== this.inHand, baked = !this.facts[i].edited;
+      const there = !this.hidden && !this.facts[i].hidden && i !== this.inHand, baked = !this.facts[i].edited;
       const chosen = this.dims && this.selected?.object === i ? this.selected.part : -1;
       s.superquadrics.all.visible = this.withSuperquadrics && there;
       setOpacity(s.superquadrics, (p) => (chosen < 0 || chosen === p ? 0.42 : 0.16));
@@ -187,8 +210,10 @@ export class Objects {
     }));
     this.hiddenShare = shares.filter((x) => x);
     if (this.colourBy === kind) this.onScale(scale);
+    this.onPaint();
     this.redraw();
   }
+  onPaint: () => void = () => {};  ///< what is seen may be other than before
 
   /// Fetches a field of all objects. The program needs seconds for some fields; onWait says how many objects have theirs.
   private async fields(kind: string): Promise<void> {
@@ -275,6 +300,8 @@ export class Objects {
   }
   /// One part alone; -1: all parts again.
   isolate(object: number, part: number): void { this.facts[object]?.parts.forEach((_, p) => this.showPart(object, p, part < 0 || p === part)); }
+  /// Object and part of each part that is left out.
+  leftOut(): [number, number][] { return this.facts.flatMap((f, i) => f.parts.flatMap((_, p) => (this.left.has(`${f.id}/${p}`) ? [[i, p] as [number, number]] : []))); }
   isLeft(object: number, part: number): boolean { return this.leaves && this.left.has(`${this.shown[object]?.id}/${part}`); }
   /// Draws only the side of the object behind the plane; null: draws all of it.
   cut(plane: THREE.Plane | null, object = -1): void {
@@ -304,7 +331,15 @@ export class Objects {
     if (pair && view === 'right') shift.fromArray(this.facts[pair[1]].position).sub(vector(this.facts[pair[0]].position));
     return shift;
   }
-  private isSeen(object: number): boolean { return this.surfaceAs !== 'off' && !this.hidden && object !== this.inHand; }
+  private isSeen(object: number): boolean { return this.surfaceAs !== 'off' && !this.hidden && this.isThere(object); }
+  /// Tells whether an object can be touched and picked: it is neither hidden nor the tool.
+  private isThere(object: number): boolean { return object !== this.inHand && !this.facts[object]?.hidden; }
+  /// The objects whose surface is seen in a view.
+  seenIn(view: 'left' | 'right' | 'both'): number[] {
+    const pair = this.beside === 'twin' && view !== 'both' ? this.pair() : null;
+    return this.shown.flatMap((s, i) => (s?.surface && this.isSeen(i) && (!pair || i === pair[view === 'left' ? 0 : 1]) ? [i] : []));
+  }
+  surfaceOf(object: number): THREE.Mesh { return this.shown[object]!.surface!.mesh; }
 
   select(object: number, part: number): void {
     this.selected = object < 0 ? null : { object, part };
@@ -322,15 +357,26 @@ export class Objects {
     return { value: found.value, hit: this.hitOf(found.object, surface, found.triangle, surface.triangle(found.triangle).getMidpoint(new THREE.Vector3())) };
   }
 
+  /// The triangles that layer 3 misses. held: the objects that have some answer touch by their exact triangles.
+  missedNow(): { missed: number; held: boolean } {
+    let missed = 0, held = true;
+    this.shown.forEach((s, i) => {
+      const own = s?.fields.get('error')?.reduce((n, value) => n + (value === MISS ? 1 : 0), 0) ?? 0;
+      missed += own;
+      held &&= own === 0 || this.facts[i].exact;
+    });
+    return { missed, held };
+  }
+
   fieldAt(object: number, kind: string, triangle: number): number | undefined { return this.shown[object]?.fields.get(kind)?.[triangle]; }
   colourOf(object: number, part: number): Rgb { return this.shown[object]?.colours[part] ?? partColour(part); }
   /// The surfaces of the objects that can be touched.
-  surfaces(): THREE.Mesh[] { return this.shown.flatMap((s, i) => (s?.surface && i !== this.inHand ? [s.surface.mesh] : [])); }
+  surfaces(): THREE.Mesh[] { return this.shown.flatMap((s, i) => (s?.surface && this.isThere(i) ? [s.surface.mesh] : [])); }
   /// Calls see with every n-th vertex of the objects that can be touched, or of one of them.
   eachVertex(only: number, every: number, see: (object: number, v: THREE.Vector3) => void): void {
     const v = new THREE.Vector3();
     this.shown.forEach((s, i) => {
-      if (!s?.surface || (only >= 0 && i !== only) || i === this.inHand) return;
+      if (!s?.surface || (only >= 0 && i !== only) || !this.isThere(i)) return;
       const p = s.surface.whole.getAttribute('position');
       for (let k = 0; k < p.count; k += every) see(i, v.fromBufferAttribute(p, k));
     });
@@ -343,7 +389,7 @@ export class Objects {
   cast(raycaster: THREE.Raycaster, only: number): Hit | null {
     let best: Hit | null = null, distance = Infinity;
     this.shown.forEach((s, i) => {
-      if (!s?.surface || (only >= 0 && i !== only) || i === this.inHand) return;
+      if (!s?.surface || (only >= 0 && i !== only) || !this.isThere(i)) return;
       const { mesh, partOf } = s.surface, visible = mesh.visible;
       mesh.visible = true;
       raycaster.firstHitOnly = this.left.size === 0;

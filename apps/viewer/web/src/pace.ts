@@ -5,7 +5,7 @@ const COUNT = 24;     // frames that the median is taken of,
 const LONG = 600;     // or as many as come in so many ms,
 const FEWEST = 5;     // but at least so many
 const COARSEST = 0.5; // of the screen's own pixels
-const STILL = 200;    // ms without a change
+export const STILL = 200;    // ms without a change
 const PAUSE = 1000;   // ms: after a longer wait nothing was moving
 
 export class Pace {
@@ -40,6 +40,9 @@ export class Pace {
     this.before = 0;
     return this.moving;
   }
+
+  /// Tells whether still() has yet to say so.
+  get waits(): boolean { return this.on && this.last > 0; }
 
   private forget(): void { this.times = []; this.sum = 0; }
 

@@ -20,11 +20,14 @@ export function readAgain(data: ArrayBuffer): Again {
   return { different, lost, largestForce, rmsForce, largestDepth, ticks: new Float32Array(data, 28) };
 }
 
+/// A stretch of a recording.
+export interface Span { kind: 'contact' | 'limit' | 'fault'; from: number; to: number; }
+
 interface Kept { at: number; frame: Frame; }
 
 export class Recorder {
   private kept: Kept[] = [];
-  private began = 0;
+  private began = 0;   ///< ms, by the page's clock
   private timer = 0;
   private shift = 0;  ///< s, added to the servo's clock
   recording = false;
@@ -47,13 +50,14 @@ export class Recorder {
   stop(): void { this.recording = false; }
 
   add(frame: Frame): void {
-    if (!this.recording) return;
+    // What was felt before the program began to record is no part of the recording: both begin with the same tick.
+    if (!this.recording || (!this.kept.length && frame.recorded === 0)) return;
     // Another touch begins its clock anew: its time goes on from what is kept.
     const last = this.kept.at(-1)?.frame;
     if (last && frame.time + this.shift <= last.time) this.shift = last.time + (last.ticks.at(-1) ?? 0) + 0.001 - frame.time;
-    const at = (performance.now() - this.began) / 1000;
-    if (at > MOST_SECONDS) { this.onFull(); return; }
-    this.kept.push({ at, frame: { ...frame, time: frame.time + this.shift, ticks: frame.ticks.slice() } });
+    if (performance.now() - this.began > 1000 * MOST_SECONDS) { this.onFull(); return; }
+    const time = frame.time + this.shift, begin = this.kept[0]?.frame.time ?? time;
+    this.kept.push({ at: time + (frame.ticks.at(-1) ?? 0) - begin, frame: { ...frame, time, ticks: frame.ticks.slice() } });
   }
 
   /// Replays the recording in its own time, from its present position, or from the beginning where it had ended.
@@ -93,28 +97,34 @@ export class Recorder {
     this.onEnd();
   }
 
-  /// Moments that a reader may look for: contact begins, the force limit acts, the filter finds a fault.
-  marks(): { at: number; kind: 'contact' | 'limit' | 'fault' }[] {
-    const out: { at: number; kind: 'contact' | 'limit' | 'fault' }[] = [];
-    let before: Frame | null = null;
+  /// Stretches that a reader may look for: every contact, the force limit at work, a fault that the filter found. From and to: s.
+  spans(): Span[] {
+    const out: Span[] = [], open: Partial<Record<Span['kind'], Span>> = {};
+    let before = 0;
     for (const { at, frame } of this.kept) {
-      if (frame.contacts > 0 && !(before && before.contacts > 0)) out.push({ at, kind: 'contact' });
-      if (frame.acted & LIMIT && !(before && before.acted & LIMIT)) out.push({ at, kind: 'limit' });
-      if (frame.faults && !before?.faults) out.push({ at, kind: 'fault' });
-      before = frame;
+      for (const [kind, is] of [['contact', frame.contacts > 0], ['limit', frame.contacts > 0 && (frame.acted & LIMIT) > 0], ['fault', frame.faults > 0]] as const) {
+        const span = open[kind];
+        if (is && !span) out.push((open[kind] = { kind, from: before, to: at }));
+        else if (is) span!.to = at;
+        else delete open[kind];
+      }
+      before = at;
     }
     return out;
   }
 
-  /// The table: a row for each tick. The columns of a frame are filled in the row of its last tick.
+  /// The table: a row for each tick, numbered and timed as the rows of the program's own recording; a tick that it did not keep goes
+  /// on from there. The columns of a frame are filled in the row of its last tick.
   csv(): string {
     const rows = [COLUMNS.join(',')], blank = ','.repeat(COLUMNS.length - 2 - PER_TICK.length);
     const short = (x: number) => String(Number(x.toPrecision(9)));
     let tick = 0;
+    const begin = this.kept[0]?.frame.time ?? 0;
     for (const { frame } of this.kept) {
       const n = frame.ticks.length / TICK;
+      if (frame.recorded >= n) tick = frame.recorded - n;
       for (let i = 0; i < n; ++i) {
-        const at = TICK * i, own = [tick++, (frame.time + frame.ticks[at + 4]).toFixed(6), ...Array.from(frame.ticks.subarray(at, at + 4), short)].join(',');
+        const at = TICK * i, own = [tick++, (frame.time - begin + frame.ticks[at + 4]).toFixed(6), ...Array.from(frame.ticks.subarray(at, at + 4), short)].join(',');
         rows.push(i < n - 1 ? own + blank : [own, ...VECTORS.flatMap((v) => frame[v].map(short)), ...frame.turn.map(short),
           ...NUMBERS.map((k) => short(frame[k])), ...FLAGS.map((k) => Number(frame[k]))].join(','));
       }

@@ -17,11 +17,11 @@ const control = (id: string) => lookPanel.querySelector<HTMLSelectElement & HTML
 const ids = (): string => String(state.facts.map((f) => f.id));
 
 /// Tab, camera, colours, surface, superquadrics, overlays, theme, selected part, settings of touch, costume.
-const viewNow = () => ({ m: state.mode, c: world.pose(), k: world.objects.colourBy, s: world.objects.surfaceAs, q: world.objects.withSuperquadrics, o: OVERLAYS.filter((id) => control(id)?.checked), t: document.documentElement.dataset.theme, p: state.selected,
+export const viewNow = () => ({ m: state.mode, c: world.pose(), k: world.objects.colourBy, s: world.objects.surfaceAs, q: world.objects.withSuperquadrics, o: OVERLAYS.filter((id) => control(id)?.checked), t: document.documentElement.dataset.theme, p: state.selected, l: world.objects.leftOut(),
   f: state.mode === 'touch' ? state.settings : undefined, w: state.mode === 'dress' ? costume.chosen() : undefined });
 
 /// Shows a view, of which any member may be missing or wrong.
-function show(v: Partial<Omit<ReturnType<typeof viewNow>, 'f'>> & { f?: Record<string, unknown> }): void {
+export function showView(v: Partial<Omit<ReturnType<typeof viewNow>, 'f'>> & { f?: Record<string, unknown> }): void {
   const set = (id: string, value: string | boolean | undefined) => {
     const e = control(id);
     if (!e || (typeof value !== 'boolean' && ![...e.options].some((o) => o.value === value && !o.disabled))) return;
@@ -39,6 +39,7 @@ function show(v: Partial<Omit<ReturnType<typeof viewNow>, 'f'>> & { f?: Record<s
   if (Array.isArray(v.w)) costume.choose(v.w);
   if (v.m && MODES.includes(v.m) && !tabs[v.m].hidden) setMode(v.m);
   if (v.c) world.setPose(v.c);
+  if (Array.isArray(v.l)) for (const [object, part] of v.l) if (state.facts[object]?.parts[part]) world.objects.showPart(object, part, false);
   if (v.p && state.facts[v.p.object]) select(v.p.object, v.p.part);
 }
 
@@ -59,7 +60,7 @@ addEventListener('pagehide', () => {
 export function restoreView(): void {
   try {
     const link = new URLSearchParams(location.hash.slice(1)).get('view'), kept = JSON.parse(sessionStorage.getItem(KEY) ?? 'null');
-    if (link) show(JSON.parse(link)); else if (kept?.objects === ids()) show(kept.view);
+    if (link) showView(JSON.parse(link)); else if (kept?.objects === ids()) showView(kept.view);
   } catch { /* somebody has changed the link or the stored view: the view stays as it is */ }
 }
 

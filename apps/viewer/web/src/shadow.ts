@@ -38,7 +38,7 @@ export class GroundShadow {
 
   /// Draws the surfaces from below, so that the one nearest to the ground counts, then smooths the picture.
   draw(surfaces: THREE.Mesh[], box: THREE.Box3, ground: number): void {
-    this.drawn = surfaces.length > 0;
+    this.drawn = surfaces.length > 0 && !box.isEmpty();
     if (!this.drawn) return;
     const size = box.getSize(new THREE.Vector3()), middle = box.getCenter(new THREE.Vector3()), half = 0.62 * Math.max(size.x, size.z) + 0.03;
     Object.assign(this.camera, { left: -half, right: half, top: half, bottom: -half, near: 0, far: size.y + 0.2 });

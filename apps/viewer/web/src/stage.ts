@@ -14,9 +14,11 @@ export const forceRead = h('output', { class: 'force', id: 'force', 'aria-live':
 export const factsLine = h('p', { class: 'facts-line', id: 'model-facts' });  // stays in sight while the panel scrolls
 export const forceTag = h('div', { class: 'force-tag', hidden: true, 'aria-hidden': 'true' });  // hidden from screen readers: the words in the corner say the same
 export const invite = h('div', { class: 'invite', id: 'invite', hidden: true, 'aria-hidden': 'true' }, 'Press and drag on me');
+/// What the page is for, until the first touch.
+export const purpose = h('p', { class: 'purpose', id: 'purpose' }, 'Touch a 3D object and feel its force. See how well sqmap knows its surface.');
 /// The titles of two views side by side.
 export const sides = h('div', { class: 'sides', id: 'sides', hidden: true }, h('span', {}), h('span', {}));
-export const stage = h('div', { class: 'stage' }, canvas, sides, forceTag, invite, hint, legend, h('div', { class: 'corner' }, forceRead, factsLine));
+export const stage = h('div', { class: 'stage' }, canvas, sides, forceTag, invite, hint, legend, h('div', { class: 'corner' }, purpose, forceRead, factsLine));
 export const world = new World(canvas);
 if (!world.renderer) stage.append(h('div', { class: 'no-picture', id: 'no-picture', role: 'note' }, h('p', {}, 'This browser shows no 3D picture: WebGL is off or missing.'),
   h('p', {}, 'Switch on hardware acceleration or WebGL in its settings, or open the address in another browser. Until then touch works by keys: Enter touches, arrows move, N says what is touched, with sound and numbers.')));
@@ -25,7 +27,14 @@ onTheme(() => world.theme());
 
 export function showHint(text: string): void { hint.textContent = text; hint.hidden = false; }
 
-const NOTES: Record<string, string> = { error: 'Blue: missed. Grey: too thin to say.', difference: '1 % of its size below the surface. Blue: only one finds contact. Grey: neither does. Baked one way alone: its parts.' };
+/// Layer 3 finds no contact at such points, and how far inside they lie. The program's counts and the command info mean the same.
+export const MISSED = '0.5 % of its size or more inside, and layer 3 finds no contact';
+export const HELD = 'Touch by exact triangles holds it.';
+function errorNote(): string {
+  const { missed, held } = world.objects.missedNow();
+  return `Blue: missed (${missed === 0 ? 'none here' : `${missed.toLocaleString('en')} triangle${missed === 1 ? '' : 's'}`}): ${MISSED}.${missed && held ? ` ${HELD}` : ''} Grey: too thin to say.`;
+}
+const NOTES: Record<string, string> = { difference: '1 % of its size below the surface. Blue: only one finds contact. Grey: neither does. Baked one way alone: its parts.' };
 /// For readers of the paper.
 const TIPS: Record<string, string> = { protrusion: 'Eq. 4 of the paper', curvature: 'Eq. 6 of the paper; size: its R_max, the largest distance between two vertices' };
 world.objects.onTrouble = trouble;
@@ -43,5 +52,5 @@ onScale((scale) => {
   if (!scale) { fill(scaleBox, q2); return; }
   const stops = Array.from({ length: 9 }, (_, i) => css(scale.colour(i / 8))).join(',');
   scaleBox.replaceChildren(h('span', { title: TIPS[world.objects.colourBy] ?? 'Size: the largest distance between two vertices, the paper’s R_max' }, sides.hidden ? scale.title : scale.title.replace(' of layer 3', '')), h('div', { class: 'bar', style: `background:linear-gradient(90deg,${stops})` }), h('div', { class: 'ticks' }, ...scale.ticks.map(([, t]) => h('span', {}, t))),
-    NOTES[world.objects.colourBy] ? h('span', { class: 'note' }, NOTES[world.objects.colourBy]) : '', q2);
+    h('span', { class: 'note' }, world.objects.colourBy === 'error' ? errorNote() : NOTES[world.objects.colourBy] ?? ''), q2);
 });

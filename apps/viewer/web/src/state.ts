@@ -9,6 +9,8 @@ export const MODES: Mode[] = ['touch', 'look', 'recognise', 'dress'];
 export interface State {
   mode: Mode;
   facts: ObjectFacts[];
+  loading: number;          ///< objects that are still to come
+  removed: string | null;   ///< the name of the object that can be taken back
   status: Status | null;
   selected: { object: number; part: number } | null;
   pick: Hit | null;    ///< the point that was clicked
@@ -22,6 +24,8 @@ export interface State {
 export const state: State = {
   mode: 'touch',
   facts: [],
+  loading: 0,
+  removed: null,
   status: null,
   selected: null,
   pick: null,

@@ -51,6 +51,12 @@ export class Surface {
     });
   }
 
+  /// The surface was moved by so much.
+  moved(by: THREE.Vector3): void {
+    this.whole.translate(by.x, by.y, by.z);
+    this.mesh.geometry.boundsTree!.refit();
+  }
+
   /// A triangle, counter-clockwise seen from outside.
   triangle(t: number): THREE.Triangle {
     const [a, b, c] = this.corners.subarray(3 * t, 3 * t + 3);

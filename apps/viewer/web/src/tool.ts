@@ -7,6 +7,7 @@ const ARROW = 0.03;  // m of arrow a newton
 const HEAD = 0.0145; // m, the arrow's head
 const COILS = 7, STEPS = 16;
 const STILL = 2e-5;          // m (and radians): less is no motion
+const END_ON = 0.94;          // cosine of the angle to the line of sight: nearer, an arrow is a ring
 const LEAST_SPRING = 0.0003;  // m: shorter ones are not drawn
 
 /// A spring of unit length along y, its first and last tenth straight.
@@ -37,6 +38,7 @@ export class Tool {
   private head: THREE.Mesh;
   private shaftEdge: THREE.Mesh;  ///< white edges, so that the arrow is seen on every colour
   private headEdge: THREE.Mesh;
+  private ring: THREE.Group;    ///< stands for an arrow that points at the eye or away from it
   private marker: THREE.Mesh;
   private hand: THREE.Mesh;     ///< stands where the hand is, below the surface that holds the tool
   private spring: THREE.Line;   ///< joins the tool and the hand
@@ -59,6 +61,10 @@ export class Tool {
     this.arrow.visible = false;
     this.arrow.renderOrder = 10;
     scene.add(this.arrow);
+    this.ring = new THREE.Group();
+    this.ring.add(inFront(new THREE.TorusGeometry(0.0125, 0.0016, 8, 40), 0xffffff, 9), inFront(new THREE.TorusGeometry(0.0125, 0.0009, 8, 40), 0xd4145a, 10));
+    this.ring.visible = false;
+    scene.add(this.ring);
     this.hand = inFront(ball, 0xffe600, 9);
     this.hand.scale.setScalar(0.0016);
     const dark = inFront(ball, 0x14181d, 8);
@@ -132,7 +138,7 @@ export class Tool {
     const now = frame && [...frame.tool, ...frame.hand, ...frame.turn, ...frame.force.map((f) => ARROW * f)];
     if (!now || !this.drawn?.every((x, i) => Math.abs(x - now[i]) < STILL)) { this.drawn = now; this.redraw(); }
     this.mesh.visible = frame !== null;
-    this.arrow.visible = this.hand.visible = this.spring.visible = false;
+    this.arrow.visible = this.ring.visible = this.hand.visible = this.spring.visible = this.drawsForce = false;
     if (!frame) return;
     this.mesh.position.fromArray(frame.tool);
     const m = frame.turn;
@@ -161,21 +167,40 @@ export class Tool {
   showArrow(at: THREE.Vector3 | null, force = new THREE.Vector3(), thick = 1): void { this.placeArrow(at, force, thick, 1); this.redraw(); }
   private placeArrow(at: THREE.Vector3 | null, force: THREE.Vector3, thick: number, share: number): void {
     const size = force.length(), length = share * ARROW * size;
-    this.arrow.visible = at !== null && size >= 0.02;
-    if (!at || !this.arrow.visible) return;
+    this.arrow.visible = this.ring.visible = false;
+    this.drawsForce = at !== null && size >= 0.02;
+    if (!at || !this.drawsForce) return;
+    this.ring.position.copy(at);
+    this.ring.scale.setScalar(thick);
     this.arrow.position.copy(at);
     this.arrow.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), force.clone().divideScalar(size));
     for (const shaft of [this.shaft, this.shaftEdge]) shaft.scale.set(thick, length, thick);
     for (const head of [this.head, this.headEdge]) { head.scale.setScalar(thick); head.position.y = length; }
+    this.turnTo(this.eye);
   }
 
-  /// The end of the arrow; null where no arrow is drawn.
-  tipOfArrow(): THREE.Vector3 | null { return this.arrow.visible ? new THREE.Vector3(0, this.head.position.y + 0.012, 0).applyQuaternion(this.arrow.quaternion).add(this.arrow.position) : null; }
+  private drawsForce = false;
+  private eye: THREE.Camera | null = null;
+  /// Draws the force for an eye: an arrow that is seen nearly end-on would cover the contact, and is a ring about it.
+  turnTo(eye: THREE.Camera | null): void {
+    this.eye = eye;
+    if (!eye) { this.arrow.visible = this.drawsForce; return; }
+    const along = new THREE.Vector3(0, 1, 0).applyQuaternion(this.arrow.quaternion), sight = eye.getWorldPosition(new THREE.Vector3()).sub(this.arrow.position).normalize();
+    this.ring.visible = this.drawsForce && Math.abs(along.dot(sight)) > END_ON;
+    this.arrow.visible = this.drawsForce && !this.ring.visible;
+    if (this.ring.visible) eye.getWorldQuaternion(this.ring.quaternion);
+  }
 
-  /// For tests: whether an arrow is drawn, its direction and length.
-  arrowNow(): { visible: boolean; direction: number[]; length: number } {
+  /// The end of the arrow, or the right edge of the ring; null where neither is drawn.
+  tipOfArrow(): THREE.Vector3 | null {
+    if (this.ring.visible) return new THREE.Vector3(0.016, 0, 0).applyQuaternion(this.ring.quaternion).add(this.ring.position);
+    return this.arrow.visible ? new THREE.Vector3(0, this.head.position.y + 0.012, 0).applyQuaternion(this.arrow.quaternion).add(this.arrow.position) : null;
+  }
+
+  /// For tests: whether a force is drawn, as an arrow or a ring, its direction and length.
+  arrowNow(): { visible: boolean; ring: boolean; direction: number[]; length: number } {
     const d = new THREE.Vector3(0, 1, 0).applyQuaternion(this.arrow.quaternion);
-    return { visible: this.arrow.visible, direction: d.toArray(), length: this.shaft.scale.y };
+    return { visible: this.drawsForce, ring: this.ring.visible, direction: d.toArray(), length: this.shaft.scale.y };
   }
 
   /// For tests: the position of the mark.

@@ -4,7 +4,7 @@ import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { meter } from './meter';
 import type { ObjectFacts } from './messages';
 import { fullRatio, Objects, type Hit } from './objects';
-import { Pace } from './pace';
+import { Pace, STILL } from './pace';
 import { GroundShadow } from './shadow';
 import { Tool } from './tool';
 import { Traces } from './traces';
@@ -48,8 +48,8 @@ export class World {
   readonly extra = new THREE.Group();  ///< the figure and its cloth
   private raycaster = new THREE.Raycaster();
   private ground: THREE.GridHelper;
-  private shadow: GroundShadow | null;
-  onFrame: (now: number) => void = () => {};  ///< before each draw
+  private shadows: GroundShadow[];  ///< of the only or left view, and of the right one
+  onFrame: (now: number) => boolean = () => false;  ///< before each draw; true: another frame is wanted
   onImmersive: (frame: XRFrame) => void = () => {};  ///< before that, while a headset shows the scene
   readonly pace = new Pace();
   private software = isSoftware();
@@ -64,7 +64,7 @@ export class World {
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.enableDamping = true;
     this.controls.dampingFactor = 0.15;
-    this.controls.addEventListener('change', () => { this.dirty = true; });
+    this.controls.addEventListener('change', () => this.redraw());
     this.raycaster.firstHitOnly = true;
     this.scene.add(new THREE.HemisphereLight(0xffffff, 0x8a8f98, 1.9));
     const sun = new THREE.DirectionalLight(0xffffff, 1.7);
@@ -76,38 +76,57 @@ export class World {
     (this.ground.material as THREE.Material).transparent = true;
     (this.ground.material as THREE.Material).opacity = 0.22;
     this.scene.add(this.ground);
-    this.shadow = this.renderer && new GroundShadow(this.scene, this.renderer);
+    this.shadows = this.renderer ? [0, 1].map(() => new GroundShadow(this.scene, this.renderer!)) : [];
     this.objects = new Objects(this.scene, () => this.redraw());
+    this.objects.onPaint = () => this.shade(false);
     this.tool = new Tool(this.scene, () => this.redraw());
     this.traces = new Traces(this.scene, () => this.redraw());
     this.scene.add(this.extra);
     this.camera.position.set(0.25, 0.2, 0.6);
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement as HTMLElement);
     this.resize();
-    const loop = (now: number, seen?: XRFrame) => {
-      if (!this.renderer) requestAnimationFrame(loop);
-      meter.frame(now);
-      if (seen) this.onImmersive(seen);
-      this.onFrame(now);
-      meter.spend('draw', () => {
-        if (this.renderer?.xr.isPresenting) { this.renderer.render(this.scene, this.camera); return; }
-        this.controls.update();
-        if (!this.dirty) {
-          if (!this.pace.still(now, this.software ? LONG : undefined)) return;
-          this.pace.rested();
-          if (this.ratio === this.finest()) return;
-          this.fineness(this.finest());
-        } else this.fineness(this.pace.next(now) * fullRatio());
-        this.dirty = false;
-        if (!this.renderer) return;
-        this.shadow!.seen = !this.objects.hidden;  // the shadow would show a hidden object
-        this.draw(this.renderer);
-      });
-    };
-    if (this.renderer) this.renderer.setAnimationLoop(loop); else requestAnimationFrame(loop);
+    this.renderer?.xr.setAnimationLoop(this.step);
+    this.renderer?.xr.addEventListener('sessionend', () => { this.renderer!.setAnimationLoop(null); this.renderer!.xr.setAnimationLoop(this.step); this.redraw(); });
+    this.wake();
   }
 
-  redraw(): void { this.dirty = true; }
+  private awake = false;
+  private rest = 0;
+  /// Asks for a frame. The page asks for one after the other only while something changes: a still one costs nothing.
+  wake(): void {
+    if (this.awake || this.renderer?.xr.isPresenting) return;
+    this.awake = true;
+    requestAnimationFrame(this.step);
+  }
+
+  private step = (now: number, seen?: XRFrame): void => {
+    this.awake = false;
+    meter.frame(now);
+    if (seen) this.onImmersive(seen);
+    const more = this.onFrame(now);
+    meter.spend('draw', () => {
+      if (this.renderer?.xr.isPresenting) { this.renderer.render(this.scene, this.camera); return; }
+      this.controls.update();
+      if (!this.dirty) {
+        if (!this.pace.still(now, this.stillAfter)) return;
+        this.pace.rested();
+        if (this.ratio === this.finest()) return;
+        this.fineness(this.finest());
+      } else this.fineness(this.pace.next(now) * fullRatio());
+      this.dirty = false;
+      if (!this.renderer) return;
+      this.tool.turnTo(this.camera);
+      this.draw(this.renderer);
+    });
+    clearTimeout(this.rest);
+    if (more || this.dirty) { this.wake(); return; }
+    meter.rest();
+    // A stage that was drawn coarsely is drawn in full once it is still.
+    if (this.pace.waits) this.rest = window.setTimeout(() => this.wake(), this.stillAfter + 20);
+  };
+  private get stillAfter(): number { return this.software ? LONG : STILL; }
+
+  redraw(): void { this.dirty = true; this.wake(); }
 
   /// Draws each of two views with its own content; view: 0 is the left one.
   private inTurn(draw: (view: number) => void): void {
@@ -115,16 +134,18 @@ export class World {
       const shift = this.objects.show(side);
       this.camera.position.add(shift);
       this.camera.updateMatrixWorld();
+      this.showShadow(view);
       draw(view);
       this.camera.position.sub(shift);
     });
     this.objects.show('both');
+    this.showShadow(0);
     this.camera.updateMatrixWorld();
   }
 
   private draw(renderer: THREE.WebGLRenderer): void {
     const { x: wide, y: high } = this.size, half = 0.5 * wide, { info } = renderer;
-    if (!this.split) { renderer.render(this.scene, this.camera); meter.drawn(info.render.calls, info.render.triangles); return; }
+    if (!this.split) { this.showShadow(0); renderer.render(this.scene, this.camera); meter.drawn(info.render.calls, info.render.triangles); return; }
     info.autoReset = false;
     info.reset();
     renderer.setScissorTest(true);
@@ -145,7 +166,9 @@ export class World {
     if (yes === this.split) return;
     this.split = yes;
     this.resize();
+    this.shade();
   }
+  get halved(): boolean { return this.split; }
   /// Pixels of the page across one view.
   private get across(): number { return this.split ? 0.5 * this.size.x : this.size.x; }
 
@@ -160,7 +183,7 @@ export class World {
   theme(): void {
     const style = getComputedStyle(document.documentElement);
     this.scene.background = new THREE.Color(style.getPropertyValue('--stage').trim());
-    this.dirty = true;
+    this.redraw();
   }
 
   private resize(): void {
@@ -172,7 +195,7 @@ export class World {
     this.camera.updateProjectionMatrix();
     // A view that nobody has turned since stays framed.
     if (this.framed && this.framed.at.distanceTo(this.camera.position) < 1e-6) this.framed.again();
-    this.dirty = true;
+    this.redraw();
   }
 
   /// Draws these objects, over the ground.
@@ -183,11 +206,16 @@ export class World {
     this.shade();
   }
 
-  /// Draws the shadow of the objects on the ground anew.
-  shade(): void {
-    this.shadow?.draw(this.objects.surfaces(), this.objects.box(), this.objects.low - 0.001);
-    this.dirty = true;
+  private shaded = '';
+  /// Draws the shadow of what is seen on the ground anew, for each view its own; where that is as before, only if it moved.
+  shade(moved = true): void {
+    const views = this.split ? (['left', 'right'] as const) : (['both'] as const), seen = views.map((view) => this.objects.seenIn(view)), key = JSON.stringify(seen);
+    if (!moved && key === this.shaded) return;
+    this.shaded = key;
+    this.shadows.forEach((shadow, i) => shadow.draw((seen[i] ?? []).map((object) => this.objects.surfaceOf(object)), this.objects.box(), this.objects.low - 0.001));
+    this.redraw();
   }
+  private showShadow(view: number): void { this.shadows.forEach((shadow, i) => { shadow.seen = i === view; }); }
 
   /// Brings all objects, or one, into sight. from: the direction of the eye; by default the front, and a little above.
   frame(object = -1, from = FRONT): void { this.frameBox(this.objects.box(object), from); }
@@ -221,7 +249,7 @@ export class World {
     }
     this.controls.update();
     this.framed = { again: () => this.frameClosely(object), at: this.camera.position.clone() };
-    this.dirty = true;
+    this.redraw();
   }
 
   /// The point of an object's surface that is highest on the screen, -1 to 1 each way.
@@ -250,7 +278,7 @@ export class World {
     this.controls.update();
     this.framed = { again: () => this.frameBox(box, from), at: this.camera.position.clone() };
     this.camera.updateMatrixWorld();
-    this.dirty = true;
+    this.redraw();
   }
 
   readonly axes = new THREE.AxesHelper(0.1);
@@ -259,7 +287,7 @@ export class World {
     const box = this.objects.box();
     this.axes.position.set(box.min.x, this.objects.low, box.max.z);
     if (yes) this.scene.add(this.axes); else this.scene.remove(this.axes);
-    this.dirty = true;
+    this.redraw();
   }
 
   /// Brings the eye near a point of an object's surface, to a side from which nothing hides the point.
@@ -284,12 +312,9 @@ export class World {
     this.camera.position.copy(this.controls.target).add(offset);
     this.controls.update();
     this.camera.updateMatrixWorld();
-    this.dirty = true;
+    this.redraw();
   }
   private get offset(): THREE.Vector3 { return this.camera.position.clone().sub(this.controls.target); }
-
-  /// Looks from another direction and the same distance.
-  look(from: THREE.Vector3): void { this.moveEye(from.clone().setLength(this.offset.length())); }
 
   /// Turns the eye about the middle of the view, radians to the right and down.
   turn(right: number, down: number): void {
@@ -310,7 +335,7 @@ export class World {
     this.camera.position.set(p[0], p[1], p[2]);
     this.controls.target.set(p[3], p[4], p[5]);
     this.controls.update();
-    this.dirty = true;
+    this.redraw();
   }
 
   /// The position of a pointer on the view that it is over, -1 to 1 each way, y up.
@@ -358,7 +383,7 @@ export class World {
   /// The position at which p appears, -1 to 1 each way.
   project(p: THREE.Vector3): THREE.Vector2 { const q = p.clone().project(this.camera); return new THREE.Vector2(q.x, q.y); }
 
-  groundAt(y: number): void { this.ground.position.y = y; this.dirty = true; }
+  groundAt(y: number): void { this.ground.position.y = y; this.redraw(); }
   groundUnder(): void { this.groundAt(this.objects.low - 0.001); }
   castMesh(x: number, y: number, mesh: THREE.Mesh): THREE.Intersection | null {
     this.raycaster.setFromCamera(new THREE.Vector2(x, y), this.camera);

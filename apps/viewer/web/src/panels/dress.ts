@@ -73,7 +73,6 @@ class Costume {
     canvas.addEventListener('pointermove', (e) => { if (!this.active) return; if (this.held) { this.cursor.copy(world.onCanvas(e)); this.drag(); } else if (this.line && this.draws) { this.cursor.copy(world.onCanvas(e)); this.extend(); } });
     for (const type of ['pointerup', 'pointercancel'] as const) canvas.addEventListener(type, () => { if (this.line && this.draws) this.endCut(type === 'pointerup'); this.release(); });
     canvas.addEventListener('keydown', (e) => this.key(e));
-    setInterval(() => { if (this.dragged) link.say({ say: 'cloth', do: 'drag', p: this.dragged.toArray().map((x) => Number(x.toFixed(5))) }); this.dragged = null; }, 16);
   }
 
   enter(): void {
@@ -252,7 +251,13 @@ class Costume {
     if (this.drawn.visible) { this.drawn.geometry.dispose(); this.drawn.geometry = new THREE.BufferGeometry().setFromPoints(this.line!.map((p) => this.placeOf(p))); }
     world.redraw();
   }
-  private drag(): void { this.at.copy(world.beside(this.cursor.x, this.cursor.y, this.at)); this.dragged = this.at.clone(); }
+  private drag(): void { this.at.copy(world.beside(this.cursor.x, this.cursor.y, this.at)); this.dragged = this.at.clone(); this.dragDue ||= window.setTimeout(() => this.sayDrag(), 16); }
+  private dragDue = 0;
+  private sayDrag(): void {
+    this.dragDue = 0;
+    if (this.dragged) link.say({ say: 'cloth', do: 'drag', p: this.dragged.toArray().map((x) => Number(x.toFixed(5))) });
+    this.dragged = null;
+  }
   release(): void {
     if (!this.held) return;
     this.held = false;

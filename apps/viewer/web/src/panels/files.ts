@@ -22,7 +22,7 @@ const decision = (v: Verdict): string => `${DECISIONS[v.verdict] ?? v.verdict}${
 
 /// The verdict on a file.
 export const dialog = h('section', { class: 'card verdict', id: 'verdict', hidden: true, tabIndex: -1, 'aria-label': 'Verdict on the file' });
-const fileInput = h('input', { type: 'file', id: 'file', hidden: true, 'aria-label': 'Mesh, model, names or recording', accept: '.off,.obj,.stl,.ply,.gltf,.glb,.sqmap,.json,.csv', multiple: true, onchange: () => { drop([...(fileInput.files ?? [])]); fileInput.value = ''; } });
+const fileInput = h('input', { type: 'file', id: 'file', hidden: true, 'aria-label': 'Mesh, model, names or recording', accept: '.off,.obj,.stl,.ply,.gltf,.glb,.dae,.3mf,.fbx,.sqmap,.json,.csv', multiple: true, onchange: () => { drop([...(fileInput.files ?? [])]); fileInput.value = ''; } });
 
 const exportsRow = h('div', { class: 'row wrap', id: 'exports' });
 export const openButton = h('button', { id: 'open', onclick: () => fileInput.click() }, 'Open …');

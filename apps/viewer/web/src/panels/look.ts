@@ -1,13 +1,13 @@
 // The choices of what is drawn, and the numbers of the point that is clicked.
-import type * as THREE from 'three';
 import { announce, digits, fill, h } from '../dom';
 import { lookAt } from '../first';
+import { pointInFile } from '../file_point';
 import { vector } from '../geometry';
 import { panel } from '../layout';
 import { link, saved } from '../net';
 import { MISS, type Range } from '../colours';
 import type { Hit } from '../objects';
-import { canvas, hint, legend, onScale, sides, stage, world } from '../stage';
+import { canvas, HELD, hint, legend, MISSED, onScale, sides, stage, world } from '../stage';
 import { changed, on, state } from '../state';
 import { card, check, choice } from './controls';
 import { inspectBox } from './inspect';
@@ -47,9 +47,12 @@ function showSides(): void {
   const what = world.objects.beside, pair = what === 'twin' ? world.objects.pair() : null;
   const split = state.mode === 'look' && !state.playing && (what === 'layer-2' ? world.objects.colourBy === 'error' : pair !== null);
   const words = pair ? pair.map((i) => (state.facts[i].central ? 'Central maps' : 'The paper\u2019s maps')) : ['Layer 3', 'Layer 2'];
+  const turns = split !== world.halved;
   sides.hidden = !split;
   if (split) words.forEach((text, i) => { sides.children[i].textContent = text; });
   world.setSplit(split);
+  // Two narrow views frame anew, and so does the wide one after them.
+  if (turns) world.frame(pair?.[0] ?? state.selected?.object ?? world.objects.focus, world.direction());
 }
 on(['mode', 'playing', 'scene', 'selected'], showSides);
 onScale(showSides);
@@ -95,7 +98,7 @@ function showTag(): void {
 }
 world.controls.addEventListener('change', showTag);
 new ResizeObserver(() => requestAnimationFrame(showTag)).observe(stage);
-on(['pick', 'mode', 'playing'], showTag);
+on(['pick', 'mode', 'playing', 'scene'], showTag);
 
 function click(hit: Hit | null): void {
   if (state.playing) return;  // a click would give the hidden object away
@@ -110,17 +113,24 @@ function click(hit: Hit | null): void {
   select(hit.object, hit.part);
   if (forward || world.objects.focus >= 0) lookAt(hit.object);
   if (forward) world.frame(hit.object, world.direction());
-  const mm = (v: THREE.Vector3) => v.toArray().map((x) => (1000 * x).toFixed(1)).join(', ');
   const error = world.objects.fieldAt(hit.object, 'error', hit.triangle);
-  const rows: [string, string][] = [['Object', f.name], ['Part', `${hit.part}: ${f.parts[hit.part].name}`], ['Point', `${mm(hit.point)} mm`]];
+  const rows: [string, string][] = [['Object', f.name], ['Part', `${hit.part}: ${f.parts[hit.part].name}`], ['Point', `${pointInFile(f, hit.point)} in the file’s units`]];
   if (hit.triangle >= 0) rows.push(['Triangle', String(hit.triangle)], ['Normal', hit.normal.toArray().map((x) => x.toFixed(2)).join(', ')]);
-  if (error !== undefined) rows.push(['Depth error', error === MISS ? 'missed: layer 3 finds no contact here' : error < 0 ? 'too thin to say' : `${digits(error)} % of its size`]);
+  if (error !== undefined) rows.push(['Depth error', error === MISS ? `missed: ${MISSED}.${f.exact ? ` ${HELD}` : ''}` : error < 0 ? 'too thin to say' : `${digits(error)} % of its size`]);
   for (const kind of ['protrusion', 'curvature']) { const v = world.objects.fieldAt(hit.object, kind, hit.triangle); if (v !== undefined) rows.push([kind[0].toUpperCase() + kind.slice(1), digits(v)]); }
   setNumbers(rows);
   const value = rows.slice(3).find(([k]) => k !== 'Triangle' && k !== 'Normal');
-  fill(tag, h('strong', {}, f.parts[hit.part].name), ` ${value ? `${value[0].toLowerCase()} ${value[1].replace(/:.*/, '')}` : `${mm(hit.point)} mm`}`);
+  fill(tag, h('strong', {}, f.parts[hit.part].name), ` ${value ? `${value[0].toLowerCase()} ${value[1].replace(/:.*/, '')}` : pointInFile(f, hit.point)}`);
   changed('pick');
   announce(rows.slice(0, 2).map((r) => r[1]).join(', '));
+}
+
+/// Forgets the picked point, whose object is gone or has changed.
+export function dropPick(): void {
+  state.pick = null;
+  world.tool.mark(null);
+  setNumbers([]);
+  changed('pick');
 }
 
 // The worst depth error; a click brings the camera there.
@@ -193,5 +203,5 @@ on(['scene'], () => {
     if (!there && colour.value === kind) { colour.value = world.objects.colourBy = 'parts'; void world.objects.paint(); }
   }
   besideChoice.querySelector<HTMLOptionElement>('option[value=twin]')!.disabled = !state.facts.some((f) => f.twin !== null);
-  if (state.pick && nameOf(state.pick.object) !== picked) { state.pick = null; setNumbers([]); changed('pick'); }
+  if (state.pick && nameOf(state.pick.object) !== picked) dropPick();
 });

@@ -10,7 +10,8 @@ import { on, state } from '../state';
 import { card, check, choice, folded } from './controls';
 
 export const VIEWS: [string, string, [number, number, number]][] = [['front', 'Front', [0, 0, 1]], ['back', 'Back', [0, 0, -1]], ['left', 'Left', [-1, 0, 0]], ['right', 'Right', [1, 0, 0]], ['top', 'Top', [0, 1, 0.001]], ['below', 'Below', [0, -1, 0.001]], ['corner', 'Corner', [0.6, 0.5, 0.8]]];
-export function lookFrom(view: number): void { world.look(vector(VIEWS[view][2])); }
+/// Shows the selected object, else all, from a standard direction.
+export function lookFrom(view: number): void { world.frame(state.selected?.object ?? world.objects.focus, vector(VIEWS[view][2]).normalize()); }
 const views = h('div', { class: 'row wrap views', role: 'group', 'aria-label': 'Standard views' }, ...VIEWS.map(([id, name], i) => h('button', { class: 'small', id: `view-${id}`, title: `Key ${i + 1}`, onclick: () => lookFrom(i) }, name)));
 
 // ---- The distance between two clicks

@@ -4,7 +4,7 @@ import { digits, fill, h } from '../dom';
 import { MapView } from '../map';
 import type { Bound, Bounds, Feet, ObjectFacts } from '../messages';
 import { link, saved } from '../net';
-import { trouble, wait } from '../notices';
+import { trouble, undoable, wait } from '../notices';
 import { world } from '../stage';
 import { changed, on, state } from '../state';
 import { card, check } from './controls';
@@ -18,6 +18,14 @@ export function select(object: number, part: number): void {
   state.selected = object < 0 ? null : { object, part };
   world.objects.select(object, part);
   changed('selected');
+}
+
+/// Removes an object; the notice and the list of models take it back.
+export function removeObject(object: number): void {
+  const { name } = state.facts[object];
+  select(-1, -1);
+  link.say({ say: 'remove', object });
+  undoable(`${name} is removed.`, () => link.say({ say: 'restore' }));
 }
 
 let chosenOther = -1, cutStep = 0.004;
@@ -57,7 +65,7 @@ function showPart(): void {
   if (p) edits.append(h('button', { id: 'isolate', onclick: () => world.objects.isolate(s.object, s.part) }, 'Show it alone'), h('button', { id: 'hide-part', onclick: () => { world.objects.showPart(s.object, s.part, false); state.pick = null; world.tool.mark(null); changed('pick'); } }, 'Hide it'), h('button', { id: 'show-parts', onclick: () => world.objects.isolate(s.object, -1) }, 'Show all'));
   if (!saved) edits.append(h('button', { id: 'undo', disabled: !f.canUndo, onclick: () => say('undo') }, 'Undo'), h('button', { id: 'redo', disabled: !f.canRedo, onclick: () => say('redo') }, 'Redo'));
   if (f.edited) edits.append(h('button', { id: 'bake', class: 'primary', onclick: () => say('bake') }, 'Bake the edited parts'));
-  if (!saved) edits.append(h('button', { id: 'remove', onclick: () => { say('remove'); select(-1, -1); } }, 'Remove object'));
+  if (!saved) edits.append(h('button', { id: 'remove', onclick: () => removeObject(s.object) }, 'Remove object'));
   const name = p && h('input', { type: 'text', id: 'part-name', value: p.name, maxLength: 60, 'aria-label': 'Name of the part', disabled: !!saved, onchange: (e: Event) => say('name', { part: s.part, name: (e.target as HTMLInputElement).value.trim().slice(0, 60) }) });
   const list = h('details', {}, h('summary', {}, `All ${f.parts.length} parts`), h('ol', { class: 'parts', start: 0 }, ...f.parts.map((q, i) =>
     h('li', {}, h('button', { class: 'part', 'aria-pressed': String(i === s.part), onclick: () => select(s.object, i) }, h('i', { style: `background:${css(world.objects.colourOf(s.object, i))}`, 'aria-hidden': 'true' }), q.name, q.certified ? '' : ' (not certified)')))));

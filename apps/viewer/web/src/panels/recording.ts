@@ -5,8 +5,8 @@ import type { Frame, Verdict } from '../messages';
 import { fetchBytes, link, readFrames, upload } from '../net';
 import { trouble, wait } from '../notices';
 import { readAgain, Recorder } from '../recorder';
-import { endInvitation, lookAt } from '../first';
-import { hand, world } from '../stage';
+import { endInvitation } from '../first';
+import { hand } from '../stage';
 import { on, state } from '../state';
 import { onStop } from '../stop';
 import { card } from './controls';
@@ -26,8 +26,8 @@ const replayButton = h('button', { id: 'replay', onclick: () => {
 const toNow = h('button', { id: 'to-now', onclick: () => { recorder.halt(); showRecorder(); } }, 'Back to now');
 const scrub = h('input', { type: 'range', id: 'scrub', min: '0', max: '1', step: '0.01', value: '0', 'aria-label': 'Moment of the recording', oninput: () => { hand.letGo(); recorder.seek(Number(scrub.value)); } });
 const marks = h('div', { class: 'marks', 'aria-hidden': 'true' });
-const MARKS = { contact: 'contact begins', limit: 'at the force limit', fault: 'the filter stopped the force' };
-const timeline = h('div', { class: 'timeline', id: 'timeline', hidden: true }, marks, scrub, h('div', { class: 'note' }, '▌contact  ', h('span', { class: 'limit' }, '▌limit  '), h('span', { class: 'fault' }, '▌fault')));
+const MARKS = { contact: 'contact', limit: 'at the force limit', fault: 'the filter stopped the force' }, spanWords = h('span', { id: 'spans' });
+const timeline = h('div', { class: 'timeline', id: 'timeline', hidden: true }, marks, scrub, h('div', { class: 'note' }, '▌contact  ', h('span', { class: 'limit' }, '▌limit  '), h('span', { class: 'fault' }, '▌fault  '), spanWords));
 recorder.onSeek = (frames, at) => {
   charts.clear();
   for (const f of frames) charts.add(f, recorder.againOf(f));
@@ -59,7 +59,6 @@ export async function openRecording(file: File, sent: (share: number) => void, s
     verdict = await upload(file, null, sent, signal);
     if (verdict.accepted) {
       await fetchRecording();
-      if (recorder.touched >= 0) { world.frame(recorder.touched); lookAt(recorder.touched); }
     }
   } else recorder.open(await file.text());
   if (verdict.accepted) {
@@ -116,7 +115,9 @@ function showRecorder(at = recorder.replaying ? recorder.position : 0): void {
   const key = `${recorder.count} ${recorder.seconds}`;
   if (!timeline.hidden && marks.dataset.key !== key) {
     marks.dataset.key = key;
-    marks.replaceChildren(...recorder.marks().slice(0, 400).map((m) => h('i', { class: m.kind, title: `${m.at.toFixed(2)} s: ${MARKS[m.kind]}`, style: `left:${((100 * m.at) / Math.max(recorder.seconds, 0.01)).toFixed(2)}%` })));
+    const all = recorder.spans(), share = (t: number) => ((100 * t) / Math.max(recorder.seconds, 0.01)).toFixed(2), contacts = all.filter((m) => m.kind === 'contact');
+    marks.replaceChildren(...all.map((m) => h('i', { class: m.kind, title: `${MARKS[m.kind]}: ${m.from.toFixed(2)} to ${m.to.toFixed(2)} s`, style: `left:${share(m.from)}%;width:max(${share(m.to - m.from)}%,2px)` })));
+    spanWords.textContent = `${contacts.length} contact${contacts.length === 1 ? '' : 's'}, ${contacts.reduce((sum, m) => sum + m.to - m.from, 0).toFixed(1)} s in all.`;
   }
   replayButton.disabled = tableButton.disabled = recorder.count === 0 || recorder.recording;
   againButton.disabled = saveButton.disabled = !recorder.known || recorder.recording;

@@ -5,6 +5,7 @@ import { trouble, wait } from '../notices';
 import type { Packed, Saved } from '../program/interface';
 import { tabs } from '../modes';
 import { hand, showHint, world } from '../stage';
+import { showView, viewNow } from '../session';
 import { on, state, type Mode } from '../state';
 import { lookPanel } from './look';
 import { openRecording, recorder, recordingCard } from './recording';
@@ -22,9 +23,11 @@ const inScript = (text: string): string => text.replaceAll('</script', '<\\/scri
 /// The program's messages and bytes that a page needs for looking and replaying.
 async function said(): Promise<Saved> {
   const bytes: Saved['bytes'] = {};
-  for (let i = 0; i < state.facts.length; ++i) for (const what of ['mesh', 'superquadrics', 'field/error']) bytes[`/api/object/${i}/${what}`] = base64(await fetchBytes(`/api/object/${i}/${what}`));
+  const shown = world.objects.colourBy, fields = [...new Set(['error', ...(shown === 'parts' ? [] : [shown])])];
+  for (const [i, f] of state.facts.entries())
+    for (const what of ['mesh', 'superquadrics', ...fields.filter((kind) => kind !== 'difference' || f.twin !== null).map((kind) => `field/${kind}`)]) bytes[`/api/object/${i}/${what}`] = base64(await fetchBytes(`/api/object/${i}/${what}`));
   const status = { ...state.status!, touching: false, stopped: false, recorded: 0, devices: [], device: 0, counters: undefined, cloth: { here: false, worn: null }, settings: { ...state.settings, tool: 'ball' } };
-  return { scene: state.facts, status, bytes, recording: recorder.count ? recorder.csv() : '', pose: world.pose() };
+  return { scene: state.facts, status, bytes, recording: recorder.count ? recorder.csv() : '', view: viewNow() };
 }
 
 /// The program itself, where it is a worker, so that the saved page can do all that this one can.
@@ -32,7 +35,7 @@ async function whole(worker: string): Promise<Packed> {
   const files: Packed['files'] = [], part = async (name: string) => base64(await (await fetch(name)).arrayBuffer());
   for (const [i, { name }] of state.facts.entries()) for (const [what, ending] of [['sqmap', 'sqmap'], ['names', 'names.json']]) files.push([`${name}.${ending}`, base64(await fetchBytes(`/api/object/${i}/${what}`))]);
   const [script, wasm] = await Promise.all(['program.mjs', 'program.wasm'].map(part));
-  return { program: { worker: await part(worker), script, wasm }, files, recording: recorder.count ? recorder.csv() : '', pose: world.pose() };
+  return { program: { worker: await part(worker), script, wasm }, files, recording: recorder.count ? recorder.csv() : '', view: viewNow() };
 }
 
 async function page(): Promise<string> {
@@ -51,14 +54,14 @@ export const pageButton = h('button', { id: 'save-page', hidden: !!(saved || pac
 /// Restores the view and the recording of a saved page.
 export function restoreSaved(): void {
   if (!saved) return;
-  world.setPose(saved.pose);
+  showView(saved.view as Parameters<typeof showView>[0]);
   if (saved.recording) recorder.open(saved.recording);
   recorder.onEnd();
 }
 /// Restores the view and the recording of a page that has its program inside.
 export async function restorePacked(): Promise<void> {
   if (!packed) return;
-  world.setPose(packed.pose);
+  showView(packed.view as Parameters<typeof showView>[0]);
   if (packed.recording) await openRecording(new File([packed.recording], 'recording.csv'), () => {}, new AbortController().signal);
 }
 /// Removes the controls that a saved page cannot serve, once the page is built.
@@ -66,7 +69,7 @@ export function leaveOut(): void {
   if (!saved) return;
   for (const id of ['open', 'reading', 'link', 'stop']) document.getElementById(id)!.remove();
   for (const id of ['recognise', 'dress']) tabs[id as Mode].hidden = true;
-  for (const o of lookPanel.querySelectorAll<HTMLOptionElement>('#colour option')) if (o.value !== 'parts' && o.value !== 'error') o.remove();
+  for (const o of lookPanel.querySelectorAll<HTMLOptionElement>('#colour option')) if (o.value !== 'parts' && !(`/api/object/0/field/${o.value}` in saved.bytes || `/api/object/1/field/${o.value}` in saved.bytes)) o.remove();
   for (const id of ['beside', 'samples', 'offset', 'hidden']) lookPanel.querySelector(`#${id}`)!.closest('label')!.remove();
   lookPanel.querySelector('#slice')!.remove();
   // There is no force without the program: a recording can be replayed, else there is only Look.

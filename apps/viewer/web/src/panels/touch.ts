@@ -5,6 +5,7 @@ import { trouble } from '../notices';
 import { hand, hint, world } from '../stage';
 import { changed, on, state } from '../state';
 import { MATERIALS, PLAIN } from '../materials';
+import { pressBox } from '../press';
 import { card, choice, folded } from './controls';
 import { recordingCard } from './recording';
 import { sound } from './senses';
@@ -50,7 +51,7 @@ const deviceSelect = h('select', { id: 'device', onchange: () => link.say({ say:
 const deviceTable = h('tbody', { id: 'devices' });
 const deviceFacts = h('p', { class: 'note', id: 'device-facts' });
 export const counters = h('p', { class: 'note', id: 'counters' });
-const pressRead = slider('Press', 'mm', [-2, 12, 0.5], () => 1000 * hand.press, (x) => { hand.press = x / 1000; hand.deeper(0); });
+const pressRead = slider('Press', 'mm', [-2, 20, 0.5], () => 1000 * hand.press, (x) => { hand.press = x / 1000; hand.deeper(0); });
 const ballRows = [slider('Tool radius', 'mm', [2, 20, 0.5], () => 1000 * state.settings.toolRadius, (x) => { state.settings.toolRadius = x / 1000; }, false),
   slider('Smoothing', 'mm', [0, 5, 0.25], () => 1000 * state.settings.smoothing, (x) => { state.settings.smoothing = x / 1000; }, false)];
 const meshRows = [slider('Tool size', 'mm', [10, 300, 5], () => 1000 * state.settings.toolSize, (x) => { state.settings.toolSize = x / 1000; }, false),
@@ -98,7 +99,7 @@ function showMaterial(): void {
 }
 
 export const touchPanel = h('div', {},
-  card('Feel', materialChoice, pressRead,
+  card('Feel', materialChoice, pressRead, pressBox,
     slider('Stiffness', 'N/m', [50, 1500, 10], () => state.settings.stiffness, (x) => { state.settings.stiffness = x; }),
     muRow, ...printedRows),
   recordingCard,
@@ -117,12 +118,13 @@ export const touchPanel = h('div', {},
 // ---- The hand's aim
 
 // The newest aim is sent at most once for each frame of the stream; taking up the tool and letting go are sent at once.
-let aim: object | null = null, wasHeld = false;
-setInterval(() => { if (aim) link.say(aim); aim = null; }, 16);
+let aim: object | null = null, wasHeld = false, aimDue = 0;
+function sayAim(): void { aimDue = 0; if (aim) link.say(aim); aim = null; }
 hand.onAim = (target, held) => {
   aim = { say: 'touch', p: target.toArray().map((x) => Number(x.toFixed(6))), held };
   if (held !== wasHeld) { link.say(aim); aim = null; }
   wasHeld = held;
+  if (aim) aimDue ||= window.setTimeout(sayAim, 16);
   if (held) hint.hidden = true;
 };
 hand.onKeyTouch = (text) => { announce(text); if (state.mode === 'touch') sliders.forEach((s) => s.set()); };
