@@ -731,7 +731,7 @@ test('a round of recognition is played by keyboard alone', async () => {
   await until(page, () => window.sqmap.game.running);
   assert.ok(await page.evaluate(() => document.activeElement?.matches('#stage')), 'the keys that it names work at once');
   const objects = await page.evaluate(() => window.sqmap.facts().length), rounds = 5;  // one of them is practice
-  await until(page, () => !window.sqmap.world.shadow.plane.visible);  // it would tell what is hidden
+  await until(page, () => window.sqmap.world.shadows.every((s) => !s.plane.visible));  // it would tell what is hidden
   for (let round = 0; round < rounds; ++round) {
     const target = await page.evaluate(() => window.sqmap.game.target);
     if (round < 2) {

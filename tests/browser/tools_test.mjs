@@ -127,7 +127,7 @@ test('contact, limit and fault are marked on the timeline', async () => {
   await page.click('#resume');
   await until(page, () => !window.sqmap.status().stopped);
   await page.click('#record');
-  const kinds = await page.evaluate(() => window.sqmap.recorder.marks().map((m) => m.kind));
+  const kinds = await page.evaluate(() => window.sqmap.recorder.spans().map((m) => m.kind));
   assert.deepEqual([...new Set(kinds)], ['contact', 'limit', 'fault']);
   assert.deepEqual(await page.$$eval('.marks i', (all) => all.map((e) => e.className)), kinds);
 });

@@ -228,6 +228,11 @@ export class World {
     for (let i = 0; i < this.objects.count; ++i) if (i !== object && this.onScreen(i).intersectsBox(own)) return true;
     return false;
   }
+  /// Tells whether the middle of an object is on the screen.
+  sees(object: number): boolean {
+    const p = this.objects.box(object).getCenter(new THREE.Vector3()).project(this.camera);
+    return Math.max(Math.abs(p.x), Math.abs(p.y), Math.abs(p.z)) < 1;
+  }
   private onScreen(object: number): THREE.Box2 {
     return new THREE.Box2().setFromPoints(cornersOf(this.objects.box(object)).map((p) => this.project(p)));
   }

@@ -6,7 +6,7 @@ import { fetchBytes, link, readFrames, upload } from '../net';
 import { trouble, wait } from '../notices';
 import { readAgain, Recorder } from '../recorder';
 import { endInvitation } from '../first';
-import { hand } from '../stage';
+import { hand, world } from '../stage';
 import { on, state } from '../state';
 import { onStop } from '../stop';
 import { card } from './controls';
@@ -59,6 +59,7 @@ export async function openRecording(file: File, sent: (share: number) => void, s
     verdict = await upload(file, null, sent, signal);
     if (verdict.accepted) {
       await fetchRecording();
+      if (recorder.touched >= 0 && !world.sees(recorder.touched)) world.frame(recorder.touched);
     }
   } else recorder.open(await file.text());
   if (verdict.accepted) {
