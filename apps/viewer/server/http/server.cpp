@@ -44,8 +44,8 @@ struct Server::State : std::enable_shared_from_this<State> {
     class Socket;
     class Counted;
 
-    [[nodiscard]] bool has_room(const asio::ip::address& address) const;
-    void make_room(const asio::ip::address& address);
+    [[nodiscard]] bool has_vacancy(const asio::ip::address& address) const;
+    void make_vacancy(const asio::ip::address& address);
 
     Application& application;
     const ServerOptions options;
@@ -220,7 +220,7 @@ public:
     }
 
     /// A connection whose request has not come in gives way to another.
-    void give_way()
+    void give_up()
     {
         state_->waiting.erase(waits_);
         counted_.reset();
@@ -328,7 +328,7 @@ private:
     bool keep_alive_ = false, head_only_ = false;
 };
 
-bool Server::State::has_room(const asio::ip::address& address) const
+bool Server::State::has_vacancy(const asio::ip::address& address) const
 {
     const auto own = of_address.find(address);
     return connections < options.max_connections && (own == of_address.end() || own->second < options.max_of_address);
@@ -336,14 +336,14 @@ bool Server::State::has_room(const asio::ip::address& address) const
 
 /// The oldest connection that has sent no request yet gives way, so that those that never send one keep nobody out. It is one of
 /// the same address where that has as many as it may.
-void Server::State::make_room(const asio::ip::address& address)
+void Server::State::make_vacancy(const asio::ip::address& address)
 {
     const auto own = of_address.find(address);
     const bool of_same = own != of_address.end() && own->second >= options.max_of_address;
     for (const auto& [number, held] : waiting) {
         const std::shared_ptr<Http> http = held.lock();
         if (http == nullptr || http->counted() == nullptr || (of_same && http->counted()->address() != address)) continue;
-        return http->give_way();
+        return http->give_up();
     }
 }
 
@@ -363,8 +363,8 @@ void Server::State::accept()
     acceptor.async_accept([self = shared_from_this()](error_code e, tcp::socket socket) {
         if (self->stopping) return;
         const tcp::endpoint from = e ? tcp::endpoint() : socket.remote_endpoint(e);
-        if (!e && !self->has_room(from.address())) self->make_room(from.address());
-        if (!e && self->has_room(from.address())) {
+        if (!e && !self->has_vacancy(from.address())) self->make_vacancy(from.address());
+        if (!e && self->has_vacancy(from.address())) {
             socket.set_option(tcp::no_delay(true), e);
             std::make_shared<Http>(self, std::move(socket), std::make_unique<Counted>(self, from.address()))
                 ->read(std::chrono::seconds(self->options.head_seconds));

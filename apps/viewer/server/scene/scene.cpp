@@ -84,16 +84,16 @@ void Scene::restore()
 }
 
 /// The page moves what it has drawn, so that the revision stays unless the object turns.
-void Scene::place(Entry& entry, Vec3d position, Up up)
+void Scene::stand(Entry& entry, Vec3d position, Up up)
 {
     const bool turns = up != entry.object->up;
-    const auto placed = std::make_shared<Object>(*entry.object);
-    placed->put_at(placed->metres_per_unit, position, up);
+    const auto standing = std::make_shared<Object>(*entry.object);
+    standing->put_at(standing->metres_per_unit, position, up);
     if (turns) {
-        placed->position.y += placed->half.y - entry.object->half.y;  // what stood on the ground stands on it again
+        standing->position.y += standing->half.y - entry.object->half.y;  // what stood on the ground stands on it again
         ++entry.revision;
     }
-    entry.object = placed;
+    entry.object = standing;
     send();
     on_objects();
 }
@@ -160,9 +160,9 @@ void Scene::edit(const Message& m)
             send();
             return on_objects();
         case Say::Move:
-            return place(entry, m.target, entry.object->up);
+            return stand(entry, m.target, entry.object->up);
         case Say::Turn:
-            return place(entry, entry.object->position, m.up);
+            return stand(entry, entry.object->position, m.up);
         case Say::Rename:
             rename(entry, m.name);
             send();

@@ -57,7 +57,7 @@ public:
     /// reason where one cannot be made, on the worker's thread.
     void load(std::vector<std::function<std::shared_ptr<Object>(const BakeMeshOptions&)>> makers,
               const std::function<void(const std::string&)>& on_failure);
-    /// What pages ask of an object, from Split to Rename; what does not fit the scene of now is passed over.
+    /// Does an act on an object, from Split to Rename; one that does not fit the scene of now is passed over.
     void edit(const Message& message);
     /// Mesh, model or names: answers with the verdict, then adds the object. The page numbers its uploads, to cancel them.
     void upload(HttpRequest request, const Answer& answer);
@@ -94,7 +94,7 @@ private:
     [[nodiscard]] std::vector<Entry>::iterator entry_of(std::uint32_t id);
     void remove(std::uint32_t object);
     void restore();
-    void place(Entry& entry, Vec3d position, Up up);
+    void stand(Entry& entry, Vec3d position, Up up);
     void rename(Entry& entry, const std::string& name);
     void recut_later(const Message& message, const Entry& entry);
     void change(Entry& entry, std::shared_ptr<const Parts> parts);

@@ -50,7 +50,7 @@ export class Recorder {
   stop(): void { this.recording = false; }
 
   add(frame: Frame): void {
-    // What was felt before the program began to record is no part of the recording: both begin with the same tick.
+    // Frames of before the program began to record are no part of the recording: both begin with the same tick.
     if (!this.recording || (!this.kept.length && frame.recorded === 0)) return;
     // Another touch begins its clock anew: its time goes on from what is kept.
     const last = this.kept.at(-1)?.frame;

@@ -14,7 +14,7 @@ export const forceRead = h('output', { class: 'force', id: 'force', 'aria-live':
 export const factsLine = h('p', { class: 'facts-line', id: 'model-facts' });  // stays in sight while the panel scrolls
 export const forceTag = h('div', { class: 'force-tag', hidden: true, 'aria-hidden': 'true' });  // hidden from screen readers: the words in the corner say the same
 export const invite = h('div', { class: 'invite', id: 'invite', hidden: true, 'aria-hidden': 'true' }, 'Press and drag on me');
-/// What the page is for, until the first touch.
+/// The purpose of the page, shown until the first touch.
 export const purpose = h('p', { class: 'purpose', id: 'purpose' }, 'Touch a 3D object and feel its force. See how well sqmap knows its surface.');
 /// The titles of two views side by side.
 export const sides = h('div', { class: 'sides', id: 'sides', hidden: true }, h('span', {}), h('span', {}));

@@ -41,7 +41,7 @@ function partsOf(f: ObjectFacts, i: number): HTMLElement {
   return list;
 }
 
-/// What the bake says of an object.
+/// The figures that the bake gives an object.
 function figures(f: ObjectFacts): HTMLElement[] {
   const certified = f.parts.filter((p) => p.certified).length, wrong = f.measured.missed + f.measured.false > 0;
   const title = `Layer 3 on ${f.measured.points} points: ${f.measured.missed} missed, ${f.measured.false} made up, 0.5 % of its size or more from the surface; depth error median ${digits(f.measured.depthMedian, 2)} %, 99th percentile ${digits(f.measured.depthP99, 2)} % of its size: R_max, the largest distance between two vertices`;
