@@ -53,6 +53,8 @@ constexpr Topic k_topics[] = {
      &measure_haptic},
     {"joints", "HAND.glb PICTURE.png [--layer 2|3|exact] [--solids LEAST_WEIGHT] [--azimuth DEGREES] [--elevation DEGREES]",
      "Where on a skinned hand the verdicts are wrong: a picture, and a table of the joints.", &measure_joints},
+    {"poses", "POSES MESH...",
+     "Poses of a gripper of 500 points answered in one call, beside every point by itself. Meshes are closed.", &measure_poses},
     {"rebake", "[--move SHARE] [--quick] MESH...",
      "What it costs to bake each part anew that bends by SHARE of R_max (0.01), on one core. --quick: the result is not checked.",
      &measure_rebake},

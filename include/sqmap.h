@@ -339,6 +339,44 @@ SQMAP_API sqmap_code sqmap_closest_points(sqmap_model model, const sqmap_points*
 /// Errors: E_ARGUMENT for a part that the model does not have. Cost: 0.1 us a point; no allocation, no lock.
 SQMAP_API sqmap_code sqmap_implicit(sqmap_model model, uint32_t part, const sqmap_points* points, double* values);
 
+// ------------------------------------------------------------------------------------------------------------- planning
+
+/// Poses of a tool, to be answered.
+typedef struct sqmap_poses {
+    size_t size;
+    const sqmap_pose* pose;  ///< count: the tool's frame -> the frame that the model's pose is in
+    size_t count;
+    uint32_t threads;   ///< 0 and 1: this thread alone. The answers do not depend on it
+    double band;        ///< mesh units: farther than this a lower bound suffices; 0: exact everywhere
+    int32_t stops;      ///< not zero: a pose is done when one point is found to be as near as stop_below
+    double stop_below;  ///< mesh units; read where stops is not zero
+} sqmap_poses;
+
+/// The caller's arrays for the answers, a row for each pose; a null array is not written.
+typedef struct sqmap_pose_clearances {
+    size_t size;
+    double* distance;  ///< least signed distance of the tool's points, negative inside; of a bound at most that; NaN of a pose
+                       ///< that is not finite
+    double* gradient;   ///< x 6: its derivative: by the pose's translation, then by turns about that translation (axis times
+                        ///< radians, axes of the frame); zero of a bound
+    double* point;      ///< x 3: the tool's point at that distance, the frame of the poses; of a bound the tool's middle
+    double* closest;    ///< x 3: the surface point nearest to it; of a bound as point
+    int64_t* index;     ///< the point's number, the lowest of several; -1 of a bound
+    int32_t* part;      ///< that owns the surface there; -1 of a bound
+    uint8_t* known;     ///< SQMAP_KNOWN_...; of SQMAP_KNOWN_BOUND no point is nearer
+    uint8_t* complete;  ///< 0: stop_below ended the search, another point may be nearer
+    uint8_t* status;    ///< bits
+} sqmap_pose_clearances;
+
+/// How near each pose brings a tool to the model: the least signed distance of its points, as sqmap_exact_distances gives it,
+/// with its derivative with respect to the pose. Balls about groups of points leave out what cannot be nearest. tool: points in
+/// the tool's frame; its pose is that of the model, in the frame that the poses lead to. At creases, where two points are equally
+/// near, the derivative is that of one side. Errors: E_ARGUMENT for a tool without points or with one that is not finite, and for
+/// a rotation that is none; a pose with a number that is not finite has NaN for an answer, the others stay right. Cost: some 10
+/// us a pose for 500 points; allocates.
+SQMAP_API sqmap_code sqmap_query_poses(sqmap_model model, const sqmap_points* tool, const sqmap_poses* poses,
+                                     sqmap_pose_clearances* clearances);
+
 // ---------------------------------------------------------------------------------------------------- probes and pairs
 
 /// Points prepared once, queried many times: the vertices of a tool. {0} is none.

@@ -15,7 +15,7 @@ from ._bodies import (CONTACT, PAIR_CONTACT, SURFACE_CONTACT, Body, Clearance, F
                       SurfaceContacts, Workspace, clearance, first_touch, is_within, overlap, query_contacts, query_pair, query_probe)
 from ._errors import (ArgumentError, Cancelled, ClosedError, Error, FileError, InternalError, MeshError, MissingError, ModelError,
                       NoMemoryError, VersionError)
-from ._model import Contacts, CuredWarning, Distances, Facts, Model, bake
+from ._model import Clearances, Contacts, CuredWarning, Distances, Facts, Model, bake
 from ._program import program
 from ._scene import Scene
 from ._session import DISCONNECTED, HELD, RESTART, RESUME, STOP, Force, Session, Simulation
@@ -26,7 +26,7 @@ __version__: str = _library.library.sqmap_version().decode()
 #: Of the models that are read and written.
 FORMAT_VERSION: int = _library.library.sqmap_format_version()
 
-__all__ = ["ArgumentError", "Body", "CONTACT", "Cancelled", "Clearance", "ClosedError", "Contacts", "CuredWarning", "DISCONNECTED", "Distances",
+__all__ = ["ArgumentError", "Body", "CONTACT", "Cancelled", "Clearance", "Clearances", "ClosedError", "Contacts", "CuredWarning", "DISCONNECTED", "Distances",
            "Error", "FORMAT_VERSION", "Facts", "FileError", "FirstTouch", "Force", "HELD", "InternalError", "MeshError", "MissingError", "Model", "ModelError",
            "NoMemoryError", "Overlap", "PAIR_CONTACT", "PairContacts", "Probe", "ProbeContacts", "RESTART", "RESUME", "STOP", "Scene",
            "SURFACE_CONTACT", "Session", "Simulation", "Superquadric", "SurfaceContacts", "TAXEL", "TactilePad", "Touch", "VersionError", "Workspace",

@@ -136,6 +136,19 @@ def fill_pose(out: c.Pose, matrix: np.ndarray, element: str, answers_nan: bool =
     out.translation[:] = flat[3:12:4]
 
 
+def poses_of(poses: Any, element: str = "poses") -> np.ndarray:
+    """(n, 12) doubles as sqmap_pose has them, of matrices (n, 4, 4) or (n, 3, 4). The library answers those that are not finite."""
+    matrices = numbers(poses, element)
+    if matrices.ndim != 3 or matrices.shape[1:] not in ((4, 4), (3, 4)):
+        raise refuse(element, f"has the shape {matrices.shape}", "give n matrices [rotation | translation]: (n, 4, 4) or (n, 3, 4)")
+    top = matrices[:, :3]
+    if matrices.shape[1] == 4:
+        wrong = (matrices[:, 3] != [0, 0, 0, 1]).any(axis=1) & np.isfinite(top).all(axis=(1, 2))
+        if wrong.any():
+            raise refuse(f"{element}[{int(wrong.argmax())}]", "has a last row that is not 0 0 0 1", "give rigid motions")
+    return np.concatenate([top[:, :, :3].reshape(-1, 9), top[:, :, 3]], axis=1)
+
+
 def pointer(pose: Optional[c.Pose]) -> Any:
     return ctypes.pointer(pose) if pose is not None else None
 

@@ -86,6 +86,16 @@ class Closest(Sized):
     _fields_ = [("size", c_size_t), ("closest", c_void_p), ("distance", c_void_p), ("triangle", c_void_p)]
 
 
+class Poses(Sized):
+    _fields_ = [("size", c_size_t), ("pose", c_void_p), ("count", c_size_t), ("threads", c_uint32), ("band", c_double), ("stops", c_int32),
+                ("stop_below", c_double)]
+
+
+class PoseClearances(Sized):
+    _fields_ = [("size", c_size_t), ("distance", c_void_p), ("gradient", c_void_p), ("point", c_void_p), ("closest", c_void_p),
+                ("index", c_void_p), ("part", c_void_p), ("known", c_void_p), ("complete", c_void_p), ("status", c_void_p)]
+
+
 class Contact(Structure):
     _fields_ = [("point", c_float * 3), ("normal", c_float * 3), ("depth", c_float), ("index", c_uint32), ("part", c_int16),
                 ("certain", c_uint8), ("status", c_uint8)]
@@ -206,6 +216,7 @@ FUNCTIONS: dict[str, list[Any]] = {
     "sqmap_signed_distances": [Handle, POINTER(Points), POINTER(QueryOptions), POINTER(Distances)],
     "sqmap_closest_points": [Handle, POINTER(Points), POINTER(QueryOptions), POINTER(Closest)],
     "sqmap_implicit": [Handle, c_uint32, POINTER(Points), c_void_p],
+    "sqmap_query_poses": [Handle, POINTER(Points), POINTER(Poses), POINTER(PoseClearances)],
     "sqmap_make_probe": [POINTER(Points), POINTER(Handle)],
     "sqmap_close_probe": [Handle],
     "sqmap_query_probe": [POINTER(Bodies), POINTER(QueryOptions), POINTER(ContactList)],

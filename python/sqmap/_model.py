@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, Optional, Union
 import numpy as np
 
 from . import _library as c
-from ._arrays import (Layer, batch_cores, cores, count, finite, flag, instance, number, path_of, pointer, pose_of, query_options, refuse, rows,
+from ._arrays import (Layer, batch_cores, cores, count, finite, flag, instance, number, path_of, pointer, pose_of, poses_of, query_options, refuse, rows,
                       triangles_of)
 from ._errors import ClosedError
 from ._export import export
@@ -127,6 +127,20 @@ class Distances(NamedTuple):
                           #: float, of a model that was baked with keep_input=False
     status: np.ndarray    #: (n,) uint8, bits as in Contacts
     triangle: np.ndarray  #: (n,) int64, of Model.mesh, that holds the closest point; -1 of a bound
+
+
+class Clearances(NamedTuple):
+    """How near each of n poses brings a tool, row by row. Lengths in the mesh's units."""
+
+    distance: np.ndarray  #: (n,) least signed distance of the tool's points, negative inside; NaN of a pose that is not finite
+    gradient: np.ndarray  #: (n, 6) its derivative by the pose's translation, then by turns about it, axis times radians; zero of a bound
+    point: np.ndarray     #: (n, 3) the tool's point at that distance; of a bound the tool's middle
+    closest: np.ndarray   #: (n, 3) the surface point nearest to it
+    index: np.ndarray     #: (n,) int64, number of the point; -1 of a bound
+    part: np.ndarray      #: (n,) int32, that owns the surface there; -1 of a bound
+    known: np.ndarray     #: (n,) uint8 as in Distances; 2: no point is nearer
+    complete: np.ndarray  #: (n,) bool; False where stop_below ended the search
+    status: np.ndarray    #: (n,) uint8, bits as in Contacts
 
 
 class Facts(NamedTuple):
@@ -395,6 +409,27 @@ class Model(Owned):
         options = query_options(threads=batch_cores(threads, len(xyz)), band=0.0 if band is None else number(band, "band"))
         function = "sqmap_exact_distances" if band is None else "sqmap_signed_distances"
         self._call(function, points_struct(xyz, pose_of(pose)), options, out)
+
+    def clearance(self, points: Any, poses: Any, *, band: Optional[float] = None, stop_below: Optional[float] = None, pose: Any = None,
+                  threads: Optional[int] = None) -> Clearances:
+        """How near each pose (n, 4, 4) brings a tool of points (m, 3): its least signed distance, with the derivative by the pose.
+
+        poses lead from the tool's frame to the mesh's, or with pose to the frame that it leads to. band: farther than so much a
+        lower bound suffices, which is quicker. stop_below: a pose is done when one point is found to be this near. Exact in double
+        as distances; where two points are equally near the derivative is that of one of them."""
+        xyz, frames = rows(points), poses_of(poses)
+        n = len(frames)
+        distance, gradient, point, closest = np.empty(n), np.empty((n, 6)), np.empty((n, 3)), np.empty((n, 3))
+        index, part, known = np.empty(n, np.int64), np.empty(n, np.int32), np.empty(n, np.uint8)
+        complete, status = np.empty(n, np.bool_), np.empty(n, np.uint8)
+        given = c.Poses(pose=address(frames), count=n, threads=cores(threads), band=0.0 if band is None else number(band, "band"),
+                        stops=stop_below is not None, stop_below=0.0 if stop_below is None else number(stop_below, "stop_below"))
+        out = c.PoseClearances(distance=address(distance), gradient=address(gradient), point=address(point), closest=address(closest),
+                           index=address(index), part=address(part), known=address(known), complete=address(complete),
+                           status=address(status))
+        with self.use() as handle:
+            c.call("sqmap_query_poses", handle, points_struct(xyz, pose_of(pose)), given, out)
+        return Clearances(distance, gradient, point, closest, index, part, known, complete, status)
 
     def _call(self, function: str, points: c.Points, options: c.QueryOptions, out: c.Sized) -> None:
         with self.use() as handle:

@@ -60,7 +60,7 @@ std::size_t answer(const query::Body& body, const Batch& batch, const sqmap_quer
 {
     const query::QueryOptions options = query_options(o);
     std::atomic<std::size_t> contacts{0};
-    for_batches(batch.points.size(), threads_of(o), [&](parallel::Slice slice) {
+    for_batches(batch.points.size(), threads_of(o.threads), [&](parallel::Slice slice) {
         constexpr std::size_t k_few = 256;  // that stay in the first cache
         std::array<query::PointResult, k_few> answers;
         for (std::size_t done = 0; done < slice.count; done += k_few) {
@@ -83,7 +83,7 @@ std::size_t answer(const query::Body& body, const Batch& batch, const sqmap_quer
 template <class How>
 void answer(const Batch& batch, const sqmap_query_options& o, const sqmap_distances& out, How&& how)
 {
-    for_batches(batch.points.size(), threads_of(o), [&](parallel::Slice slice) {
+    for_batches(batch.points.size(), threads_of(o.threads), [&](parallel::Slice slice) {
         alignas(query::SignedDistance) std::byte memory[k_batch * sizeof(query::SignedDistance)];  // not set to defaults first
         const std::span<query::SignedDistance> answers{reinterpret_cast<query::SignedDistance*>(memory), k_batch};
         how(batch.points.subspan(slice.first, slice.count), answers);
@@ -131,7 +131,7 @@ mesh::ClosestPoint facing_closest(const Surface& surface, Vec3d p)
 void answer(const Surface& surface, const Batch& batch, const sqmap_query_options& o, const sqmap_closest& out)
 {
     const Pose back = inverse(batch.pose);
-    for_batches(batch.points.size(), threads_of(o), [&](parallel::Slice slice) {
+    for_batches(batch.points.size(), threads_of(o.threads), [&](parallel::Slice slice) {
         for (std::size_t i = slice.first; i < slice.first + slice.count; ++i) {
             const Vec3d p = batch.points[i];
             mesh::ClosestPoint found{{k_nan, k_nan, k_nan}, 0xffffffff, k_nan};

@@ -159,11 +159,11 @@ query::QueryOptions query_options(const sqmap_query_options& o)
     return out;
 }
 
-unsigned threads_of(const sqmap_query_options& o)
+unsigned threads_of(std::uint32_t threads, const char* element)
 {
-    if (o.threads > k_max_threads)
-        throw Failure{SQMAP_E_ARGUMENT, "options.threads", "is " + std::to_string(o.threads), "give at most 1024"};
-    return std::max(1u, o.threads);
+    if (threads > k_max_threads)
+        throw Failure{SQMAP_E_ARGUMENT, element, "is " + std::to_string(threads), "give at most 1024"};
+    return std::max(1u, threads);
 }
 
 std::span<const Vec3d> rows(const sqmap_points& points, const char* element)

@@ -86,8 +86,8 @@ Pose pose_of(const sqmap_pose* pose, const char* element);
 
 /// @throw Failure for a number that names no layer, and for numbers out of range
 query::QueryOptions query_options(const sqmap_query_options& options);
-/// Threads of a batch. @throw Failure
-unsigned threads_of(const sqmap_query_options& options);
+/// Threads of a batch. element: names the number. @throw Failure
+unsigned threads_of(std::uint32_t threads, const char* element = "options.threads");
 /// @throw Failure
 query::Layer layer_of(int layer);
 

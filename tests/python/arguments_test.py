@@ -39,6 +39,7 @@ VERTICES, TRIANGLES = ball(2)
 # Wrong values by the name of a parameter, then by its annotation. None is tried too where a parameter is required or has a default.
 BY_NAME = {
     "points": ROWS, "targets": [*ROWS, *NOT_FINITE], "normals": [*ROWS, *NOT_FINITE, np.zeros((7, 3))], "query_points": LAST_AXIS,
+    "poses": [*SHAPES, np.zeros((4, 4)), np.zeros((2, 3, 3)), *(p[None] for p in POSES[len(SHAPES) + 1:] if np.isfinite(p).all())],
     "pose": POSES, "model_pose": POSES, "path": PATHS, "data": [5, "text", object(), b"", b"x" * 99, np.zeros((4, 4))[:, ::2]],
     "mesh": [5, object(), (VERTICES,), (VERTICES, TRIANGLES, 1), "there/is/none.off", "a\0b", *((VERTICES, f) for f in FACES),
              *((v, TRIANGLES) for v in [*ROWS, *NOT_FINITE, np.zeros((0, 3))])],
@@ -110,6 +111,7 @@ class Arguments(unittest.TestCase):
                  "model": self.model, "probe": self.probe, "a": sqmap.Body(self.model, self.probe),
                  "b": sqmap.Body(self.model, self.probe), "vertices": (VERTICES, TRIANGLES), "mesh": (VERTICES, TRIANGLES),
                  "data": self.model.to_bytes(), "time": 0.5, "pose": np.eye(4), "distance": 0.5,
+                 "poses": np.eye(4)[None],
                  "path": self.file if name == "Model.load" else pathlib.Path(self.folder.name, "out.obj")}
         return {p.name: known[p.name] for p in inspect.signature(function).parameters.values()
                 if p.default is p.empty and p.kind is p.POSITIONAL_OR_KEYWORD and p.name in known}

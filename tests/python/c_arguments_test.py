@@ -109,6 +109,8 @@ class World:
             return out
         if name == "sqmap_simulation":
             return c.Simulation(targets=self.array(self.points, float).ctypes.data, count=n)
+        if name == "sqmap_poses":
+            return c.Poses(pose=self.array([[1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0]] * n, float).ctypes.data, count=n)
         if name == "sqmap_contact_list":
             return c.ContactList(contacts=space(8 * n), capacity=n)
         if name == "sqmap_taxels":
@@ -117,10 +119,10 @@ class World:
             return c.Text(text=ctypes.cast(ctypes.create_string_buffer(8), ctypes.c_char_p), capacity=8)
         own = getattr(c, "".join(word.title() for word in name.split("_")[1:]))
         out = own()
-        if name in ("sqmap_contacts", "sqmap_distances", "sqmap_closest"):
+        if name in ("sqmap_contacts", "sqmap_distances", "sqmap_closest", "sqmap_pose_clearances"):
             for member, kind in own._fields_:
                 if kind is ctypes.c_void_p:
-                    setattr(out, member, space(n, 3))
+                    setattr(out, member, space(n, 6))
         return out
 
     def argument(self, function, kind, name):
