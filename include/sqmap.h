@@ -235,7 +235,8 @@ typedef enum sqmap_layer {
     SQMAP_LAYER_2 = 2,        ///< one plane
     SQMAP_LAYER_3 = 3,        ///< planes and maps
     SQMAP_LAYER_EXACT = 4,    ///< the mesh's own triangles
-    SQMAP_LAYER_AUTO = 5      ///< the cheapest whose measured error is within `tolerance`, else exact
+    SQMAP_LAYER_AUTO = 5,     ///< the cheapest whose measured error is within `tolerance`, else exact
+    SQMAP_LAYER_GATE = 6      ///< of each part of a paper model 3 where its base map is sparse, else 2
 } sqmap_layer;
 
 /// Bits of the status of answers.
@@ -575,6 +576,27 @@ typedef enum sqmap_mode {
     SQMAP_MODE_COUPLED = 3   ///< a simulated body, joined to the device by springs and dampers that a light stylus carries
 } sqmap_mode;
 
+/// How contacts become a force.
+typedef enum sqmap_force_law {
+    SQMAP_FORCE_FULL = 0,  ///< to the nearest surface, smoothed about the point, full across edges
+    SQMAP_FORCE_PAPER = 1  ///< eqs. 21, 26 and 32 on the smoothed map of a model of the normal projection, with SQMAP_MODE_DIRECT
+} sqmap_force_law;
+
+/// The friction of a session.
+typedef enum sqmap_friction_law {
+    SQMAP_FRICTION_DEFAULT = 0,  ///< eq. 33 with SQMAP_FORCE_PAPER, else Coulomb's
+    SQMAP_FRICTION_COULOMB = 1,
+    SQMAP_FRICTION_PAPER = 2,  ///< eq. 33, with f_c and k_f
+    SQMAP_FRICTION_NONE = 3
+} sqmap_friction_law;
+
+/// How the foot of a point is found on a model of the normal projection.
+typedef enum sqmap_projector {
+    SQMAP_PROJECTOR_NEWTON = 0,   ///< the exact foot
+    SQMAP_PROJECTOR_PYRAMID = 1,  ///< the search of eqs. 16 to 19, corrected
+    SQMAP_PROJECTOR_PRINTED = 2   ///< to the letter; the paper's force then has eq. 21's depth, on the map of the layer
+} sqmap_projector;
+
 /// The touched model, the tool and the limits of the device. Zero: the default.
 typedef struct sqmap_session_options {
     size_t size;
@@ -594,6 +616,17 @@ typedef struct sqmap_session_options {
     double side_path;         ///< m, of the proxy. 0: it goes round what is thinner than the press is deep. Above 0 it stays on
                               ///< its side of that, and takes another as the device moves so far across the surface
     int32_t mode;             ///< sqmap_mode
+    int32_t force;            ///< sqmap_force_law
+    int32_t friction_law;     ///< sqmap_friction_law
+    double f_c;               ///< N, of eq. 33; 0: 0.2, below 0: none
+    double k_f;               ///< 1/m, of eq. 33; 0: 100, below 0: none
+    // Models of the normal projection; others take the defaults alone.
+    int32_t projector;        ///< sqmap_projector
+    uint32_t gate;            ///< k_L of SQMAP_LAYER_GATE; 0: 10
+    int32_t nearest_steps;    ///< to the nearest surface, layer 3, SQMAP_FORCE_FULL; 0: 2, below 0: none, at most 100
+    int32_t without_gaps;     ///< not zero: the first surface alone, as printed, not the openings behind it
+    int32_t without_pruning;  ///< not zero: any part's claim counts where parts overlap
+    int32_t has_offset;       ///< not zero: the surface moved out by eq. 12
 } sqmap_session_options;
 
 /// Bits of sqmap_tick.acts.

@@ -12,7 +12,7 @@ import numpy as np
 from . import _library as c
 from ._errors import ArgumentError
 
-LAYERS = {1: 1, 2: 2, 3: 3, "1": 1, "2": 2, "3": 3, "exact": 4, "auto": 5}
+LAYERS = {1: 1, 2: 2, 3: 3, "1": 1, "2": 2, "3": 3, "exact": 4, "auto": 5, "gate": 6}
 Layer = Union[int, str]
 
 
@@ -224,7 +224,7 @@ def query_options(layer: Layer = 3, *, threads: Optional[int] = 1, tolerance: fl
 @functools.lru_cache(maxsize=64, typed=True)
 def _query_options(layer: Any, threads: Any, tolerance: Any, margin: Any, band: Any, smooth: Any, first_only: Any) -> c.QueryOptions:
     if isinstance(layer, bool) or not isinstance(layer, (int, str)) or layer not in LAYERS:
-        raise refuse("layer", f"is {layer!r}", 'take 1, 2, 3, "exact" or "auto"')
+        raise refuse("layer", f"is {layer!r}", 'take 1, 2, 3, "exact", "auto" or "gate"')
     return c.QueryOptions(layer=LAYERS[layer], threads=cores(threads), tolerance=number(tolerance, "tolerance"),
                           margin=number(margin, "margin"), band=number(band, "band"), is_smooth=flag(smooth, "smooth"),
                           is_first_only=flag(first_only, "first_only"))

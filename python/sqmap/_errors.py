@@ -68,8 +68,10 @@ class InternalError(Error, RuntimeError):
 # Names of C that a caller of the package does not know: (pattern, name), the first that fits.
 _ROTATION, _TRANSLATION = re.compile(r"\.rotation\[(\d)\]$"), re.compile(r"\.translation\[(\d)\]$")
 _NAMES = [(re.compile(pattern), name) for pattern, name in (
-    (r"^(points|tool)\.(xyz|count)\b", "points"), (r"^tool$", "points"), (r"^poses\.(pose|count)\b", "poses"), (r"^(points|tool|poses|options|simulation|tick)\.", ""), (r"^accepts_surface\b", "surface"),
-    (r"^is_smooth\b", "smooth"), (r"^has_dead_man\b", "dead_man"), (r"\.(rotation|translation)$", ""))]
+    (r"^(points|tool)\.(xyz|count)\b", "points"), (r"^tool$", "points"), (r"^poses\.(pose|count)\b", "poses"),
+    (r"^(points|tool|poses|options|simulation|tick)\.", ""), (r"^accepts_surface\b", "surface"), (r"^is_smooth\b", "smooth"),
+    (r"^has_dead_man\b", "dead_man"), (r"^without_gaps\b", "gaps"), (r"^without_pruning\b", "pruning"),
+    (r"\.(rotation|translation)$", ""))]
 _PROBE_NAMES = {"bodies.a.model": "model", "bodies.a.pose": "model_pose", "bodies.b.probe": "probe", "bodies.b.pose": "pose"}
 
 

@@ -157,7 +157,9 @@ class SessionOptions(Sized):
     _fields_ = [("size", c_size_t), ("metres_per_unit", c_double), ("pose", POINTER(Pose)), ("radius", c_double),
                 ("stiffness", c_double), ("damping", c_double), ("friction", c_double), ("layer", c_int32),
                 ("max_force", c_double), ("max_torque", c_double), ("continuous_force", c_double), ("force_limit", c_double),
-                ("torque_limit", c_double), ("has_dead_man", c_int32), ("side_path", c_double), ("mode", c_int32)]
+                ("torque_limit", c_double), ("has_dead_man", c_int32), ("side_path", c_double), ("mode", c_int32), ("force", c_int32),
+                ("friction_law", c_int32), ("f_c", c_double), ("k_f", c_double), ("projector", c_int32), ("gate", c_uint32),
+                ("nearest_steps", c_int32), ("without_gaps", c_int32), ("without_pruning", c_int32), ("has_offset", c_int32)]
 
 
 class Tick(Sized):

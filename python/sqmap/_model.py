@@ -367,7 +367,7 @@ class Model(Owned):
               smooth: bool = False, threads: Optional[int] = None) -> Contacts:
         """Which points (n, 3) are inside, how deep, and in which direction out.
 
-        layer: 1, 2, 3, "exact", or "auto": the cheapest whose measured error is within tolerance. margin: the surface is moved
+        layer: 1, 2, 3, "exact", "gate" (of a paper model, 2 or 3 by k_L = 10), or "auto": the cheapest whose measured error is within tolerance. margin: the surface is moved
         out by so much. threads: None is one a core; the answers do not depend on it."""
         xyz = rows(points)
         n = len(xyz)

@@ -10,6 +10,7 @@ from ._arrays import LAYERS, Layer, count, fill_pose, flag, instance, number, nu
 from ._model import Model, Owned, address
 
 MODES = {"direct": 1, "proxy": 2, "coupled": 3}
+FORCES, FRICTION_LAWS, PROJECTORS = ("full", "paper"), ("default", "coulomb", "paper", "none"), ("newton", "pyramid", "printed")
 STOP, RESUME, RESTART, HELD, DISCONNECTED = 1, 2, 4, 8, 16
 
 
@@ -52,19 +53,37 @@ class Session(Owned):
     0: unknown, so careful. force_limit, torque_limit: the user's, 0: 2 N and 0.1 N m or the device's, whichever is less.
     dead_man: force only in ticks with HELD. mode: "direct", the tool is where the device is; "proxy", it stays on the surface and
     the device pulls it; "coupled", it is a light body on springs. side_path: m, of the proxy; above 0 it stays on its side of what
-    is thinner than the press is deep, and takes another as the device moves so far. Research software, not a safety device."""
+    is thinner than the press is deep, and takes another as the device moves so far. Research software, not a safety device.
+
+    Of a model of the normal projection: force "paper" takes eqs. 21, 26, 32 and 33 on its smoothed map, with f_c (N) and k_f (1/m).
+    friction_law: "default", "coulomb", "paper" (eq. 33) or "none". projector: how feet are found, "newton", "pyramid" or "printed"
+    (with it the paper's force has eq. 21's depth). layer "gate": 2 or 3 by gate (k_L, from 1). nearest_steps: to the nearest surface,
+    0 to 100. gaps: openings behind the first surface count. pruning: a part that proves a point free outweighs others. offset: move
+    the surface out by eq. 12."""
 
     _closes = "sqmap_close_session"
 
     def __init__(self, model: Model, *, metres_per_unit: float = 1.0, pose: Any = None, radius: float = 0.0,
                  stiffness: float = 500.0, damping: float = 0.0, friction: float = 0.4, layer: Layer = 3, max_force: float = 0.0,
                  max_torque: float = 0.0, continuous_force: float = 0.0, force_limit: float = 0.0, torque_limit: float = 0.0,
-                 dead_man: bool = False, mode: str = "direct", side_path: float = 0.0) -> None:
+                 dead_man: bool = False, mode: str = "direct", side_path: float = 0.0, force: str = "full",
+                 friction_law: str = "default", f_c: float = 0.2, k_f: float = 100.0, projector: str = "newton", gate: int = 10,
+                 nearest_steps: int = 2, gaps: bool = True, pruning: bool = True, offset: bool = False) -> None:
         instance(model, Model, "model")
         if isinstance(layer, bool) or not isinstance(layer, (int, str)) or layer not in LAYERS:
-            raise refuse("layer", f"is {layer!r}", 'take 1, 2, 3, "exact" or "auto"')
+            raise refuse("layer", f"is {layer!r}", 'take 1, 2, 3, "exact", "auto" or "gate"')
         if not isinstance(mode, str) or mode not in MODES:
             raise refuse("mode", f"is {mode!r}", 'take "direct", "proxy" or "coupled"')
+        laws = (("force", force, FORCES), ("friction_law", friction_law, FRICTION_LAWS), ("projector", projector, PROJECTORS))
+        for name, value, words in laws:
+            if not isinstance(value, str) or value not in words:
+                raise refuse(name, f"is {value!r}", f"take one of {', '.join(words)}")
+        for name, value in (("f_c", number(f_c, "f_c")), ("k_f", number(k_f, "k_f"))):
+            if value < 0:
+                raise refuse(name, f"is {value}", "give a number from 0 on")
+        if count(gate, "gate") == 0:  # zero stands for the default in C
+            raise refuse("gate", "is 0", "give a number from 1 on, or take layer 2")
+        steps = count(nearest_steps, "nearest_steps", 100)
         sizes = {name: number(value, name) for name, value in
                  {"metres_per_unit": metres_per_unit, "radius": radius, "stiffness": stiffness, "damping": damping,
                   "friction": friction, "max_force": max_force, "max_torque": max_torque, "continuous_force": continuous_force,
@@ -77,7 +96,10 @@ class Session(Owned):
         elif sizes["friction"] < 0:
             raise refuse("friction", f"is {friction}", "give a number from 0 on")
         options = c.SessionOptions(pose=pointer(pose_of(pose)), layer=LAYERS[layer], has_dead_man=flag(dead_man, "dead_man"),
-                                   mode=MODES[mode], **sizes)
+                                   mode=MODES[mode], force=FORCES.index(force), friction_law=FRICTION_LAWS.index(friction_law),
+                                   f_c=f_c or -1.0, k_f=k_f or -1.0, projector=PROJECTORS.index(projector), gate=gate,
+                                   nearest_steps=steps or -1, without_gaps=not flag(gaps, "gaps"),
+                                   without_pruning=not flag(pruning, "pruning"), has_offset=flag(offset, "offset"), **sizes)
         handle = c.Handle()
         with model.use("model") as touched:
             c.call("sqmap_make_session", touched, options, handle)

@@ -93,6 +93,15 @@ struct Opened {
 };
 /// element: names the bytes. @throw Failure for bytes that are no model, or one whose kernels the library leaves out
 [[nodiscard]] Opened open_model(std::span<const std::byte> bytes, const std::string& element);
+/// How a paper model is read, as paper::QueryOptions.
+struct PaperReading {
+    int projector = 0;  ///< sqmap_projector
+    int nearest_steps = 2;
+    bool gaps = true, pruning = true;
+    friend bool operator==(const PaperReading&, const PaperReading&) = default;
+};
+/// The model read so; whatever it was opened from outlives it. @throw Failure for a central model unless all are the defaults
+[[nodiscard]] Opened read_paper(const Opened& opened, const PaperReading& how);
 /// Says why bytes are no model. @throw Failure
 [[noreturn]] void refuse_bytes(model::ParseStatus status, const std::string& element);
 /// As io::model_json, of the kinds that the library opens. bytes: the model's.
@@ -112,6 +121,7 @@ public:
 
     [[nodiscard]] const model::ModelView& view() const { return opened_.view; }
     [[nodiscard]] bool is_paper() const { return opened_.is_paper; }
+    [[nodiscard]] const Opened& opened() const { return opened_; }
     [[nodiscard]] std::span<const std::byte> bytes() const { return file_ ? file_->bytes() : std::span(bytes_); }
     /// The words of the bake that made it: sqmap_words.
     [[nodiscard]] std::int32_t words() const { return words_; }

@@ -6,8 +6,40 @@
 #endif
 
 namespace sqmap::capi {
+namespace {
+
+/// A central model is read as it is. @throw Failure unless all are the defaults
+void check_unread(const PaperReading& how)
+{
+    const PaperReading plain;
+    const char* const element = how.projector != plain.projector           ? "options.projector"
+                                : how.nearest_steps != plain.nearest_steps ? "options.nearest_steps"
+                                : how.gaps != plain.gaps                   ? "options.without_gaps"
+                                : how.pruning != plain.pruning             ? "options.without_pruning"
+                                                                           : nullptr;
+    if (element != nullptr)
+        throw Failure{SQMAP_E_ARGUMENT, element, "counts for models of the normal projection, and this one has the central",
+                      "leave the default, or bake with the normal projection"};
+}
+
+}  // namespace
 
 #ifdef SQMAP_OPENS_PAPER
+
+Opened read_paper(const Opened& opened, const PaperReading& how)
+{
+    if (!opened.is_paper) {
+        check_unread(how);
+        return opened;
+    }
+    paper::QueryOptions options;
+    options.projector = static_cast<paper::Projector>(how.projector);
+    options.nearest_steps = how.nearest_steps;
+    options.gaps = how.gaps;
+    options.pruning = how.pruning;
+    auto reading = std::make_shared<paper::Reading>(paper::Reading::of(opened.view).model(), options);
+    return {reading->view(), true, reading};
+}
 
 Opened open_model(std::span<const std::byte> bytes, const std::string& element)
 {
@@ -24,6 +56,12 @@ std::string json_of(const model::ModelView& view, std::span<const std::byte> byt
 std::span<const model::NoteRecord> notes_in(std::span<const std::byte> bytes) { return paper::notes_of(bytes); }
 
 #else
+
+Opened read_paper(const Opened& opened, const PaperReading& how)
+{
+    check_unread(how);
+    return opened;
+}
 
 Opened open_model(std::span<const std::byte> bytes, const std::string& element)
 {

@@ -5,6 +5,8 @@
 #include "sqmap/haptic/step.h"
 #include "sqmap/haptic/stiffness.h"
 #include "sqmap/haptic/tool.h"
+#include "sqmap/mesh/shapes.h"
+#include "sqmap/paper/force.h"
 #include "structs.h"
 
 #include <algorithm>
@@ -17,6 +19,7 @@ namespace sqmap::capi {
 namespace {
 
 constexpr double k_period = 1e-3;
+constexpr int k_sphere_divisions = 2;  // 162 points of a ball with the paper's force
 
 /// A number of the caller's, or the default for zero.
 double or_default(double value, double standard, double max, const char* element)
@@ -49,25 +52,84 @@ haptic::DeviceLimits device_of(const sqmap_session_options& o)
     return device;
 }
 
-haptic::Tool tool_of(const sqmap_session_options& o)
+bool has_paper_force(const sqmap_session_options& o, const Model& model)
+{
+    if (o.force == SQMAP_FORCE_FULL) return false;
+    if (o.force != SQMAP_FORCE_PAPER)
+        throw Failure{SQMAP_E_ARGUMENT, "options.force", "is " + std::to_string(o.force), "take one of sqmap_force_law"};
+    if (!model.is_paper())
+        throw Failure{SQMAP_E_ARGUMENT, "options.force", "is the paper's, of a model with the central projection",
+                      "bake with the normal projection, or take the full force"};
+    if (o.mode != SQMAP_MODE_DEFAULT && o.mode != SQMAP_MODE_DIRECT)
+        throw Failure{SQMAP_E_ARGUMENT, "options.mode", "is " + std::to_string(o.mode) + " with the paper's force",
+                      "take the direct mode"};
+    return true;
+}
+
+PaperReading reading_of(const sqmap_session_options& o)
+{
+    if (o.projector < SQMAP_PROJECTOR_NEWTON || o.projector > SQMAP_PROJECTOR_PRINTED)
+        throw Failure{SQMAP_E_ARGUMENT, "options.projector", "is " + std::to_string(o.projector), "take one of sqmap_projector"};
+    if (o.nearest_steps > 100)
+        throw Failure{SQMAP_E_ARGUMENT, "options.nearest_steps", "is " + std::to_string(o.nearest_steps), "give at most 100"};
+    PaperReading how{o.projector, PaperReading{}.nearest_steps, o.without_gaps == 0, o.without_pruning == 0};
+    if (o.nearest_steps != 0) how.nearest_steps = std::max(0, o.nearest_steps);
+    return how;
+}
+
+haptic::Tool tool_of(const sqmap_session_options& o, bool is_paper_force)
 {
     haptic::ZoneOptions z;
     z.mode = mode_of(o.mode);
+    if (o.gate != 0) z.gate = o.gate;
+    z.offset = o.has_offset != 0;
     z.side_path = checked(o.side_path, 0, 1, "options.side_path");
     const double radius = checked(o.radius, 0, 1, "options.radius");
     z.stiffness = or_default(o.stiffness, z.stiffness, 1e5, "options.stiffness");
     z.damping = checked(o.damping, 0, 1e4, "options.damping");
     z.layer = layer_of(o.layer);
     if (z.mode == haptic::Mode::Coupled) haptic::choose_coupling(z, device_of(o));
+    if (is_paper_force) {
+        haptic::ToolDescription tool{.force = paper::with_paper_force(z), .shape = haptic::ToolShape::Point};
+        if (radius > 0) {
+            tool.shape = haptic::ToolShape::Surface;
+            tool.points = mesh::sphere(radius, k_sphere_divisions).vertices;
+        }
+        return haptic::Tool(std::move(tool));
+    }
     return haptic::Tool(
         {.force = z, .shape = radius > 0 ? haptic::ToolShape::Ball : haptic::ToolShape::Point, .ball_radius = radius});
 }
 
-haptic::Material material_of(double friction)
+/// A number that is 0 for its default and below it for none.
+double or_none(double value, double standard, double max, const char* element)
+{
+    return value < 0 && std::isfinite(value) ? 0 : or_default(value, standard, max, element);
+}
+
+haptic::Material material_of(const sqmap_session_options& o)
 {
     haptic::Material material;
-    if (friction == 0) return material;
-    material.mu_static = friction < 0 && std::isfinite(friction) ? 0 : checked(friction, 0, 10, "options.friction");
+    material.f_c = or_none(o.f_c, material.f_c, 1e3, "options.f_c");
+    material.k_f = or_none(o.k_f, material.k_f, 1e6, "options.k_f");
+    switch (o.friction_law) {
+        case SQMAP_FRICTION_DEFAULT:
+            if (o.force == SQMAP_FORCE_PAPER) material = paper::with_paper_friction(material);
+            break;
+        case SQMAP_FRICTION_COULOMB:
+            break;
+        case SQMAP_FRICTION_PAPER:
+            material = paper::with_paper_friction(material);
+            break;
+        case SQMAP_FRICTION_NONE:
+            material.friction = Friction::None;
+            break;
+        default:
+            throw Failure{SQMAP_E_ARGUMENT, "options.friction_law", "is " + std::to_string(o.friction_law),
+                          "take one of sqmap_friction_law"};
+    }
+    if (o.friction == 0) return material;
+    material.mu_static = o.friction < 0 && std::isfinite(o.friction) ? 0 : checked(o.friction, 0, 10, "options.friction");
     material.mu_dynamic = 0.75 * material.mu_static;
     return material;
 }
@@ -103,9 +165,10 @@ class Session {
 public:
     Session(std::shared_ptr<Model> model, const sqmap_session_options& o)
         : model_(std::move(model)),
-          view_(haptic::in_metres(model_->view(), or_default(o.metres_per_unit, 1, 1e6, "options.metres_per_unit"))),
-          tool_(tool_of(o)),
-          touched_{&view_, pose_of(o.pose, "options.pose"), {}, material_of(o.friction)},
+          read_(read_paper(model_->opened(), reading_of(o))),
+          view_(haptic::in_metres(read_.view, or_default(o.metres_per_unit, 1, 1e6, "options.metres_per_unit"))),
+          tool_(tool_of(o, has_paper_force(o, *model_))),
+          touched_{&view_, pose_of(o.pose, "options.pose"), {}, material_of(o)},
           state_(tool_.state()),
           filter_(filter_of(o))
     {
@@ -171,6 +234,7 @@ public:
 
 private:
     std::shared_ptr<Model> model_;
+    Opened read_;
     model::ModelView view_;
     haptic::Tool tool_;
     haptic::TouchedBody touched_;

@@ -142,6 +142,8 @@ query::Layer layer_of(int layer)
             return query::Layer::Exact;
         case SQMAP_LAYER_AUTO:
             return query::Layer::Auto;
+        case SQMAP_LAYER_GATE:
+            return query::Layer::Gate;
         default:
             throw Failure{SQMAP_E_ARGUMENT, "options.layer", "is " + std::to_string(layer), "take one of sqmap_layer"};
     }

@@ -23,7 +23,7 @@ Pose probe_pose(const ZoneTick& tick, const Pose& at)
 
 bool same_query(const query::QueryOptions& a, const query::QueryOptions& b)
 {
-    return a.layer == b.layer && a.offset == b.offset && a.smoothed_map == b.smoothed_map;
+    return a.layer == b.layer && a.gate == b.gate && a.offset == b.offset && a.smoothed_map == b.smoothed_map;
 }
 
 }  // namespace
@@ -58,8 +58,10 @@ std::span<const query::Contact> query_contacts(ZoneTick& tick, std::size_t s, co
     const query::Probe* probe = points(tick).probe;
     const Pose pose = compose(inverse(tick.body(s).pose), probe_pose(tick, at));
     const ZoneOptions& o = tick.options;
-    const query::QueryOptions options{
-        .layer = o.layer == query::Layer::One ? query::Layer::Two : o.layer, .offset = o.offset, .smoothed_map = o.smoothed_map};
+    const query::QueryOptions options{.layer = o.layer == query::Layer::One ? query::Layer::Two : o.layer,
+                                      .gate = o.gate,
+                                      .offset = o.offset,
+                                      .smoothed_map = o.smoothed_map};
     const std::span<query::Contact> memory = contact_memory(tick.state, s);
     CachedQuery& cached = tick.state.queries[s];
     if (probe != cached.probe || !same_query(options, cached.options) || !same_pose(pose, cached.pose)) {

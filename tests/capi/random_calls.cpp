@@ -212,11 +212,16 @@ struct Calls {
         }
         sqmap_session_options how = struct_of<sqmap_session_options>(random);
         how.pose = maybe(pose);
-        double* const members[] = {&how.metres_per_unit, &how.radius,    &how.stiffness,   &how.damping,         &how.friction,
-                                   &how.side_path,       &how.max_force, &how.force_limit, &how.continuous_force};
+        double* const members[] = {&how.metres_per_unit,  &how.radius,    &how.stiffness, &how.damping,
+                                   &how.friction,         &how.side_path, &how.max_force, &how.force_limit,
+                                   &how.continuous_force, &how.f_c,       &how.k_f};
         for (double* member : members)
             if (below(random, 4) == 0) *member = any_number(random);
         how.mode = static_cast<std::int32_t>(below(random, SQMAP_MODE_COUPLED + 2));
+        how.force = static_cast<std::int32_t>(below(random, SQMAP_FORCE_PAPER + 2));
+        how.friction_law = static_cast<std::int32_t>(below(random, SQMAP_FRICTION_NONE + 2));
+        how.projector = static_cast<std::int32_t>(below(random, SQMAP_PROJECTOR_PRINTED + 2));
+        how.nearest_steps = static_cast<std::int32_t>(below(random, 4)) - 1;
         sqmap_session session{};
         const sqmap_code code = sqmap_make_session(handle(models), maybe(how), maybe(session));
         if (session.id != 0) sessions.push_back(session);

@@ -384,6 +384,27 @@ class Forces(unittest.TestCase):
         self.assertGreater(force.tool[2, 3], 0.0495)
         self.assertAlmostEqual(force.depth, force.tool[2, 3] - 0.06 + 2e-5 * 599, delta=3e-4)
 
+    def test_the_papers_force_is_that_of_its_maps(self):
+        model = sqmap.bake(ball(), projection="normal", exact=False)
+        options = {"metres_per_unit": 0.05, "force": "paper", "friction_law": "none", "max_force": 3.0, "force_limit": 3.0}
+        for more in ({}, {"projector": "printed"}, {"projector": "printed", "layer": 2}, {"layer": "gate", "gate": 3},
+                     {"gaps": False, "pruning": False, "nearest_steps": 0}):
+            session = sqmap.Session(model, **options, **more)
+            force = session.tick((0, 0.0003, 0.048), 0.001)
+            self.assertAlmostEqual(np.linalg.norm(force.commanded), 500 * (0.05 - np.hypot(0.0003, 0.048)), delta=0.08)
+        moved_out = sqmap.Session(model, **options, offset=True).tick((0, 0.0003, 0.048), 0.001)
+        plain = sqmap.Session(model, **options).tick((0, 0.0003, 0.048), 0.001)
+        self.assertGreater(np.linalg.norm(moved_out.commanded), np.linalg.norm(plain.commanded) + 1e-3)
+
+    def test_eq_33_is_the_friction_of_the_papers_force(self):
+        model = sqmap.bake(ball(), projection="normal", exact=False)
+        for law, f_c in (("default", 0.3), ("paper", 0.3), ("none", 0.3), ("default", 0.0)):
+            session = sqmap.Session(model, metres_per_unit=0.05, force="paper", friction_law=law, f_c=f_c, k_f=200.0)
+            for i in range(20):
+                force = session.tick((1e-5 * i, 0, 0.049), 0.001 * i)
+            expected = 0 if law == "none" else -f_c * (1 + 200 * 0.001)
+            self.assertAlmostEqual(force.commanded[0], expected, delta=0.02)
+
     def test_the_same_targets_give_the_same_bits(self):
         a, b = self.press(), self.press()
         for one, other in zip(a, b):

@@ -50,7 +50,8 @@ class BadInput(unittest.TestCase):
                         {"stiffness": 0}, {"stiffness": 1e9}, {"stiffness": np.nan}, {"damping": -1}, {"friction": -0.1},
                         {"friction": np.nan}, {"max_force": -1}, {"max_force": np.nan}, {"force_limit": -1},
                         {"max_force": 1, "force_limit": 2}, {"layer": 9}, {"mode": "glued"}, {"mode": []},
-                        {"side_path": -1}, {"side_path": np.nan}):
+                        {"side_path": -1}, {"side_path": np.nan}, {"force": "paper"}, {"projector": "printed"}, {"gaps": False},
+                        {"pruning": False}, {"nearest_steps": 0}, {"gate": 0}, {"f_c": -1}, {"k_f": np.nan}):
             self.refused(sqmap.ArgumentError, sqmap.Session, model, **options)
 
     def test_poses_that_are_no_rigid_motion(self):

@@ -47,7 +47,16 @@ void add_force_options(Command& command, TouchOptions& o)
                   "newton|pyramid|printed");
     forces.flag("--offset", o.zone.offset, "Move the surface out by eq. 12, against tunnelling");
     forces.choice("--layer", o.zone.layer, k_touch_layers, "Layer to query; auto: exact for a sphere or a point, 3 for a mesh",
-                  "auto|2|3|exact");
+                  "auto|2|3|gate|exact");
+    forces.option("--gate", o.zone.gate,
+                  "k_L: --layer gate reads layer 3 for a part with fewer base samples than this times its vertices");
+    forces
+        .option(
+            "--nearest-steps", o.paper.nearest_steps,
+            "Paper models, layer 3, Newton's foot: steps to the nearest surface without --force paper; 0: along the foot's line")
+        .in_range(0, 100);
+    forces.flag("--no-gaps", o.no_gaps, "Paper models: the first surface alone, as printed, not the openings behind it");
+    forces.flag("--no-pruning", o.no_pruning, "Paper models: any part's claim counts where parts overlap");
     forces.choice("--friction", o.material.friction, k_frictions, "How the surface rubs; paper is eq. 33 as printed",
                   "none|coulomb|paper");
     number("--mu-static", o.material.mu_static, "Coulomb friction before slipping");
@@ -79,6 +88,8 @@ void add_force_options(Command& command, TouchOptions& o)
 
 void finish_force_options(const Command& command, TouchOptions& o)
 {
+    o.paper.gaps = !o.no_gaps;
+    o.paper.pruning = !o.no_pruning;
     if (!o.paper_force) return;
     if (!command.given("--friction")) o.material.friction = Friction::Paper;
     if (!command.given("--blend")) o.zone.blend_time = 0;
@@ -91,6 +102,8 @@ void warn_of_idle(const Command& command, const TouchOptions& o)
     const std::tuple<const char*, bool, const char*> k_needs[] = {
         {"--mu-static", coulomb, "--friction coulomb"},
         {"--mu-dynamic", coulomb, "--friction coulomb"},
+        {"--gate", o.zone.layer == query::Layer::Gate, "--layer gate"},
+        {"--nearest-steps", o.paper.projector == paper::Projector::Newton, "--projector newton"},
         {"--f-c", paper, "--friction paper"},
         {"--k-f", paper, "--friction paper"},
         {"--proxy-depth", o.zone.mode == haptic::Mode::Proxy && !o.tool.starts_with("point"),

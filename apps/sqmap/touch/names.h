@@ -22,7 +22,7 @@ inline const std::map<std::string, Friction> k_frictions{
     {"none", Friction::None}, {"coulomb", Friction::Coulomb}, {"paper", Friction::Paper}};
 inline const std::map<std::string, haptic::Kernel> k_kernels{{"ball", haptic::Kernel::Ball}, {"shell", haptic::Kernel::Shell}};
 inline const std::map<std::string, query::Layer> k_touch_layers =
-    layers_by_name({query::Layer::Auto, query::Layer::Two, query::Layer::Three, query::Layer::Exact});
+    layers_by_name({query::Layer::Auto, query::Layer::Two, query::Layer::Three, query::Layer::Exact, query::Layer::Gate});
 
 template <class Value>
 std::string name_of(const std::map<std::string, Value>& names, Value value)

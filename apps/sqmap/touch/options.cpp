@@ -133,6 +133,10 @@ std::string setup_text(const TouchOptions& o)
     out["force"] = name_of(k_forces, o.paper_force);
     out["projector"] = name_of(k_projectors, o.paper.projector);
     out["offset"] = o.zone.offset;
+    out["gate"] = o.zone.gate;
+    out["nearest_steps"] = o.paper.nearest_steps;
+    out["gaps"] = o.paper.gaps;
+    out["pruning"] = o.paper.pruning;
     out["friction"] = name_of(k_frictions, o.material.friction);
     out["kernel"] = name_of(k_kernels, o.kernel);
     out["texture"] = o.texture.kind;
@@ -169,6 +173,12 @@ TouchOptions setup_from(const std::string& text)
         if (in.contains("force")) o.paper_force = k_forces.at(in.at("force"));
         if (in.contains("projector")) o.paper.projector = k_projectors.at(in.at("projector"));
         o.zone.offset = in.value("offset", o.zone.offset);
+        o.zone.gate = in.value("gate", o.zone.gate);
+        o.paper.nearest_steps = in.value("nearest_steps", o.paper.nearest_steps);
+        if (o.paper.nearest_steps < 0 || o.paper.nearest_steps > 100)
+            throw BadTouch("the trace's setup: nearest_steps must be 0 to 100\n  cure: mend the number in the line '# setup'");
+        o.paper.gaps = in.value("gaps", o.paper.gaps);
+        o.paper.pruning = in.value("pruning", o.paper.pruning);
         if (in.contains("kernel")) o.kernel = k_kernels.at(in.at("kernel"));
         o.texture.kind = in.value("texture", o.texture.kind);
         o.texture.seed = in.value("texture_seed", o.texture.seed);

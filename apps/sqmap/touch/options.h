@@ -52,6 +52,7 @@ struct TouchOptions {
     haptic::ZoneOptions zone{.layer = query::Layer::Auto};  ///< Auto: Exact for a sphere or a point, Three for a mesh
     bool paper_force = false;                               ///< paper::with_paper_force, on paper models
     paper::QueryOptions paper{};                            ///< how paper models are read
+    bool no_gaps = false, no_pruning = false;               ///< of the command line; paper has them else
     double zone_radius = 0;                                 ///< m, of the impact sphere; 0: the whole tool
     haptic::Material material{};
     haptic::Kernel kernel = haptic::Kernel::Ball;  ///< of a sphere's or point's smoothing

@@ -30,6 +30,10 @@ TouchSetup::TouchSetup(const TouchOptions& options, std::size_t zones, const std
         if (options_.paper_force && !paper::has_smoothed_map(view))
             notes_.push_back("warning: " + object.file +
                              " was baked with --smoothing-radius 0: the force is that of the unsmoothed map");
+        if (!paper::is_paper(view) && options_.paper != paper::QueryOptions{})
+            notes_.push_back("warning: " + object.file +
+                             " has the central projection: --projector, --nearest-steps, --no-gaps and --no-pruning count with "
+                             "--projection normal only");
         object.hash = hash;
         object.projection = paper::is_paper(view) ? "normal" : "central";
         if (!(object.metres_per_unit > 0) || !std::isfinite(object.metres_per_unit))

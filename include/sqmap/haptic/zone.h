@@ -63,6 +63,7 @@ struct ZoneOptions {
     /// that friction does not swing between the few points that it rests on.
     double entry_depth = 0.0005;
     query::Layer layer = query::Layer::Three;  ///< One is answered by Two: a superquadric pushes from outside the surface
+    std::uint32_t gate = query::k_gate;        ///< k_L of Layer::Gate; 0: never Layer 3
     /// Paper models: depths and normals of the smoothed map, and the surface moved out by eq. 12.
     bool smoothed_map = false, offset = false;
     double stiffness = 500;             ///< k of eqs. 21 and 32, N/m (errata 10)

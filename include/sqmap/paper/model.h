@@ -187,11 +187,13 @@ enum Status : std::uint8_t {
     k_not_given = 128,  ///< the maps do not give what the options name (a margin, say): answered without it
 };
 
-/// How a query finds the foot of a point, where its line to the superquadric is a normal of it.
+/// How a query finds the foot of a point, where its line to the superquadric is a normal of it. The searches end at a sample of
+/// the base grid on layer 2; on layer 3 one Newton step leads from the finest sample to the position for which the data of steps
+/// 2 and 3 are interpolated (section 4.2.3).
 enum class Projector : std::uint8_t {
     Newton,   ///< Newton's method from a table of starts: the exact foot
-    Pyramid,  ///< the multiresolution search of eqs. 16 to 19, corrected (errata 5 to 7): a sample of the grid
-    Printed,  ///< the same to the letter: one direction, greatest I_S, no fallback; the sample's own distance, no closest-point
+    Pyramid,  ///< the multiresolution search of eqs. 16 to 19, corrected (errata 5 to 7)
+    Printed,  ///< the same to the letter: one direction, greatest I_S, no fallback; depth along the normal, no closest-point
               ///< steps
 };
 
@@ -203,6 +205,7 @@ struct QueryOptions {
     int nearest_steps = 2;
     bool gaps = true;     ///< layer Three: openings behind the first surface; false: the paper's map, with its Q2 limit
     bool pruning = true;  ///< a part that proves a point free outweighs those that claim it (section 2); false: any claim counts
+    friend constexpr bool operator==(const QueryOptions&, const QueryOptions&) = default;
 };
 
 /// A paper model as points, probes, pairs, scenes, skins, the haptic tick and the rest of sqmap query it: its view()

@@ -116,8 +116,9 @@ struct MapSample {
 [[nodiscard]] MapSample sample_map(const MapView& map, shape::SurfaceAnglesf angles, const ProjectionOptions& options) noexcept;
 
 /// The smoothed map (section 6) at given angles: layer 3 plus what smoothing adds, with the smoothed surface's normal; layer
-/// 3 as it is where the smoothed map has a hole.
-[[nodiscard]] MapSample sample_smoothed(const MapView& map, shape::SurfaceAnglesf angles) noexcept;
+/// 3 as it is where the smoothed map has a hole. Layer Two: the same of the nearest base sample.
+[[nodiscard]] MapSample sample_smoothed(const MapView& map, shape::SurfaceAnglesf angles,
+                                        query::Layer layer = query::Layer::Three) noexcept;
 
 /// A position of the superquadric that a search has looked at.
 struct FootSearchStep {

@@ -123,6 +123,23 @@ public:
         return sample;
     }
 
+    /// The same of a sample of layer 2: what smoothing adds at the base sample itself.
+    HWY_INLINE SampleLanes smoothed_base(const AngleLanes& angles, SampleLanes sample) const
+    {
+        if (map_.smoothed.empty()) return sample;
+        const Cell c(angles, base_rows_, base_columns_);
+        const I columns = set_int(static_cast<std::int32_t>(base_columns_));
+        const I word = hn::GatherIndex(di, reinterpret_cast<const std::int32_t*>(map_.smoothed.data()),
+                                       hn::Add(hn::Mul(c.nearest_row(), columns), c.nearest_column()));
+        const I change = hn::ShiftRight<16>(hn::ShiftLeft<16>(word));
+        const M known = hn::AndNot(equal(change, set_int(k_not_smoothed)),
+                                   equal(hn::And(sample.flags, set_int(k_projection_miss | k_projection_cap)), hn::Zero(di)));
+        const F moved = larger(hn::Add(sample.distance, hn::Mul(scale_, to_float(change))), hn::Zero(df));
+        sample.distance = blend(known, moved, sample.distance);
+        sample.normal = blend(known, decoded(high_half(word)), sample.normal);
+        return sample;
+    }
+
     /// Openings of the nearest sample's ray. Of the lanes of a mask those at foot distance s that lie in one or behind one; sets
     /// their distance to where the solid is entered again.
     M behind_first(const AngleLanes& angles, F s, M which, F& distance) const

@@ -94,10 +94,13 @@ MapSample sample_map(const MapView& map, shape::SurfaceAnglesf angles, const Pro
     return sample_of(PartLanes(map, options, nullptr).sample_at({set(angles.eta), set(angles.omega)}));
 }
 
-MapSample sample_smoothed(const MapView& map, shape::SurfaceAnglesf angles) noexcept
+MapSample sample_smoothed(const MapView& map, shape::SurfaceAnglesf angles, Layer layer) noexcept
 {
-    const PartLanes part(map, {}, nullptr);
+    ProjectionOptions options;
+    options.layer = layer;
+    const PartLanes part(map, options, nullptr);
     const AngleLanes at{set(angles.eta), set(angles.omega)};
+    if (layer == Layer::Two) return sample_of(part.map().smoothed_base(at, part.sample_at(at)));
     return sample_of(part.map().smoothed(at, part.sample_at(at)));
 }
 

@@ -134,7 +134,9 @@ public:
         const bool printed = options_.projector == Projector::Printed;
         const AngleLanes angles = angles_at(a.shown.position);
         const SampleLanes sample =
-            map_.smoothed(angles, printed ? sample_at(angles) : map_.interpolated(angles, options_.corrections));
+            printed && coarse_
+                ? map_.smoothed_base(angles, sample_at(angles))
+                : map_.smoothed(angles, printed ? sample_at(angles) : map_.interpolated(angles, options_.corrections));
         constexpr std::int32_t k_open = k_projection_miss | k_projection_cap;
         const M known = hn::And(equal(hn::And(sample.flags, set_int(k_open)), hn::Zero(di)),
                                 equal(hn::And(a.flags, set_int(k_projection_unproven | k_open)), hn::Zero(di)));
@@ -285,7 +287,8 @@ private:
     }
 
     /// The sample that the search comes to; layer 3 goes on through the subdivided levels, and one Newton step leads from the
-    /// finest sample to the position between samples that linear interpolation is for. As printed: the sample itself.
+    /// finest sample to the position between samples that linear interpolation of steps 2 and 3 is for: at the samples
+    /// themselves the vertices of step 3 have no weight.
     template <class Record>
     HWY_NOINLINE FootLanes searched_foot(const HeldLanes& point, M active, I& flags, Record record) const
     {
@@ -299,7 +302,7 @@ private:
         const I scale = set_int(stride);
         const Searched fine = search.refine({hn::Mul(found.node.row, scale), hn::Mul(found.node.column, scale)}, stride / 2);
         const FootLanes at_sample = foot_at(sq_, finest.position(fine.node));
-        return printed ? at_sample : polished_foot(sq_, point.q, at_sample, active, {1, 0}, record);
+        return polished_foot(sq_, point.q, at_sample, active, {1, 0}, record);
     }
 
     /// Closest-point steps on the map: the surface looked up again at the projection of p on the tangent plane of the surface

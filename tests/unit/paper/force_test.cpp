@@ -49,7 +49,7 @@ TEST(PaperForce, WithThePrintedProjectorTheDepthIsEq21sOnTheMapOfTheLayer)
             // Eqs. 21 and 26 from the foot of eqs. 15 to 19 and the stored map.
             const paper::PartAnswer foot =
                 paper::project(map, p, {.layer = layer, .projector = paper::Projector::Printed, .nearest_steps = 0});
-            const paper::MapSample sample = paper::sample_smoothed(map, foot.angles);
+            const paper::MapSample sample = paper::sample_smoothed(map, foot.angles, layer);
             if (sample.flags != 0) continue;
             ++touching;
             EXPECT_NEAR(found.depth, std::max(foot.foot_distance - sample.distance, 0.f), 2e-6 * r) << i;

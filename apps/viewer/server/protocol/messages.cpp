@@ -18,7 +18,8 @@ using nlohmann::json;
 constexpr std::array<const char*, 3> k_garments{"shirt", "skirt", "poncho"};
 constexpr std::array<const char*, 5> k_fabrics{"cotton", "silk", "denim", "wool", "leather"};
 constexpr std::string_view k_layer_of_tool = "tool";
-constexpr std::array<const char*, 3> k_friction_names{"none", "coulomb", "paper"};  // in the order of Friction
+constexpr std::array<const char*, 3> k_projector_names{"newton", "pyramid", "printed"};  // in the order of paper::Projector
+constexpr std::array<const char*, 3> k_friction_names{"none", "coulomb", "paper"};       // in the order of Friction
 
 /// Reads a finite number of a range; false where there is none.
 bool number(const json& in, const char* key, double least, double max, double& out)
@@ -165,6 +166,21 @@ bool read_tool(const json& in, Settings& s)
            number(in, "toolTilt", -180, 180, s.tool_tilt);
 }
 
+/// Reads how the paper's maps are read. Recordings from before there were these settings have none of them: the defaults.
+bool read_paper(const json& in, Settings& s)
+{
+    if (!in.contains("projector")) return true;
+    std::size_t projector = 0;
+    std::uint32_t steps = 0;
+    if (!one_of(in, "projector", k_projector_names, projector) || !index(in, "nearestSteps", steps) || steps > 8 ||
+        !flag(in, "gaps", s.paper.gaps) || !flag(in, "pruning", s.paper.pruning) || !index(in, "gate", s.gate) || s.gate > 1000 ||
+        !flag(in, "offset", s.offset))
+        return false;
+    s.paper.projector = static_cast<paper::Projector>(projector);
+    s.paper.nearest_steps = static_cast<int>(steps);
+    return true;
+}
+
 /// Reads "tool", which leaves the layer to the tool, or a layer's name.
 bool read_layer(const json& in, Settings& s)
 {
@@ -208,6 +224,12 @@ nlohmann::ordered_json settings_json(const Settings& s)
             {"toolRadius", s.tool_radius},
             {"zone", s.zone},
             {"forceLimit", s.force_limit},
+            {"projector", k_projector_names[static_cast<std::size_t>(s.paper.projector)]},
+            {"nearestSteps", s.paper.nearest_steps},
+            {"gaps", s.paper.gaps},
+            {"pruning", s.paper.pruning},
+            {"gate", s.gate},
+            {"offset", s.offset},
             {"tool", s.tool == ToolKind::Ball   ? ordered_json("ball")
                      : s.tool == ToolKind::Hand ? ordered_json("hand")
                                                 : ordered_json(s.tool_object)},
@@ -227,8 +249,11 @@ bool read_settings(const json& in, Settings& s)
            number(in, "damping", 0, 5, s.damping) && number(in, "friction", 0, 1.5, s.friction) &&
            number(in, "fC", 0, 2, s.f_c) && number(in, "kF", 0, 1000, s.k_f) && number(in, "texture", 0, 0.001, s.texture) &&
            number(in, "smoothing", 0, 0.01, s.smoothing) && number(in, "toolRadius", 0.001, 0.05, s.tool_radius) &&
-           number(in, "zone", 0, 0.1, s.zone) && number(in, "forceLimit", 0.1, 3.3, s.force_limit) && read_tool(in, s);
+           number(in, "zone", 0, 0.1, s.zone) && number(in, "forceLimit", 0.1, 3.3, s.force_limit) && read_tool(in, s) &&
+           read_paper(in, s);
 }
+
+std::size_t settings_fields(const json& in) { return in.contains("projector") ? 25 : 19; }
 
 std::optional<json> shallow_object(std::string_view text, int max_depth)
 {
@@ -274,7 +299,7 @@ std::optional<Message> read_message(std::string_view text)
         return m;
     };
     if (name == "touch") return done(Say::Touch, read_touch(in, m));
-    if (name == "settings") return done(Say::Settings, read_settings(in, m.settings) && in.size() == k_settings_fields + 1);
+    if (name == "settings") return done(Say::Settings, read_settings(in, m.settings) && in.size() == settings_fields(in) + 1);
     if (name == "take") return done(Say::Take, in.size() == 1);
     if (name == "rest") return done(Say::Rest, in.size() == 1);
     if (name == "cancel") return done(Say::Cancel, index(in, "upload", m.upload, 0xffffffff) && in.size() == 2);

@@ -4,6 +4,7 @@
 #include "sqmap/haptic/zone.h"
 #include "sqmap/math/vec.h"
 #include "sqmap/paper/force.h"
+#include "sqmap/paper/model.h"
 #include "sqmap/query/point.h"
 
 #include <nlohmann/json.hpp>
@@ -41,6 +42,9 @@ struct Settings {
     double tool_radius = 0.006;  ///< m, of the ball, 0.001 to 0.05
     double zone = 0;         ///< m, of the impact zone of a hand or a mesh about the tool's position; 0: the whole tool; to 0.1
     double force_limit = 2;  ///< N, 0.1 to 3.3
+    paper::QueryOptions paper{};         ///< how objects with the paper's maps are read; nearest_steps 0 to 8
+    std::uint32_t gate = query::k_gate;  ///< k_L of layer Gate, to 1000
+    bool offset = false;                 ///< eq. 12, with the paper's force
     ToolKind tool = ToolKind::Ball;
     std::uint32_t tool_object = 0;  ///< of the scene, where the tool is a mesh
     double tool_size = 0.06;        ///< m, largest extent of a hand or a mesh, 0.01 to 0.3
@@ -53,7 +57,9 @@ struct Settings {
 [[nodiscard]] nlohmann::ordered_json settings_json(const Settings& settings);
 /// Reads them from an object that may have other fields too. False where a field is missing or out of its range.
 [[nodiscard]] bool read_settings(const nlohmann::json& in, Settings& settings);
-inline constexpr std::size_t k_settings_fields = 19;
+/// How many fields a message or a recording has for them: recordings from before there were settings of the paper's maps have
+/// fewer.
+[[nodiscard]] std::size_t settings_fields(const nlohmann::json& in);
 
 enum class Say : std::uint8_t {
     Touch,  ///< where the hand wants the tool, and whether it is held there

@@ -38,11 +38,13 @@ Forces::Forces(std::vector<ObjectPtr> objects, const Settings& settings) : objec
         .force = {.stiffness = settings.stiffness, .damping = settings.damping, .tangential_stiffness = settings.stiffness},
         .radius = settings.zone};
     haptic::ZoneOptions& zone = description.force;
+    zone.gate = settings.gate;
     const bool held = settings.tool == ToolKind::Mesh && settings.tool_object < objects_.size();
     const ObjectPtr tool_object = held ? std::exchange(objects_[settings.tool_object], nullptr) : nullptr;
     if (settings.paper_force && has_paper_force(objects_)) {
         paper_force_ = true;
         zone = paper::with_paper_force(zone);
+        zone.offset = settings.offset;
     } else if (settings.proxy) {
         proxy_ = true;
         zone.mode = haptic::Mode::Proxy;
@@ -67,14 +69,29 @@ Forces::Forces(std::vector<ObjectPtr> objects, const Settings& settings) : objec
     patch_ = tool_.zones().front().options.averaging == haptic::Averaging::Patch;
     if (settings.texture > 0)
         texture_ = haptic::gaussian_texture({.amplitude = settings.texture, .wavelength = 0.003}, texture_values_);
-    for (const ObjectPtr& object : objects_)
-        if (object != nullptr) solids_.push_back({.model = &object->metres, .pose = object->pose()});
+    read_objects(settings.paper);
     for (haptic::TouchedBody& solid : solids_)
         if (settings.texture > 0) solid.material.texture = &texture_;
     state_ = std::make_unique<haptic::State>(tool_.state(solids_.size()));
     force_limit_ = settings.force_limit;
     adjust(live_of(settings, 0));
     state_->options(0).stiffness = state_->options(0).tangential_stiffness = wanted_;
+}
+
+/// A paper model is read by a reading of this tool's own: the object's is shared with all that look at it.
+void Forces::read_objects(const paper::QueryOptions& options)
+{
+    metres_.reserve(objects_.size());
+    for (const ObjectPtr& object : objects_) {
+        if (object == nullptr) continue;
+        if (const paper::ModelView* model = object->model->paper()) {
+            readings_.push_back(std::make_unique<paper::Reading>(*model, options));
+            metres_.push_back(haptic::in_metres(readings_.back()->view(), object->metres_per_unit));
+        } else {
+            metres_.push_back(object->metres);
+        }
+        solids_.push_back({.model = &metres_.back(), .pose = object->pose()});
+    }
 }
 
 query::Layer Forces::layer_of(const Live& live) const noexcept

@@ -4,6 +4,7 @@
 #include "sqmap/haptic/step.h"
 #include "sqmap/haptic/texture.h"
 #include "sqmap/haptic/tool.h"
+#include "sqmap/paper/model.h"
 #include "viewer/server/protocol/messages.h"
 #include "viewer/server/scene/object.h"
 
@@ -71,10 +72,13 @@ public:
     [[nodiscard]] query::Layer layer_of(const Live& live) const noexcept;
 
 private:
+    void read_objects(const paper::QueryOptions& options);
     /// Brings the spring nearer to the stiffness that is set. Returns the stiffness before.
     double stiffen(double dt) noexcept;
 
     std::vector<ObjectPtr> objects_;
+    std::vector<std::unique_ptr<paper::Reading>> readings_;  ///< of paper models
+    std::vector<model::ModelView> metres_;                   ///< of the objects that are touched
     std::vector<haptic::TouchedBody> solids_;
     bool doubtful_ = false;  ///< layers below the exact one give wrong verdicts on some object
     bool patch_ = false;     ///< a hand or a mesh, or the paper's force

@@ -224,7 +224,7 @@ Plan plan_of(const device::TraceHeader& header)
     }
     for (const json& in : read_list(header, "settings", k_max_recorded)) {
         Change change{count_in(in, "row", "settings"), {}};
-        if (in.size() != k_settings_fields + 1 || !read_settings(in, change.settings)) refuse("settings");
+        if (in.size() != settings_fields(in) + 1 || !read_settings(in, change.settings)) refuse("settings");
         if (plan.changes.empty() ? change.row != 0 : change.row <= plan.changes.back().row) refuse("settings");
         plan.changes.push_back(change);
     }

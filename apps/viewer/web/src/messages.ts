@@ -25,6 +25,7 @@ export interface Settings {
   layer: string; tolerance: number; paperForce: boolean; proxy: boolean; stiffness: number; damping: number;
   law: string; friction: number; fC: number; kF: number; texture: number; smoothing: number;
   toolRadius: number; zone: number; forceLimit: number;
+  projector: string; nearestSteps: number; gaps: boolean; pruning: boolean; gate: number; offset: boolean;  ///< of the paper's maps
   tool: string | number; toolSize: number; toolTurn: number; toolTilt: number;
 }
 export interface Worn { garment: string; fabric: string; walks: boolean; pinned: number; number: number; seams: { name: string; sewn: boolean }[]; }

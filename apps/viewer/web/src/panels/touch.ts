@@ -6,7 +6,7 @@ import { hand, hint, world } from '../stage';
 import { changed, on, state } from '../state';
 import { MATERIALS, PLAIN } from '../materials';
 import { pressBox } from '../press';
-import { card, choice, folded } from './controls';
+import { card, check, choice, folded } from './controls';
 import { recordingCard } from './recording';
 import { sound } from './senses';
 
@@ -33,12 +33,29 @@ const lawChoice = choice('Friction law', [['coulomb', 'Coulomb'], ['paper', 'The
 const muRow = slider('Friction', '', [0, 1, 0.05], () => state.settings.friction, (x) => { state.settings.friction = x; });
 const printedRows = [slider('f_c', 'N', [0, 1, 0.02], () => state.settings.fC, (x) => { state.settings.fC = x; }), slider('k_f', '1/m', [0, 500, 10], () => state.settings.kF, (x) => { state.settings.kF = x; }),
   h('p', { class: 'note' }, 'f_c (1 + k_f depth) against the motion, whatever the load; none at rest.')];
+/// How the paper's maps are read; objects with central maps pass over all of these but the gate.
+const gateRow = slider('Gate k_L', '', [0, 100, 1], () => state.settings.gate, (x) => { state.settings.gate = x; }, false);
+const projectorChoice = choice('Foot search', [['newton', 'Newton'], ['pyramid', 'Pyramid, corrected'], ['printed', 'As printed']], 'newton', (v) => { state.settings.projector = v; tellSettings(); showRows(); }, 'touch-projector', 'Eqs. 15 to 19; as printed the depth is eq. 21’s');
+const stepsRow = slider('Nearest steps', '', [0, 8, 1], () => state.settings.nearestSteps, (x) => { state.settings.nearestSteps = x; }, false);
+const readings = [check('Openings behind the first surface', true, (on) => { state.settings.gaps = on; tellSettings(); }, 'touch-gaps'),
+  check('Parts prove points free', true, (on) => { state.settings.pruning = on; tellSettings(); }, 'touch-pruning', 'Pruning of section 2'),
+  check('Offset', false, (on) => { state.settings.offset = on; tellSettings(); }, 'touch-offset', 'Eq. 12, with the paper’s force')];
+const paperRows = [projectorChoice, stepsRow, ...readings];
 function showRows(): void {
   const s = state.settings;
+  const anyPaper = state.facts.some((f, i) => i !== s.tool && !f.central);
+  for (const r of paperRows) r.hidden = !anyPaper;
+  stepsRow.hidden = !anyPaper || s.projector !== 'newton' || s.paperForce;
+  readings[2].hidden = !anyPaper || !s.paperForce;
+  gateRow.hidden = s.layer !== 'gate';
+  for (const [id, value] of [['touch-gaps', s.gaps], ['touch-pruning', s.pruning], ['touch-offset', s.offset]] as [string, boolean][]) {
+    const box = touchPanel.querySelector<HTMLInputElement>(`#${id}`)!;
+    if (document.activeElement !== box) box.checked = value;
+  }
   toleranceRow.hidden = s.layer !== 'auto';
   muRow.hidden = s.law !== 'coulomb';
   for (const r of printedRows) r.hidden = s.law !== 'paper';
-  for (const [id, value] of [['layer', s.layer], ['law', s.law], ['force-law', s.paperForce ? 'paper' : 'full'], ['follow', s.proxy ? 'proxy' : 'direct']]) {
+  for (const [id, value] of [['layer', s.layer], ['law', s.law], ['force-law', s.paperForce ? 'paper' : 'full'], ['follow', s.proxy ? 'proxy' : 'direct'], ['touch-projector', s.projector]]) {
     const select = touchPanel.querySelector<HTMLSelectElement>(`#${id}`)!;
     if (document.activeElement !== select) select.value = value;
   }
@@ -107,7 +124,7 @@ export const touchPanel = h('div', {},
     slider('Texture', 'mm', [0, 0.6, 0.05], () => 1000 * state.settings.texture, (x) => { state.settings.texture = x / 1000; }, false),
     slider('Damping', 'N s/m', [0, 2, 0.1], () => state.settings.damping, (x) => { state.settings.damping = x; }),
     slider('Force limit', 'N', [0.2, 3.2, 0.1], () => state.settings.forceLimit, (x) => { state.settings.forceLimit = x; }, false),
-    followChoice, layerChoice, toleranceRow, forceChoice),
+    followChoice, layerChoice, toleranceRow, gateRow, forceChoice, ...paperRows),
   folded('Tool', 'more-tool', h('label', { class: 'field' }, h('span', {}, 'Tool'), toolSelect), ...ballRows, ...meshRows,
     slider('Impact zone', 'mm', [0, 40, 1], () => 1000 * state.settings.zone, (x) => { state.settings.zone = x / 1000; }, false),
     h('p', { class: 'note' }, 'Smoothing above 0 makes the ball a point that feels with a sphere of that radius. An impact zone of 0 is the whole tool; a ball has none. A mesh is felt by its corners; one of the scene is not there to be touched while you hold it.')),
