@@ -356,8 +356,8 @@ typedef struct sqmap_poses {
 /// The caller's arrays for the answers, a row for each pose; a null array is not written.
 typedef struct sqmap_pose_clearances {
     size_t size;
-    double* distance;  ///< least signed distance of the tool's points, negative inside; of a bound at most that; NaN of a pose
-                       ///< that is not finite
+    double* distance;   ///< least signed distance of the tool's points, negative inside; of a bound at most that; NaN of a pose
+                        ///< that is not finite
     double* gradient;   ///< x 6: its derivative: by the pose's translation, then by turns about that translation (axis times
                         ///< radians, axes of the frame); zero of a bound
     double* point;      ///< x 3: the tool's point at that distance, the frame of the poses; of a bound the tool's middle
@@ -376,7 +376,7 @@ typedef struct sqmap_pose_clearances {
 /// a rotation that is none; a pose with a number that is not finite has NaN for an answer, the others stay right. Cost: 60
 /// to 90 us a pose for 500 points, a few with a narrow band; allocates.
 SQMAP_API sqmap_code sqmap_query_poses(sqmap_model model, const sqmap_points* tool, const sqmap_poses* poses,
-                                     sqmap_pose_clearances* clearances);
+                                       sqmap_pose_clearances* clearances);
 
 // ---------------------------------------------------------------------------------------------------- probes and pairs
 

@@ -85,7 +85,8 @@ void give(const sqmap_pose_clearances& out, std::span<const planning::PoseCleara
 
 using namespace sqmap;
 
-sqmap_code sqmap_query_poses(sqmap_model model, const sqmap_points* tool, const sqmap_poses* poses, sqmap_pose_clearances* clearances)
+sqmap_code sqmap_query_poses(sqmap_model model, const sqmap_points* tool, const sqmap_poses* poses,
+                             sqmap_pose_clearances* clearances)
 {
     return capi::guarded([&] {
         const capi::Model& m = *capi::model_of(model);

@@ -163,8 +163,7 @@ query::QueryOptions query_options(const sqmap_query_options& o)
 
 unsigned threads_of(std::uint32_t threads, const char* element)
 {
-    if (threads > k_max_threads)
-        throw Failure{SQMAP_E_ARGUMENT, element, "is " + std::to_string(threads), "give at most 1024"};
+    if (threads > k_max_threads) throw Failure{SQMAP_E_ARGUMENT, element, "is " + std::to_string(threads), "give at most 1024"};
     return std::max(1u, threads);
 }
 

@@ -1,5 +1,5 @@
 // Least signed distance of a tool's points at each of many poses: branch and bound over balls about groups of points. The poses
-// of a chunk go through it together, so that every round asks one batch of points.
+// of a chunk go through it together, so that every round queries one batch of points.
 #include "sqmap/planning/clearances.h"
 
 #include "sqmap/parallel/for_each.h"
@@ -21,22 +21,22 @@ constexpr std::size_t k_batch = 4096;  ///< points that share work in query::dis
 constexpr double k_float_error = 5e-7;
 
 /// A point, or the middle of a group, at one pose of the chunk.
-struct Asked {
+struct Queued {
     std::uint32_t pose, number;
 };
 
 /// A point of the tool that may be the nearest, and the least that its distance may be.
 struct Nearby {
     std::uint32_t point;
-    double at_least;
+    double min_distance;
 };
 
-/// What is known of a pose of the chunk.
+/// State of one pose of the chunk.
 struct Progress {
-    bool is_answered = false;     ///< nothing more is asked, the answer is written
-    bool is_stopped = false;      ///< nothing more is asked, the nearest point so far is the answer
-    double at_most = k_infinite;  ///< some point is this near
-    std::uint32_t first = 0;      ///< group whose points are answered first
+    bool is_answered = false;          ///< nothing is left to compute, the answer is written
+    bool is_stopped = false;           ///< nothing is left to compute, the nearest point so far is the answer
+    double max_distance = k_infinite;  ///< some point is this near
+    std::uint32_t first = 0;           ///< group whose points are answered first
     std::vector<Nearby> nearby;
 
     bool is_open() const { return !is_answered && !is_stopped; }
@@ -74,28 +74,28 @@ private:
     double error_of(double distance) const { return k_float_error * (r_max_ + std::abs(distance)); }
     static bool is_loose(const SignedDistance& found) { return found.known == DistanceKind::LowerBound; }
     /// The least that a float distance stands for: a bound has the sign of the truth, which is at most twice as far.
-    double least_of(const SignedDistance& found) const
+    double lower_of(const SignedDistance& found) const
     {
         return (is_loose(found) && found.distance < 0 ? 2 : 1) * found.distance - error_of(found.distance);
     }
-    double most_of(const SignedDistance& found) const
+    double upper_of(const SignedDistance& found) const
     {
         return (is_loose(found) && found.distance > 0 ? 2 : 1) * found.distance + error_of(found.distance);
     }
 
-    /// Asks the model about positions at poses, k_batch at a time: take(asked, answer).
+    /// Queries distances of the queued positions, k_batch at a time: take(queued, answer).
     template <class Position, class Take>
-    void ask(double band, Position&& position, Take&& take)
+    void compute(double band, Position&& position, Take&& take)
     {
-        found_.resize(std::min(k_batch, asked_.size()));
-        for (std::size_t first = 0; first < asked_.size(); first += k_batch) {
-            const std::span some = std::span(asked_).subspan(first, std::min(k_batch, asked_.size() - first));
+        found_.resize(std::min(k_batch, queued_.size()));
+        for (std::size_t first = 0; first < queued_.size(); first += k_batch) {
+            const std::span some = std::span(queued_).subspan(first, std::min(k_batch, queued_.size() - first));
             positions_.clear();
-            for (const Asked& a : some) positions_.push_back(apply(poses_[a.pose], position(a.number)));
+            for (const Queued& a : some) positions_.push_back(apply(poses_[a.pose], position(a.number)));
             query::distances(query_.touched, positions_, found_, band);
             for (std::size_t i = 0; i < some.size(); ++i) take(some[i], found_[i]);
         }
-        asked_.clear();
+        queued_.clear();
     }
 
     /// Poses whose whole tool is beyond the band have a lower bound for an answer.
@@ -104,7 +104,7 @@ private:
         for (std::uint32_t i = 0; i < poses_.size(); ++i) {
             answers_[i] = {};
             if (is_finite(poses_[i])) {
-                asked_.push_back({i, 0});
+                queued_.push_back({i, 0});
                 continue;
             }
             progress_[i].is_answered = true;
@@ -112,11 +112,11 @@ private:
             answers_[i].status = query::k_not_finite;
         }
         const ToolPoints::Group& all = tool_.all();
-        ask(
+        compute(
             query::k_baked_band, [&](std::uint32_t) { return all.centre; },
-            [&](const Asked& a, const SignedDistance& found) {
+            [&](const Queued& a, const SignedDistance& found) {
                 answers_[a.pose].point = answers_[a.pose].witness = apply(poses_[a.pose], all.centre);
-                const double bound = least_of(found) - all.radius;
+                const double bound = lower_of(found) - all.radius;
                 if (bound > query_.band) answer_bound(a.pose, bound);
             });
     }
@@ -134,12 +134,12 @@ private:
         const std::span groups = tool_.groups();
         for (std::uint32_t i = 0; i < poses_.size(); ++i)
             for (std::uint32_t g = 0; g < groups.size() && progress_[i].is_open(); ++g)
-                if (wanted(row(i) + g) && counts(i, g)) asked_.push_back({i, g});
-        ask(
+                if (wanted(row(i) + g) && counts(i, g)) queued_.push_back({i, g});
+        compute(
             band, [&](std::uint32_t group) { return groups[group].centre; },
-            [&](const Asked& a, const SignedDistance& found) {
+            [&](const Queued& a, const SignedDistance& found) {
                 const std::size_t at = row(a.pose) + a.number;
-                bounds_[at] = least_of(found) - groups[a.number].radius * (1 + 1e-12);
+                bounds_[at] = lower_of(found) - groups[a.number].radius * (1 + 1e-12);
                 is_loose_[at] = is_loose(found) ? 1 : 0;
             });
     }
@@ -148,13 +148,13 @@ private:
     bool counts(std::uint32_t pose, std::uint32_t group) const
     {
         const Progress& p = progress_[pose];
-        return (p.nearby.empty() || group != p.first) && bounds_[row(pose) + group] <= p.at_most;
+        return (p.nearby.empty() || group != p.first) && bounds_[row(pose) + group] <= p.max_distance;
     }
 
     void add_points(std::uint32_t pose, std::uint32_t group)
     {
         const ToolPoints::Group& g = tool_.groups()[group];
-        for (std::size_t k = 0; k < g.count; ++k) asked_.push_back({pose, static_cast<std::uint32_t>(g.first + k)});
+        for (std::size_t k = 0; k < g.count; ++k) queued_.push_back({pose, static_cast<std::uint32_t>(g.first + k)});
     }
 
     void answer_first_groups()
@@ -168,7 +168,7 @@ private:
         }
         answer_points();
         for (std::uint32_t i = 0; i < poses_.size() && query_.stop_below; ++i) {
-            if (!progress_[i].is_open() || !(progress_[i].at_most <= *query_.stop_below)) continue;
+            if (!progress_[i].is_open() || !(progress_[i].max_distance <= *query_.stop_below)) continue;
             progress_[i].is_stopped = true;
             for (std::uint32_t g = 0; g < groups; ++g)
                 if (counts(i, g)) answers_[i].complete = false;
@@ -185,14 +185,14 @@ private:
 
     void answer_points()
     {
-        ask(
+        compute(
             query_.band, [&](std::uint32_t point) { return tool_.points()[point]; },
-            [&](const Asked& a, const SignedDistance& found) {
+            [&](const Queued& a, const SignedDistance& found) {
                 Progress& p = progress_[a.pose];
-                const double at_least = least_of(found);
-                if (at_least > p.at_most) return;
-                p.at_most = std::min(p.at_most, most_of(found));
-                p.nearby.push_back({a.number, at_least});
+                const double min_distance = lower_of(found);
+                if (min_distance > p.max_distance) return;
+                p.max_distance = std::min(p.max_distance, upper_of(found));
+                p.nearby.push_back({a.number, min_distance});
             });
     }
 
@@ -201,25 +201,25 @@ private:
     {
         const Progress& p = progress_[i];
         double bound = k_infinite;
-        for (const Nearby& n : p.nearby) bound = std::min(bound, n.at_least);
+        for (const Nearby& n : p.nearby) bound = std::min(bound, n.min_distance);
         if (bound > query_.band) return answer_bound(i, bound);
         positions_.clear();
-        asked_.clear();
+        queued_.clear();
         for (const Nearby& n : p.nearby)
-            if (n.at_least <= p.at_most) {
-                asked_.push_back({i, n.point});
+            if (n.min_distance <= p.max_distance) {
+                queued_.push_back({i, n.point});
                 positions_.push_back(apply(poses_[i], tool_.points()[n.point]));
             }
         found_.resize(positions_.size());
         query::exact_distances(query_.touched, positions_, found_);
         std::size_t best = 0;
-        const auto number = [&](std::size_t k) { return tool_.numbers()[asked_[k].number]; };
+        const auto number = [&](std::size_t k) { return tool_.numbers()[queued_[k].number]; };
         for (std::size_t k = 1; k < found_.size(); ++k)
             if (found_[k].distance < found_[best].distance ||
                 (found_[k].distance == found_[best].distance && number(k) < number(best)))
                 best = k;
         write(answers_[i], i, positions_[best], number(best), found_[best]);
-        asked_.clear();
+        queued_.clear();
     }
 
     void write(PoseClearance& answer, std::uint32_t pose, Vec3d point, std::uint32_t number, const SignedDistance& found) const
@@ -244,7 +244,7 @@ private:
     std::vector<Progress> progress_;
     std::vector<double> bounds_;          ///< poses x groups: no point of the group is nearer
     std::vector<std::uint8_t> is_loose_;  ///< poses x groups: the middle's distance was a bound
-    std::vector<Asked> asked_;
+    std::vector<Queued> queued_;
     std::vector<Vec3d> positions_;
     std::vector<SignedDistance> found_;
     const double r_max_;

@@ -30,9 +30,9 @@ ToolPoints::ToolPoints(std::span<const Vec3d> points) : numbers_(points.size())
 {
     if (points.empty()) return;
     std::iota(numbers_.begin(), numbers_.end(), 0u);
-    // A pose asks about every group's ball, then about the points of a few groups: least where both are as many.
-    const auto most = static_cast<std::size_t>(std::max(8.0, std::sqrt(static_cast<double>(points.size()))));
-    divide(0, points.size(), most, points);
+    // A pose queries every group's ball, then the points of a few groups: the sum is least where both are as many.
+    const auto max_count = static_cast<std::size_t>(std::max(8.0, std::sqrt(static_cast<double>(points.size()))));
+    divide(0, points.size(), max_count, points);
     points_.reserve(points.size());
     for (const std::uint32_t i : numbers_) points_.push_back(points[i]);
     const Extent extent = extent_of(points, numbers_);
@@ -40,11 +40,11 @@ ToolPoints::ToolPoints(std::span<const Vec3d> points) : numbers_(points.size())
     for (const Vec3d& p : points) all_.radius = std::max(all_.radius, norm(p - all_.centre));
 }
 
-void ToolPoints::divide(std::size_t first, std::size_t count, std::size_t most, std::span<const Vec3d> given)
+void ToolPoints::divide(std::size_t first, std::size_t count, std::size_t max_count, std::span<const Vec3d> given)
 {
     const std::span numbers = std::span(numbers_).subspan(first, count);
     const Extent extent = extent_of(given, numbers);
-    if (count <= most) {
+    if (count <= max_count) {
         Group group{0.5 * (extent.lo + extent.hi), 0, first, count};
         std::sort(numbers.begin(), numbers.end());
         for (const std::uint32_t i : numbers) group.radius = std::max(group.radius, norm(given[i] - group.centre));
@@ -58,8 +58,8 @@ void ToolPoints::divide(std::size_t first, std::size_t count, std::size_t most, 
         return given[a][axis] != given[b][axis] ? given[a][axis] < given[b][axis] : a < b;
     };
     std::nth_element(numbers.begin(), numbers.begin() + static_cast<std::ptrdiff_t>(half), numbers.end(), before);
-    divide(first, half, most, given);
-    divide(first + half, count - half, most, given);
+    divide(first, half, max_count, given);
+    divide(first + half, count - half, max_count, given);
 }
 
 }  // namespace sqmap::planning

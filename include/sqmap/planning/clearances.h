@@ -40,7 +40,7 @@ public:
     [[nodiscard]] const Group& all() const noexcept { return all_; }
 
 private:
-    void divide(std::size_t first, std::size_t count, std::size_t most, std::span<const Vec3d> given);
+    void divide(std::size_t first, std::size_t count, std::size_t max_count, std::span<const Vec3d> given);
 
     std::vector<Vec3d> points_;
     std::vector<std::uint32_t> numbers_;
@@ -50,7 +50,7 @@ private:
 
 /// The question: a tool at many poses beside one model.
 struct ClearanceQuery {
-    query::Body touched{};             ///< its model is asked, its probe does not count
+    query::Body touched{};             ///< its model is queried, its probe does not count
     const ToolPoints* tool = nullptr;  ///< outlives the call
     std::span<const Pose> poses{};     ///< tool frame -> the frame of touched.pose. @pre rotations are proper (not checked)
     /// Units of the poses: farther than this a lower bound suffices.

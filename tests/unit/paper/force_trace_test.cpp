@@ -201,7 +201,7 @@ TraceCount follow(sqmap::test::PaperModel& baked, Layer layer, Projector project
         const auto error_of = [&](const Expected& e) { return norm(force - (k_stiffness * e.depth) * e.normal); };  // eq. 32
         const double allowed = 3e-4 * k_stiffness * expected->depth + k_stiffness * 4e-6 * double(r);
         if (error_of(*expected) < allowed) continue;
-        // Where rounding leads to another foot, as at the medial axis, the force is that of a point beside it.
+        // Rounding may lead to another foot, as at the medial axis: the force is that of a point beside it.
         ++count.jumps;
         bool is_beside = false;
         for (int k = 0; k < 6 && !is_beside; ++k) {

@@ -104,11 +104,11 @@ TEST_F(Clearances, DerivativesAreThoseOfFiniteDifferences)
     std::size_t compared = 0;
     for (std::size_t i = 0; i < at.size(); ++i)
         for (int k = 0; k < 6; ++k) {
-            Vec3d way{};
-            way[k % 3] = k_step;
+            Vec3d direction{};
+            direction[k % 3] = k_step;
             std::array<Pose, 2> moved{at[i], at[i]};
             for (const int side : {0, 1}) {
-                const Vec3d by = side == 0 ? -way : way;
+                const Vec3d by = side == 0 ? -direction : direction;
                 if (k < 3)
                     moved[static_cast<std::size_t>(side)].translation = at[i].translation + by;
                 else
