@@ -65,7 +65,7 @@ void fill_vectors(double* target, std::size_t width, std::size_t column, std::sp
     }
 }
 
-void give(const sqmap_pose_clearances& out, std::span<const planning::PoseClearance> answers)
+void write_clearances(const sqmap_pose_clearances& out, std::span<const planning::PoseClearance> answers)
 {
     using Answer = const planning::PoseClearance&;
     fill_column(out.distance, answers, [](Answer a) { return a.distance; });
@@ -104,6 +104,6 @@ sqmap_code sqmap_query_poses(sqmap_model model, const sqmap_points* tool, const 
         if (given.stops != 0) query.stop_below = capi::checked(given.stop_below, -k_infinite, k_infinite, "poses.stop_below");
         std::vector<planning::PoseClearance> answers(frames.size());
         planning::clearances(query, answers);
-        capi::give(out, answers);
+        capi::write_clearances(out, answers);
     });
 }

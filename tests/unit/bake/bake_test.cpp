@@ -155,9 +155,10 @@ TEST(Bake, ADividedCellKnowsTheSheetsOfBothSidesOfItsSilhouette)
                 };
                 ++rays;
                 with_side += error(leaf);
-                map.each_leaf(q.face, map.column_of(q.s), map.column_of(q.t), [&](const model::Leaf& side) {
+                const auto add = [&](const model::Leaf& side) {
                     if (side.record == leaf.record && side.planes != leaf.planes) with_other += error(side);
-                });
+                };
+                map.each_leaf(q.face, map.column_of(q.s), map.column_of(q.t), add, [](const auto&...) { return true; });
             }
         }
     }
