@@ -133,10 +133,10 @@ public:
     {
         const bool printed = options_.projector == Projector::Printed;
         const AngleLanes angles = angles_at(a.shown.position);
-        const SampleLanes sample =
-            printed && coarse_
-                ? map_.smoothed_base(angles, sample_at(angles))
-                : map_.smoothed(angles, printed ? sample_at(angles) : map_.interpolated(angles, options_.corrections));
+        SampleLanes sample = printed && coarse_ ? map_.smoothed_base(angles, sample_at(angles))
+                             : printed          ? map_.smoothed(angles, sample_at(angles))
+                                                : map_.smoothed(angles, map_.interpolated(angles, options_.corrections));
+        if (options_.offset && !printed) sample = moved_out(angles, sample);
         constexpr std::int32_t k_open = k_projection_miss | k_projection_cap;
         const M known = hn::And(equal(hn::And(sample.flags, set_int(k_open)), hn::Zero(di)),
                                 equal(hn::And(a.flags, set_int(k_projection_unproven | k_open)), hn::Zero(di)));
@@ -151,12 +151,15 @@ public:
 
     HWY_NOINLINE SampleLanes sample_at(const AngleLanes& angles) const
     {
-        SampleLanes sample = coarse_ ? map_.nearest_base(angles) : map_.interpolated(angles, options_.corrections);
-        if (options_.offset) {
-            const M surface = hn::Lt(sample.distance, set(INFINITY));  // a cap is at zero already
-            const F moved = larger(hn::Sub(hn::IfThenElseZero(surface, sample.distance), map_.offset(angles)), hn::Zero(df));
-            sample.distance = blend(surface, moved, sample.distance);
-        }
+        const SampleLanes sample = coarse_ ? map_.nearest_base(angles) : map_.interpolated(angles, options_.corrections);
+        return options_.offset ? moved_out(angles, sample) : sample;
+    }
+    /// Subtracts eq. 12.
+    HWY_INLINE SampleLanes moved_out(const AngleLanes& angles, SampleLanes sample) const
+    {
+        const M surface = hn::Lt(sample.distance, set(INFINITY));  // a cap is at zero already
+        const F moved = larger(hn::Sub(hn::IfThenElseZero(surface, sample.distance), map_.offset(angles)), hn::Zero(df));
+        sample.distance = blend(surface, moved, sample.distance);
         return sample;
     }
     const MapLanes& map() const { return map_; }
