@@ -37,8 +37,16 @@ double rounded_up(double value)
 std::string text(double value)
 {
     std::array<char, 40> buffer{};
+#ifdef __cpp_lib_to_chars
     const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr;
     return {buffer.data(), end};
+#else  // Emscripten's library of LLVM 14 has it for integers alone
+    for (int digits = 1; digits <= std::numeric_limits<double>::max_digits10; ++digits) {
+        std::snprintf(buffer.data(), buffer.size(), "%.*g", digits, value);
+        if (std::strtod(buffer.data(), nullptr) == value) break;
+    }
+    return buffer.data();
+#endif
 }
 
 std::string text(Vec3d v, const char* separator) { return text(v.x) + separator + text(v.y) + separator + text(v.z); }
