@@ -87,7 +87,7 @@ class Closest(Sized):
 
 
 class Poses(Sized):
-    _fields_ = [("size", c_size_t), ("pose", c_void_p), ("count", c_size_t), ("threads", c_uint32), ("band", c_double), ("stops", c_int32),
+    _fields_ = [("size", c_size_t), ("pose", POINTER(Pose)), ("count", c_size_t), ("threads", c_uint32), ("band", c_double), ("stops", c_int32),
                 ("stop_below", c_double)]
 
 

@@ -422,8 +422,8 @@ class Model(Owned):
         distance, gradient, point, closest = np.empty(n), np.empty((n, 6)), np.empty((n, 3)), np.empty((n, 3))
         index, part, known = np.empty(n, np.int64), np.empty(n, np.int32), np.empty(n, np.uint8)
         complete, status = np.empty(n, np.bool_), np.empty(n, np.uint8)
-        given = c.Poses(pose=address(frames), count=n, threads=cores(threads), band=0.0 if band is None else number(band, "band"),
-                        stops=stop_below is not None, stop_below=0.0 if stop_below is None else number(stop_below, "stop_below"))
+        given = c.Poses(pose=ctypes.cast(address(frames), ctypes.POINTER(c.Pose)), count=n, threads=cores(threads), band=0.0 if band is None else number(band, "band"),
+                        stops=stop_below is not None, stop_below=0.0 if stop_below is None else finite(stop_below, "stop_below"))
         out = c.PoseClearances(distance=address(distance), gradient=address(gradient), point=address(point), closest=address(closest),
                            index=address(index), part=address(part), known=address(known), complete=address(complete),
                            status=address(status))

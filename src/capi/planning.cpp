@@ -30,7 +30,8 @@ std::vector<Pose> poses_of(const sqmap_poses& given)
     out.reserve(given.count);
     for (std::size_t i = 0; i < given.count; ++i) {
         const sqmap_pose& pose = given.pose[i];
-        out.push_back(is_finite_pose(pose) ? pose_of(&pose, ("poses[" + std::to_string(i) + "]").c_str()) : pose_or_nan(pose));
+        out.push_back(is_finite_pose(pose) ? pose_of(&pose, ("poses.pose[" + std::to_string(i) + "]").c_str())
+                                           : pose_or_nan(pose));
     }
     return out;
 }
@@ -101,7 +102,9 @@ sqmap_code sqmap_query_poses(sqmap_model model, const sqmap_points* tool, const 
                                        .poses = frames,
                                        .threads = capi::threads_of(given.threads, "poses.threads")};
         if (given.band != 0) query.band = capi::checked(given.band, 0, k_infinite, "poses.band");
-        if (given.stops != 0) query.stop_below = capi::checked(given.stop_below, -k_infinite, k_infinite, "poses.stop_below");
+        constexpr double k_largest = std::numeric_limits<double>::max();
+        const double stop_below = capi::checked(given.stop_below, -k_largest, k_largest, "poses.stop_below");
+        if (given.stops != 0) query.stop_below = stop_below;
         std::vector<planning::PoseClearance> answers(frames.size());
         planning::clearances(query, answers);
         capi::write_clearances(out, answers);

@@ -87,6 +87,12 @@ class World:
             make(out[kind])
         return out
 
+    def poses(self, second):
+        """As many as there are points, of which the second is this one."""
+        array = (c.Pose * len(self.points))(*(second if i == 1 else pose_with(0, 1) for i in range(len(self.points))))
+        self.kept.append(array)
+        return ctypes.cast(array, ctypes.POINTER(c.Pose))
+
     def struct(self, name):
         """A good struct."""
         n = len(self.points)
@@ -110,7 +116,7 @@ class World:
         if name == "sqmap_simulation":
             return c.Simulation(targets=self.array(self.points, float).ctypes.data, count=n)
         if name == "sqmap_poses":
-            return c.Poses(pose=self.array([[1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0]] * n, float).ctypes.data, count=n)
+            return c.Poses(pose=self.poses(pose_with(0, 1)), count=n)
         if name == "sqmap_contact_list":
             return c.ContactList(contacts=space(8 * n), capacity=n)
         if name == "sqmap_taxels":
@@ -214,6 +220,9 @@ class Arguments(unittest.TestCase):
         if function == "sqmap_tick_session":
             force = arguments["force"]
             return force.acted & 1 == 1 and [*force.force, *force.torque] == [0] * 6
+        if function == "sqmap_query_poses":
+            return (element.startswith("poses.pose[1]") and math.isnan(row(("clearances", "distance"), ctypes.c_double))
+                    and row(("clearances", "status"), ctypes.c_uint8) & 1 == 1)
         if element != "points.xyz[1]":
             return False
         if function == "sqmap_query_points":
@@ -341,6 +350,8 @@ class Arguments(unittest.TestCase):
                             continue  # documented as not read
                         if struct == "sqmap_query_options" and member in self.not_read(function):
                             continue
+                        if struct == "sqmap_poses" and member == "pose" and value:
+                            value, where = self.world.poses(value.contents), f"[1]{where}"
                         setattr(arguments[name], member, value)
                         self.refused(function, arguments, f"{name}.{member}{where}", (1, 6), value)
 
