@@ -307,19 +307,6 @@ namespace sqmap::query {
 
 HWY_EXPORT(run_gap_search);
 
-namespace {
-/// Orders a heap whose top is the least.
-bool is_farther(const GapEntry& x, const GapEntry& y)
-{
-    if (x.gap != y.gap) return x.gap > y.gap;
-    return x.b != y.b ? x.b > y.b : x.a > y.a;
-}
-}  // namespace
-
-void heap_gaps(std::span<GapEntry> entries) noexcept { std::make_heap(entries.begin(), entries.end(), is_farther); }
-void push_gap(std::span<GapEntry> entries) noexcept { std::push_heap(entries.begin(), entries.end(), is_farther); }
-void pop_gap(std::span<GapEntry> entries) noexcept { std::pop_heap(entries.begin(), entries.end(), is_farther); }
-
 void search_gap(const PosedTrees& trees, const GapBound& bound, TakeNearest take, void* context) noexcept
 {
     HWY_DYNAMIC_DISPATCH(run_gap_search)(trees, bound, take, context);

@@ -11,6 +11,12 @@
 namespace sqmap::query {
 namespace {
 
+/// Orders a heap whose top is the least. An object, not a function: its calls are compiled into the heap's.
+constexpr auto k_is_farther = [](const GapEntry& x, const GapEntry& y) {
+    if (x.gap != y.gap) return x.gap > y.gap;
+    return x.b != y.b ? x.b > y.b : x.a > y.a;
+};
+
 constexpr double k_infinite = std::numeric_limits<double>::infinity();
 
 /// A number of float that is no less.
@@ -150,6 +156,10 @@ bool find_inside(const Body& touched, const Body& collider, Vec3d& point)
 bool has_triangles(const Body& body) { return body.probe != nullptr && body.probe->triangles().size() > 0; }
 
 }  // namespace
+
+void heap_gaps(std::span<GapEntry> entries) noexcept { std::make_heap(entries.begin(), entries.end(), k_is_farther); }
+void push_gap(std::span<GapEntry> entries) noexcept { std::push_heap(entries.begin(), entries.end(), k_is_farther); }
+void pop_gap(std::span<GapEntry> entries) noexcept { std::pop_heap(entries.begin(), entries.end(), k_is_farther); }
 
 Clearance clearance(const Body& a, const Body& b) noexcept
 {
