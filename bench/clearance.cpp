@@ -1,15 +1,15 @@
 // Clearance of two meshes that are apart, beside FCL's distance: time, and what both differ by.
 #include "clock.h"
+#include "fcl_tree.h"
 #include "frames.h"
 #include "measure.h"
 #include "setting.h"
 
-#include "sqmap/bake/bake.h"
+#include "sqmap/bake_mesh.h"
 #include "sqmap/math/random.h"
 #include "sqmap/math/rotation.h"
 #include "sqmap/query/clearance.h"
 
-#include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/narrowphase/distance.h>
 
 #include <algorithm>
@@ -23,46 +23,22 @@
 namespace sqmap::bench {
 namespace {
 
-template <class Box>
-std::unique_ptr<fcl::BVHModel<Box>> fcl_model(const mesh::Mesh& mesh)
-{
-    auto model = std::make_unique<fcl::BVHModel<Box>>();
-    std::vector<fcl::Vector3d> points;
-    for (const Vec3d& v : mesh.vertices) points.emplace_back(v.x, v.y, v.z);
-    std::vector<fcl::Triangle> triangles;
-    for (const mesh::Triangle& t : mesh.triangles) triangles.emplace_back(t[0], t[1], t[2]);
-    model->beginModel(static_cast<int>(triangles.size()), static_cast<int>(points.size()));
-    model->addSubModel(points, triangles);
-    model->endModel();
-    return model;
-}
-
 /// A mesh as sqmap and as FCL have it; FCL's distance is quickest with spheres swept along rectangles.
 struct ClearanceItem {
     explicit ClearanceItem(const mesh::Mesh& m)
-        : bake(bake::bake(m, true, {})),
-          view(bake.model.view()),
+        : baked(bake_mesh(m)),
+          view(baked.view()),
           probe(m.vertices, m.triangles),
-          rss(fcl_model<fcl::RSS<double>>(m)),
-          obbrss(fcl_model<fcl::OBBRSS<double>>(m))
+          rss(fcl_tree<fcl::RSS<double>>(m.vertices, m.triangles)),
+          obbrss(fcl_tree<fcl::OBBRSS<double>>(m.vertices, m.triangles))
     {
     }
-    bake::BakeResult bake;
+    BakedModel baked;
     model::ModelView view;
     query::Probe probe;
-    std::unique_ptr<fcl::BVHModel<fcl::RSS<double>>> rss;
-    std::unique_ptr<fcl::BVHModel<fcl::OBBRSS<double>>> obbrss;
+    std::shared_ptr<fcl::BVHModel<fcl::RSS<double>>> rss;
+    std::shared_ptr<fcl::BVHModel<fcl::OBBRSS<double>>> obbrss;
 };
-
-fcl::Transform3d fcl_transform(const sqmap::Pose& pose)
-{
-    fcl::Transform3d t = fcl::Transform3d::Identity();
-    for (int i = 0; i < 3; ++i) {
-        for (int j = 0; j < 3; ++j) t.linear()(i, j) = pose.rotation.row[i][j];
-        t.translation()[i] = pose.translation[i];
-    }
-    return t;
-}
 
 template <class Model>
 double fcl_distance(const Model& a, const Model& b, const sqmap::Pose& pose)

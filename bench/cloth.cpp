@@ -4,6 +4,7 @@
 #include "sqmap/sim/cloth.h"
 #include "clock.h"
 #include "distance_grid.h"
+#include "fcl_tree.h"
 #include "measure.h"
 #include "sqmap/bake_mesh.h"
 #include "sqmap/io/replace_file.h"
@@ -11,7 +12,6 @@
 #include "sqmap/query/pair.h"
 #include "sqmap/sim/walker.h"
 
-#include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/narrowphase/collision.h>
 #include <nlohmann/json.hpp>
 
@@ -62,20 +62,6 @@ struct Case {
     std::uint64_t hash = 0;  ///< of where the nodes are at the end: the same wherever only the speed changed
 };
 
-std::shared_ptr<fcl::BVHModel<fcl::OBB<double>>> tree_of(std::span<const Vec3d> vertices,
-                                                         std::span<const std::array<std::uint32_t, 3>> triangles)
-{
-    auto tree = std::make_shared<fcl::BVHModel<fcl::OBB<double>>>();
-    std::vector<fcl::Vector3d> points;
-    for (const Vec3d& v : vertices) points.emplace_back(v.x, v.y, v.z);
-    std::vector<fcl::Triangle> faces;
-    for (const auto& t : triangles) faces.emplace_back(t[0], t[1], t[2]);
-    tree->beginModel(static_cast<int>(faces.size()), static_cast<int>(points.size()));
-    tree->addSubModel(points, faces);
-    tree->endModel();
-    return tree;
-}
-
 void fill(Part& part, std::uint32_t samples, bool own)
 {
     bake::BakeOptions options;
@@ -83,7 +69,7 @@ void fill(Part& part, std::uint32_t samples, bool own)
     part.bytes = bake_mesh(part.mesh, {.bake = options}).bytes();
     if (model::parse(part.bytes, part.model) != model::ParseStatus::Ok) std::abort();
     if (own) return;
-    part.tree = tree_of(part.mesh.vertices, part.mesh.triangles);
+    part.tree = bench::fcl_tree<fcl::OBB<double>>(part.mesh.vertices, part.mesh.triangles);
     const mesh::Solid solid(part.mesh);
     bench::DistanceGrid& g = part.grid;
     g.samples = samples;
@@ -243,7 +229,7 @@ nlohmann::json compare(const bench::FrameClock& clock, const Case& c, std::vecto
             contacts += query_field(parts[p].grid, sqmap::inverse(f.poses[p]), f.nodes, found);
         return contacts;
     });
-    const auto cloth = tree_of(c.frames.front().nodes, c.triangles);
+    const auto cloth = bench::fcl_tree<fcl::OBB<double>>(c.frames.front().nodes, c.triangles);
     std::vector<fcl::Vector3d> points(c.frames.front().nodes.size());
     const auto refit = [&](const Frame& f) {
         for (std::size_t i = 0; i < points.size(); ++i) points[i] = {f.nodes[i].x, f.nodes[i].y, f.nodes[i].z};
@@ -261,13 +247,9 @@ nlohmann::json compare(const bench::FrameClock& clock, const Case& c, std::vecto
             refit(f);
             std::size_t pairs = 0;
             for (std::size_t p = 0; p < parts.size(); ++p) {
-                fcl::Transform3d at = fcl::Transform3d::Identity();
-                for (int i = 0; i < 3; ++i) {
-                    for (int j = 0; j < 3; ++j) at.linear()(i, j) = f.poses[p].rotation.row[i][j];
-                    at.translation()[i] = f.poses[p].translation[i];
-                }
                 fcl::CollisionResultd result;
-                fcl::collide(parts[p].tree.get(), at, cloth.get(), fcl::Transform3d::Identity(), request, result);
+                fcl::collide(parts[p].tree.get(), bench::fcl_transform(f.poses[p]), cloth.get(), fcl::Transform3d::Identity(),
+                             request, result);
                 pairs += result.numContacts();
             }
             return pairs;

@@ -2,6 +2,7 @@
 // by query_pair with and without the offset of eq. 12, and by query_contacts; and the time of these along a path.
 #include "clock.h"
 #include "error.h"
+#include "fcl_tree.h"
 #include "frames.h"
 #include "measure.h"
 #include "path.h"
@@ -12,7 +13,6 @@
 #include "sqmap/mesh/bvh.h"
 #include "sqmap/query/contacts.h"
 
-#include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/narrowphase/collision.h>
 
 #include <algorithm>
@@ -27,25 +27,20 @@
 namespace sqmap::bench {
 namespace {
 
-using FclModel = fcl::BVHModel<fcl::OBBRSS<double>>;
-
 struct Item {
     explicit Item(mesh::Mesh m)
-        : mesh(std::move(m)), baked(bake_mesh(mesh)), view(baked.view()), probe(mesh.vertices, mesh.triangles)
+        : mesh(std::move(m)),
+          baked(bake_mesh(mesh)),
+          view(baked.view()),
+          probe(mesh.vertices, mesh.triangles),
+          tree(fcl_tree<fcl::OBBRSS<double>>(mesh.vertices, mesh.triangles))
     {
-        std::vector<fcl::Vector3d> points;
-        for (const Vec3d& v : mesh.vertices) points.emplace_back(v.x, v.y, v.z);
-        std::vector<fcl::Triangle> triangles;
-        for (const mesh::Triangle& t : mesh.triangles) triangles.emplace_back(t[0], t[1], t[2]);
-        fcl.beginModel(static_cast<int>(triangles.size()), static_cast<int>(points.size()));
-        fcl.addSubModel(points, triangles);
-        fcl.endModel();
     }
     mesh::Mesh mesh;
     BakedModel baked;
     model::ModelView view;
     query::Probe probe;
-    FclModel fcl;
+    std::shared_ptr<fcl::BVHModel<fcl::OBBRSS<double>>> tree;
 };
 
 constexpr double k_margin = 0.002;  ///< of a's R_max
@@ -54,22 +49,12 @@ struct Pair {
     std::uint32_t a, b;
 };
 
-fcl::Transform3d transform_of(const sqmap::Pose& pose)
-{
-    fcl::Transform3d t = fcl::Transform3d::Identity();
-    for (int i = 0; i < 3; ++i) {
-        for (int j = 0; j < 3; ++j) t.linear()(i, j) = pose.rotation.row[i][j];
-        t.translation()[i] = pose.translation[i];
-    }
-    return t;
-}
-
 /// Pairs of triangles that cut each other, b posed.
 std::vector<Pair> cutting(const Item& a, const Item& b, const sqmap::Pose& pose, std::size_t largest)
 {
     fcl::CollisionResultd result;
-    fcl::collide(&a.fcl, fcl::Transform3d::Identity(), &b.fcl, transform_of(pose), fcl::CollisionRequestd(largest, false),
-                 result);
+    fcl::collide(a.tree.get(), fcl::Transform3d::Identity(), b.tree.get(), fcl_transform(pose),
+                 fcl::CollisionRequestd(largest, false), result);
     std::vector<Pair> pairs;
     for (std::size_t i = 0; i < result.numContacts(); ++i)
         pairs.push_back(

@@ -1,8 +1,8 @@
 // FCL, whose OBB tree descends from RAPID (the paper's reference [3]): pairs of intersecting triangles.
 #include "clock.h"
+#include "fcl_tree.h"
 #include "method.h"
 
-#include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/narrowphase/collision.h>
 
 #include <algorithm>
@@ -18,22 +18,17 @@ public:
     Fcl(const Setting& setting, std::size_t pairs) : request_(pairs, /*enable_contact=*/false)
     {
         const double start = process_seconds();
-        object_ = build(setting.object);
+        object_ = fcl_tree<Box>(setting.object.vertices, setting.object.triangles);
         build_s = process_seconds() - start;
-        probe_ = build(setting.probe);
+        probe_ = fcl_tree<Box>(setting.probe.vertices, setting.probe.triangles);
         bytes = bytes_of(*object_);
         probe_bytes = bytes_of(*probe_);
     }
 
     void run(const Pose& pose) override
     {
-        fcl::Transform3d transform = fcl::Transform3d::Identity();
-        for (int i = 0; i < 3; ++i) {
-            for (int j = 0; j < 3; ++j) transform.linear()(i, j) = pose.rotation.row[i][j];
-            transform.translation()[i] = pose.translation[i];
-        }
         result_.clear();
-        fcl::collide(object_.get(), fcl::Transform3d::Identity(), probe_.get(), transform, request_, result_);
+        fcl::collide(object_.get(), fcl::Transform3d::Identity(), probe_.get(), fcl_transform(pose), request_, result_);
     }
 
     void read(FrameAnswer& out) const override
@@ -59,19 +54,6 @@ private:
         return static_cast<std::size_t>(model.getNumBVs()) * sizeof(fcl::BVNode<Box>) +
                static_cast<std::size_t>(model.num_tris) * sizeof(fcl::Triangle) +
                static_cast<std::size_t>(model.num_vertices) * sizeof(fcl::Vector3d);
-    }
-
-    static std::shared_ptr<Model> build(const mesh::Mesh& mesh)
-    {
-        auto model = std::make_shared<Model>();
-        std::vector<fcl::Vector3d> points;
-        for (const Vec3d& v : mesh.vertices) points.emplace_back(v.x, v.y, v.z);
-        std::vector<fcl::Triangle> triangles;
-        for (const mesh::Triangle& t : mesh.triangles) triangles.emplace_back(t[0], t[1], t[2]);
-        model->beginModel(static_cast<int>(triangles.size()), static_cast<int>(points.size()));
-        model->addSubModel(points, triangles);
-        model->endModel();
-        return model;
     }
 
     fcl::CollisionRequestd request_;

@@ -340,7 +340,7 @@ SQMAP_API sqmap_code sqmap_closest_points(sqmap_model model, const sqmap_points*
 /// Errors: E_ARGUMENT for a part that the model does not have. Cost: 0.1 us a point; no allocation, no lock.
 SQMAP_API sqmap_code sqmap_implicit(sqmap_model model, uint32_t part, const sqmap_points* points, double* values);
 
-// ------------------------------------------------------------------------------------------------------------- planning
+// ------------------------------------------------------------------------------------------------------------- many poses
 
 /// Poses of a tool, to be answered.
 typedef struct sqmap_poses {

@@ -1,7 +1,8 @@
 #include "robot/bodies.h"
 
+#include "math/triangle_crossing.h"
+#include "query/contacts/triangle_gap.h"
 #include "sqmap/math/box.h"
-#include "sqmap/math/triangle.h"
 #include "sqmap/math/trigonometry.h"
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/shapes.h"
@@ -18,42 +19,6 @@ namespace sqmap::robot {
 namespace {
 
 constexpr std::uint32_t k_leaf_triangles = 2;
-
-/// Distance of two segments, squared; segments of no length too (C. Ericson, Real-Time Collision Detection, 2005, 5.1.9).
-double segments_apart_sq(Vec3d p1, Vec3d q1, Vec3d p2, Vec3d q2)
-{
-    const Vec3d d1 = q1 - p1, d2 = q2 - p2, r = p1 - p2;
-    const double a = norm_sq(d1), e = norm_sq(d2), f = dot(d2, r);
-    double s = 0, t = 0;
-    if (a > 0 && e > 0) {
-        const double c = dot(d1, r), b = dot(d1, d2), denominator = a * e - b * b;
-        if (denominator > 0) s = std::clamp((b * f - c * e) / denominator, 0., 1.);
-        t = (b * s + f) / e;
-        if (t < 0) {
-            t = 0;
-            s = std::clamp(-c / a, 0., 1.);
-        } else if (t > 1) {
-            t = 1;
-            s = std::clamp((b - c) / a, 0., 1.);
-        }
-    } else if (a > 0) {
-        s = std::clamp(-dot(d1, r) / a, 0., 1.);
-    } else if (e > 0) {
-        t = std::clamp(f / e, 0., 1.);
-    }
-    return norm_sq(r + s * d1 - t * d2);
-}
-
-/// True where the segment crosses the triangle's inside. Where rounding decides, an edge or a corner is as near as rounding.
-bool pierces(Vec3d p, Vec3d q, const Vec3d (&t)[3])
-{
-    const Vec3d n = cross(t[1] - t[0], t[2] - t[0]);
-    const double below = dot(n, p - t[0]), above = dot(n, q - t[0]);
-    if ((below > 0) == (above > 0)) return false;
-    int left = 0, right = 0;
-    for (int k = 0; k < 3; ++k) (dot(q - p, cross(t[k] - p, t[(k + 1) % 3] - p)) >= 0 ? left : right)++;
-    return left == 3 || right == 3;
-}
 
 /// The solid between two regular polygons that are inscribed to the ends of a cylinder about z.
 mesh::Mesh prism(double radius, double length, int sides)
@@ -118,17 +83,9 @@ std::vector<Vec3d> vertex_of_pieces(const mesh::Mesh& mesh)
 
 double distance_of(const Vec3d (&a)[3], const Vec3d (&b)[3]) noexcept
 {
-    double best = std::numeric_limits<double>::infinity();
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) best = std::min(best, segments_apart_sq(a[i], a[(i + 1) % 3], b[j], b[(j + 1) % 3]));
-    for (int i = 0; i < 3; ++i) {
-        best = std::min(best, norm_sq(a[i] - closest_point_on_triangle(a[i], b[0], b[1], b[2])));
-        best = std::min(best, norm_sq(b[i] - closest_point_on_triangle(b[i], a[0], a[1], a[2])));
-    }
-    if (best == 0) return 0;
-    for (int i = 0; i < 3; ++i)
-        if (pierces(a[i], a[(i + 1) % 3], b) || pierces(b[i], b[(i + 1) % 3], a)) return 0;
-    return std::sqrt(best);
+    const TriangleCorners of_a{a[0], a[1], a[2]}, of_b{b[0], b[1], b[2]};
+    const double apart_sq = query::gap_of(of_a, of_b).distance_sq;  // of triangles that cut each other not that of their insides
+    return apart_sq == 0 || crossing_of(of_a, of_b).meets() ? 0 : std::sqrt(apart_sq);
 }
 
 LinkShape::LinkShape(const Link& link, const std::filesystem::path& robot_file, const Packages& packages,

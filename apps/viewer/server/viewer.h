@@ -25,7 +25,7 @@ public:
 
     /// Before run(): the server must outlive every answer.
     void attach(Server& server);
-    /// Makes objects, which the pages see one after the other; as Scene::load has it.
+    /// Makes objects and sends each to the pages when it is ready; as Scene::load.
     void load(std::vector<std::function<std::shared_ptr<Object>(const BakeMeshOptions&)>> makers,
               const std::function<void(const std::string&)>& on_failure)
     {

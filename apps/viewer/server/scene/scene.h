@@ -53,8 +53,8 @@ public:
     std::function<void(std::uint32_t)> on_insert = [](auto) {};  ///< one stands at this number; those from it on have moved down
 
     void add(std::shared_ptr<Object> object, std::uint32_t upload = 0);
-    /// Makes objects one after the other on the worker's thread; the pages hear how many are still to come. on_failure: gets the
-    /// reason where one cannot be made, on the worker's thread.
+    /// Makes objects one after the other on the worker's thread; the pages are sent the number of those to come. on_failure: gets
+    /// the reason where one cannot be made, on the worker's thread.
     void load(std::vector<std::function<std::shared_ptr<Object>(const BakeMeshOptions&)>> makers,
               const std::function<void(const std::string&)>& on_failure);
     /// Does an act on an object, from Split to Rename; one that does not fit the scene of now is passed over.

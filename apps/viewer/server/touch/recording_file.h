@@ -10,7 +10,7 @@
 
 namespace sqmap::viewer {
 
-/// In place of an object's number: it was hidden.
+/// Stands for the number of an object that is hidden.
 inline constexpr std::uint32_t k_hidden_object = 0xffffffff;
 
 /// A recording as its file has it: the takes name their objects, but the file does not hold them.

@@ -1,5 +1,5 @@
 // Poses of a tool against the minimum over all of its points, one by one.
-#include "sqmap/planning/clearances.h"
+#include "sqmap/bulk/clearances.h"
 
 #include "sqmap/bake_mesh.h"
 #include "sqmap/math/random.h"
@@ -12,7 +12,7 @@
 #include <cmath>
 #include <limits>
 
-namespace sqmap::planning {
+namespace sqmap::bulk {
 namespace {
 
 class Clearances : public testing::Test {
@@ -227,4 +227,4 @@ TEST(ToolPoints, GroupsHoldEachPointOnce)
 }
 
 }  // namespace
-}  // namespace sqmap::planning
+}  // namespace sqmap::bulk

@@ -1,16 +1,16 @@
 // The broad phase of a scene, then each pair by whichever thread is free; results are put together in the order of the pairs.
-#include "sqmap/parallel/pile.h"
+#include "sqmap/bulk/pile.h"
 
 #include "sqmap/parallel/for_each.h"
 
 #include <algorithm>
 #include <atomic>
 
-namespace sqmap::parallel {
+namespace sqmap::bulk {
 
 /// A thread's own: the space of a pair, and the contacts of all pairs that it has done.
 struct Pile::Worker {
-    explicit Worker(std::size_t contacts) : space(contacts) {}
+    explicit Worker(std::size_t capacity) : space(capacity) {}
 
     /// A pair that has something to say, and where its contacts begin.
     struct Done {
@@ -41,10 +41,10 @@ PileResult Pile::query(const PileOptions& options)
         near_.resize(near.pairs + near.pairs / 4);
         near = scene_.pairs(near_);
     }
-    const std::size_t threads = std::clamp<std::size_t>(near.pairs, 1, thread_count(options.threads));
+    const std::size_t threads = std::clamp<std::size_t>(near.pairs, 1, parallel::thread_count(options.threads));
     while (workers_.size() < threads) workers_.push_back(std::make_unique<Worker>(capacity_));
     std::atomic<std::size_t> next{0};
-    for_each(threads, static_cast<unsigned>(threads), [&](std::size_t w) {
+    parallel::for_each(threads, static_cast<unsigned>(threads), [&](std::size_t w) {
         Worker& worker = *workers_[w];
         worker.contacts.clear();
         worker.done.clear();
@@ -87,4 +87,4 @@ PileResult Pile::query(const PileOptions& options)
     return out;
 }
 
-}  // namespace sqmap::parallel
+}  // namespace sqmap::bulk

@@ -1,4 +1,4 @@
-#include "sqmap/parallel/pile.h"
+#include "sqmap/bulk/pile.h"
 
 #include "support/bodies.h"
 #include "support/small_meshes.h"
@@ -8,7 +8,7 @@
 #include <cstring>
 #include <limits>
 
-namespace sqmap::parallel {
+namespace sqmap::bulk {
 namespace {
 
 using query::BodyId;
@@ -123,4 +123,4 @@ TEST(Pile, SaysWhichPairHasMoreContactsThanFit)
 }
 
 }  // namespace
-}  // namespace sqmap::parallel
+}  // namespace sqmap::bulk

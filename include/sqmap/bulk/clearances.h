@@ -1,4 +1,4 @@
-// Planning: how near each of many poses brings a tool to a model, with gradients, in one call.
+// How near each of many poses brings a tool to a model, with gradients, in one call.
 #pragma once
 
 #include "sqmap/math/pose.h"
@@ -12,7 +12,7 @@
 #include <span>
 #include <vector>
 
-namespace sqmap::planning {
+namespace sqmap::bulk {
 
 /// Points of a tool, in groups of near ones that are culled together. Any number of threads may read it.
 class ToolPoints {
@@ -87,4 +87,4 @@ struct PoseClearance {
 /// Cost: 60 to 90 us a pose for 500 points, 1 to 25 us with a band of a fiftieth of the object. Thread-safe.
 void clearances(const ClearanceQuery& query, std::span<PoseClearance> answers);
 
-}  // namespace sqmap::planning
+}  // namespace sqmap::bulk

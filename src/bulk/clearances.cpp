@@ -1,13 +1,13 @@
 // Least signed distance of a tool's points at each of many poses: branch and bound over balls about groups of points. The poses
 // of a chunk go through it together, so that every round queries one batch of points.
-#include "sqmap/planning/clearances.h"
+#include "sqmap/bulk/clearances.h"
 
 #include "sqmap/parallel/for_each.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace sqmap::planning {
+namespace sqmap::bulk {
 
 namespace {
 
@@ -279,4 +279,4 @@ void clearances(const ClearanceQuery& query, std::span<PoseClearance> answers)
         parallel::for_slices(count, together, query.threads, run);
 }
 
-}  // namespace sqmap::planning
+}  // namespace sqmap::bulk

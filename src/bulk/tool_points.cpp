@@ -1,11 +1,11 @@
 // Groups of a tool's points: halves at the median of the longest side, until a group has about the square root of all.
-#include "sqmap/planning/clearances.h"
+#include "sqmap/bulk/clearances.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
-namespace sqmap::planning {
+namespace sqmap::bulk {
 
 namespace {
 
@@ -62,4 +62,4 @@ void ToolPoints::divide(std::size_t first, std::size_t count, std::size_t max_co
     divide(first + half, count - half, max_count, given);
 }
 
-}  // namespace sqmap::planning
+}  // namespace sqmap::bulk

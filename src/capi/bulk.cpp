@@ -1,6 +1,6 @@
 // Many poses of a tool in one call, behind the C interface.
 #include "objects.h"
-#include "sqmap/planning/clearances.h"
+#include "sqmap/bulk/clearances.h"
 #include "structs.h"
 
 #include <cmath>
@@ -36,16 +36,16 @@ std::vector<Pose> poses_of(const sqmap_poses& given)
     return out;
 }
 
-planning::ToolPoints tool_of(const sqmap_points& tool)
+bulk::ToolPoints tool_of(const sqmap_points& tool)
 {
     const std::span<const Vec3d> points = rows(tool, "tool.xyz");
     if (points.empty()) throw Failure{SQMAP_E_ARGUMENT, "tool", "has no points", "give at least one"};
     check_finite(points, "tool.xyz");
-    return planning::ToolPoints(points);
+    return bulk::ToolPoints(points);
 }
 
 template <class T, class Get>
-void fill_column(T* target, std::span<const planning::PoseClearance> answers, Get&& get)
+void fill_column(T* target, std::span<const bulk::PoseClearance> answers, Get&& get)
 {
     if (target == nullptr) return;
     for (std::size_t i = 0; i < answers.size(); ++i) target[i] = static_cast<T>(get(answers[i]));
@@ -53,8 +53,7 @@ void fill_column(T* target, std::span<const planning::PoseClearance> answers, Ge
 
 /// Three numbers of each answer, from `column` on, in rows of `width`.
 template <class Get>
-void fill_vectors(double* target, std::size_t width, std::size_t column, std::span<const planning::PoseClearance> answers,
-                  Get&& get)
+void fill_vectors(double* target, std::size_t width, std::size_t column, std::span<const bulk::PoseClearance> answers, Get&& get)
 {
     if (target == nullptr) return;
     for (std::size_t i = 0; i < answers.size(); ++i) {
@@ -66,9 +65,9 @@ void fill_vectors(double* target, std::size_t width, std::size_t column, std::sp
     }
 }
 
-void write_clearances(const sqmap_pose_clearances& out, std::span<const planning::PoseClearance> answers)
+void write_clearances(const sqmap_pose_clearances& out, std::span<const bulk::PoseClearance> answers)
 {
-    using Answer = const planning::PoseClearance&;
+    using Answer = const bulk::PoseClearance&;
     fill_column(out.distance, answers, [](Answer a) { return a.distance; });
     fill_vectors(out.gradient, 6, 0, answers, [](Answer a) { return a.by_translation; });
     fill_vectors(out.gradient, 6, 3, answers, [](Answer a) { return a.by_rotation; });
@@ -95,18 +94,18 @@ sqmap_code sqmap_query_poses(sqmap_model model, const sqmap_points* tool, const 
         const sqmap_poses given = capi::taken(&capi::needed(poses, "poses"), "poses");
         const sqmap_pose_clearances out = capi::taken(&capi::needed(clearances, "clearances"), "clearances");
         constexpr double k_infinite = std::numeric_limits<double>::infinity();
-        const planning::ToolPoints grouped = capi::tool_of(points);
+        const bulk::ToolPoints grouped = capi::tool_of(points);
         const std::vector<Pose> frames = capi::poses_of(given);
-        planning::ClearanceQuery query{.touched = {&m.view(), nullptr, capi::pose_of(points.pose, "tool.pose")},
-                                       .tool = &grouped,
-                                       .poses = frames,
-                                       .threads = capi::threads_of(given.threads, "poses.threads")};
+        bulk::ClearanceQuery query{.touched = {&m.view(), nullptr, capi::pose_of(points.pose, "tool.pose")},
+                                   .tool = &grouped,
+                                   .poses = frames,
+                                   .threads = capi::threads_of(given.threads, "poses.threads")};
         if (given.band != 0) query.band = capi::checked(given.band, 0, k_infinite, "poses.band");
         constexpr double k_largest = std::numeric_limits<double>::max();
         const double stop_below = capi::checked(given.stop_below, -k_largest, k_largest, "poses.stop_below");
         if (given.stops != 0) query.stop_below = stop_below;
-        std::vector<planning::PoseClearance> answers(frames.size());
-        planning::clearances(query, answers);
+        std::vector<bulk::PoseClearance> answers(frames.size());
+        bulk::clearances(query, answers);
         capi::write_clearances(out, answers);
     });
 }

@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-namespace sqmap::parallel {
+namespace sqmap::bulk {
 
 /// Two bodies that are near each other, and which of the contacts are theirs.
 struct PilePair {
@@ -73,4 +73,4 @@ private:
     std::vector<query::SurfaceContact> contacts_;
 };
 
-}  // namespace sqmap::parallel
+}  // namespace sqmap::bulk

@@ -4,9 +4,9 @@
 #include "measure.h"
 #include "setting.h"
 #include "sqmap/bake_mesh.h"
+#include "sqmap/bulk/clearances.h"
 #include "sqmap/math/random.h"
 #include "sqmap/math/rotation.h"
-#include "sqmap/planning/clearances.h"
 
 #include <algorithm>
 #include <charconv>
@@ -61,17 +61,17 @@ struct Kind {
     std::optional<double> stop_below;
 };
 
-void report(const model::ModelView& model, const planning::ToolPoints& tool, std::span<const Vec3d> points,
+void report(const model::ModelView& model, const bulk::ToolPoints& tool, std::span<const Vec3d> points,
             std::span<const Pose> poses)
 {
-    std::vector<planning::PoseClearance> answers(poses.size());
+    std::vector<bulk::PoseClearance> answers(poses.size());
     for (const Kind& kind :
          {Kind{"exact anywhere", query::k_everywhere, {}}, {"exact within 0.02", 0.02, {}}, {"until one touches", 0.02, 0.0}}) {
-        const planning::ClearanceQuery query{{&model}, &tool, poses, kind.band, kind.stop_below, 1};
+        const bulk::ClearanceQuery query{{&model}, &tool, poses, kind.band, kind.stop_below, 1};
         double seconds = INFINITY;
         for (int round = 0; round < 3; ++round) {
             const double start = thread_seconds();
-            planning::clearances(query, answers);
+            bulk::clearances(query, answers);
             seconds = std::min(seconds, thread_seconds() - start);
         }
         const auto touching = std::count_if(answers.begin(), answers.end(), [](const auto& a) { return a.distance <= 0; });
@@ -79,7 +79,7 @@ void report(const model::ModelView& model, const planning::ToolPoints& tool, std
         std::printf("  %-18s %6.2f us a pose, %7.1f million points a second, %4.1f %% touch\n", kind.name, 1e6 * seconds / count,
                     1e-6 * count * static_cast<double>(points.size()) / seconds, 100 * static_cast<double>(touching) / count);
     }
-    planning::clearances({{&model}, &tool, poses}, answers);
+    bulk::clearances({{&model}, &tool, poses}, answers);
     std::vector<query::SignedDistance> each(points.size());
     std::size_t differ = 0;
     const std::size_t checked = std::min(k_checked, poses.size());
@@ -107,7 +107,7 @@ int sqmap::bench::measure_poses(int argc, char** argv)
     const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), count);
     if (error != std::errc() || count < 1) return k_wrong_usage;
     const std::vector<Vec3d> points = gripper();
-    const planning::ToolPoints tool(points);
+    const bulk::ToolPoints tool(points);
     for (int i = 2; i < argc; ++i) {
         AdmittedMesh admitted = admit_mesh(argv[i]);
         if (admitted.refused())
