@@ -10,6 +10,7 @@
 #include "sqmap/shape/superquadric.h"
 
 #include <algorithm>
+#include <cmath>
 
 HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {
@@ -39,12 +40,21 @@ struct JetLanes {
     V3 point_eta, point_omega, normal_eta, normal_omega;
 };
 
+/// The same direction by an angle that sine_cosine takes: searches for a bend may turn round many times.
+HWY_INLINE float within_turns(float angle)
+{
+    constexpr double k_turn = 6.283185307179586;
+    if (std::abs(angle) <= 9.42f) return angle;
+    const double turns = static_cast<double>(angle) / k_turn;
+    return static_cast<float>(k_turn * (turns - std::floor(turns + 0.5)));
+}
+
 class SuperquadricLanes {
 public:
     explicit SuperquadricLanes(const shape::Superquadricf& sq)
         : sq_(sq), latitude_(sq.eps1), longitude_(sq.eps2), inverse_{1 / sq.a.x, 1 / sq.a.y, 1 / sq.a.z}
     {
-        const SineCosine turn = sine_cosine(set(sq.bend_angle));
+        const SineCosine turn = sine_cosine(set(within_turns(sq.bend_angle)));
         bend_x_ = turn.cosine;
         bend_y_ = turn.sine;
     }

@@ -144,7 +144,7 @@ std::optional<Expected> expected_at(const model::ModelView& view, Vec3f p, Layer
         if (std::abs(f - 1) < 1e-5) return std::nullopt;
         answers[i] = paper::project(map, p, {.layer = layer, .projector = projector, .nearest_steps = 0});
         if (answers[i].verdict == paper::Verdict::Outside) continue;
-        const float r = view.header.r_max;
+        const auto r = static_cast<float>(view.header.r_max);
         if (std::abs(answers[i].depth_along) < 1e-6f * r) return std::nullopt;
     }
     const paper::CombinedAnswer all = paper::combine(answers);
@@ -176,7 +176,7 @@ TraceCount follow(sqmap::test::PaperModel& baked, Layer layer, Projector project
 {
     baked.set_options({.projector = projector, .nearest_steps = 0});
     const model::ModelView& view = baked.in_model_space();
-    const float r = view.header.r_max;
+    const auto r = static_cast<float>(view.header.r_max);
     constexpr double k_stiffness = 300;
     ZoneOptions options = paper::with_paper_force({.layer = layer, .stiffness = k_stiffness});
     Tool tool({{}}, options);
@@ -249,7 +249,7 @@ TEST_P(PaperForceTraceOfAnimals, EveryTickIsEqs21To32OnTheStoredMap)
 
 INSTANTIATE_TEST_SUITE_P(Meshes, PaperForceTraceOfAnimals,
                          testing::Values("cat_8108.obj", "horse_5946.obj", "elephant_10272.obj", "camel_4512.obj",
-                                         "bull_7154.obj"),
+                                         "bull_7154.obj", "hand_9344.obj"),
                          [](const auto& param) {
                              const std::string name = param.param;
                              return name.substr(0, name.find('_')) + name.substr(name.find('_') + 1, 4);
