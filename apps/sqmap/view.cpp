@@ -123,7 +123,7 @@ int view(const ViewArguments& arguments)
         if (arguments.open && !viewer::open_in_browser(viewer::state_folder(), server.url()))
             std::fprintf(stderr, "no browser was started\n  cure: open the address above by hand\n");
         const Ending ending(content, server, signals);
-        // The address stands before files are read: they take as long as they take, and the page says how far they are.
+        // Reading and baking may take minutes, so the address is printed first and the page shows the progress.
         content.load(makers_of(arguments), [&](const std::string& why) {
             std::fprintf(stderr, "%s\n", why.c_str());
             refused = true;

@@ -27,7 +27,7 @@ using boost::system::error_code;
 
 namespace {
 
-constexpr auto k_patience = std::chrono::seconds(30);  // for a body or a further request to come in, or an answer to go out
+constexpr auto k_patience = std::chrono::seconds(30);  // for a body or a further request to arrive, or an answer to be sent
 
 std::string_view view_of(beast::string_view s) { return {s.data(), s.size()}; }
 

@@ -47,9 +47,9 @@ struct ServerOptions {
     std::size_t max_message = 64 * 1024;        ///< bytes of a WebSocket message from the browser
     std::size_t max_upload = 64 * 1024 * 1024;  ///< bytes of a POST
     std::size_t max_connections = 64;
-    std::size_t max_of_address =
-        32;                ///< connections from one address; the oldest that waits for its request gives way to another
-    int head_seconds = 5;  ///< for the first request of a connection to come in
+    /// Connections from one address. Where there are as many, the oldest one without a request is closed for a new one.
+    std::size_t max_of_address = 32;
+    int head_seconds = 5;                        ///< for the head of a connection's first request
     std::size_t max_waiting = 16 * 1024 * 1024;  ///< bytes that a browser may leave unread before it is let go
     int max_messages_a_second = 400;
     int frames_a_second = 60;

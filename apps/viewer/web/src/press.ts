@@ -38,15 +38,14 @@ function picturePress(hand: number, tool: number, touches: boolean): void {
   const x = 66, r = Math.min(1000 * state.settings.toolRadius * SCALE, 26), dent = touches ? 1000 * tool * SCALE : 0;
   const handAt = GROUND + 1000 * hand * SCALE, ball = GROUND + dent - r, half = 2.2 * r;
   const dimple = touches ? `C ${x - half} ${GROUND} ${x - 0.9 * r} ${GROUND + dent} ${x} ${GROUND + dent} S ${x + half} ${GROUND} ${x + 2 * half} ${GROUND}` : '';
-  const labels = [[touches ? GROUND + dent : GROUND, touches ? `surface holds it: ${mm(tool)} mm` : 'surface'], [handAt, `hand: ${mm(hand)} mm`]] as [number, string][];
-  // Two labels that would lie over each other stand one below the other.
-  if (Math.abs(labels[0][0] - labels[1][0]) < 15) labels[labels[0][0] > labels[1][0] ? 0 : 1][0] += 15 - Math.abs(labels[0][0] - labels[1][0]);
+  // One label stands above the line of the surface, the other below it: neither is crossed by the line.
+  const labels = [[GROUND - 6, touches ? `surface holds it: ${mm(tool)} mm` : 'surface'], [Math.max(handAt + 4, GROUND + 15), `hand: ${mm(hand)} mm`]] as [number, string][];
   picture.replaceChildren(
     draw('path', { d: `M 0 ${GROUND} H ${Math.max(x - 2 * half, 0)} ${dimple} H ${WIDE} V ${HIGH} H 0 Z`, class: 'press-solid' }),
     draw('circle', { cx: x, cy: ball, r, class: 'press-tool' }),
     draw('line', { x1: x, y1: ball + r, x2: x, y2: handAt, class: 'press-spring' }),
     draw('circle', { cx: x, cy: handAt, r: 3.5, class: 'press-hand' }),
-    ...labels.map(([y, text], i) => draw('text', { x: x + 38, y: Math.min(y + 4, HIGH - 4), class: i === 0 && touches ? 'press-depth' : '' }, text)));
+    ...labels.map(([y, text], i) => draw('text', { x: x + 38, y: Math.min(y, HIGH - 4), class: i === 0 && touches ? 'press-depth' : '' }, text)));
 }
 
 let shown = '';

@@ -119,7 +119,7 @@ export class Surface {
     let until = 0;
     for (let v = 0; v < p.count; ++v) {
       if (performance.now() > until) {
-        await new Promise<void>((resolve) => { if ('requestIdleCallback' in window) requestIdleCallback(() => resolve()); else setTimeout(resolve, 20); });
+        await new Promise<void>((resolve) => { if ('requestIdleCallback' in window) requestIdleCallback(() => resolve(), { timeout: 200 }); else setTimeout(resolve, 20); });
         if (this.gone) return;
         until = performance.now() + SLICE;
       }
