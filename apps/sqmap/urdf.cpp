@@ -29,7 +29,7 @@ struct UrdfArguments {
     SweepArguments sweep;
 };
 
-std::string text_of(const std::string& path)
+std::string text_of_file(const std::string& path)
 {
     std::ifstream file(path, std::ios::binary);
     std::string text{std::istreambuf_iterator<char>(file), {}};
@@ -91,9 +91,10 @@ int run(const UrdfArguments& o)
 {
     io::refuse_to_replace(o.output, {o.robot});
     io::refuse_to_replace(o.report, {o.robot});
-    if (o.sweep.sweep) return run_sweep(o.sweep, text_of(o.robot), {.robot = o.robot, .output = o.output, .report = o.report});
+    if (o.sweep.sweep)
+        return run_sweep(o.sweep, text_of_file(o.robot), {.robot = o.robot, .output = o.output, .report = o.report});
     if (o.output.empty()) throw WrongUsage("--output", "name the URDF file to write");
-    robot::Rewritten made = robot::rewrite(text_of(o.robot), o.robot, o.output, o.rewrite);
+    robot::Rewritten made = robot::rewrite(text_of_file(o.robot), o.robot, o.output, o.rewrite);
     if (!o.report.empty()) made.files.insert(made.files.begin(), {o.report, report_json(made)});
     for (const collider::ExportFile& f : made.files) io::refuse_to_replace(f.path, {o.robot});
     collider::write(made.files);

@@ -3,7 +3,7 @@
 #include "sqmap/collider/figures.h"
 
 #include "sqmap/math/box.h"
-#include "sqmap/mesh/convex_hull.h"
+#include "sqmap/mesh/bvh.h"
 #include "sqmap/mesh/solid.h"
 
 #include <algorithm>
@@ -28,7 +28,7 @@ struct Directions {
 /// Signed distance from a convex hull, negative within it.
 class HullDistance {
 public:
-    explicit HullDistance(const mesh::Mesh& hull) : hull_(hull)
+    explicit HullDistance(const mesh::Mesh& hull) : surface_(hull)
     {
         for (const mesh::Triangle& t : hull.triangles) {
             const Vec3d a = hull.vertices[t[0]];
@@ -39,11 +39,11 @@ public:
     {
         double above = -std::numeric_limits<double>::infinity();
         for (const auto& [on, normal] : planes_) above = std::max(above, dot(normal, p - on));
-        return above <= 0 ? above : mesh::farthest_from_hull(hull_, {&p, 1});
+        return above <= 0 ? above : surface_.closest_point(p).distance;
     }
 
 private:
-    const mesh::Mesh& hull_;
+    mesh::Bvh surface_;
     std::vector<std::pair<Vec3d, Vec3d>> planes_;
 };
 

@@ -1,5 +1,5 @@
-// The first touch of two bodies: the motion in pieces along which points move on chords, triangles near each other in a piece,
-// and of these the elementary queries.
+// The first touch of two bodies: the motion is halved while triangles are within its reach, down to pieces along which points
+// move on chords; in these the elementary queries find the touch of triangles that are near each other.
 #include "candidates.h"
 #include "sqmap/query/contacts.h"
 #include "sqmap/query/first_touch.h"
@@ -107,12 +107,13 @@ struct Motion {
     }
     /// Pieces within which paths are straight to a thousandth of the motion where the surfaces approach at 8 degrees: in one of n
     /// pieces a path leaves its chord by bend / (8 n^2).
-    [[nodiscard]] int pieces() const
+    [[nodiscard]] int straight_pieces() const
     {
         if (turn_a == 0) return 1 + static_cast<int>(std::ceil(std::sqrt(1000 * turn_b)));
         return 1 + static_cast<int>(std::ceil(std::sqrt(1000 * bend / length)));
     }
-    [[nodiscard]] double sag(int pieces) const { return bend / (8. * pieces * pieces) * (1 + 1e-6); }
+    /// How far a point leaves the chord of its path within a share of the motion, at most.
+    [[nodiscard]] double sag(double share) const { return bend / 8 * share * share * (1 + 1e-6); }
 };
 
 /// True where the bodies touch where they are, or one begins within the other's model.
@@ -125,6 +126,89 @@ bool is_touching(const Body& a, const Body& b)
     return has_inside(a, b) || has_inside(b, a);
 }
 
+/// Searches the motion for its first touch, earliest first, in pieces of equal duration.
+class MotionSearch {
+public:
+    MotionSearch(const Body& a, const Pose& to_a, const Body& b, const Pose& to_b)
+        : a_(a),
+          b_(b),
+          to_a_(to_a),
+          to_b_(to_b),
+          tree_a_(a.probe->triangles()),
+          tree_b_(b.probe->triangles()),
+          motion_(a, to_a, b, to_b),
+          middle_(centre(tree_b_.box())),
+          radius_(0.5 * norm(size(tree_b_.box())))
+    {
+        // A piece in which points move farther than triangles are long pairs each triangle with too many others.
+        const double step = triangle_size(tree_a_) + triangle_size(tree_b_);
+        const double short_pieces = step > 0 ? std::ceil(motion_.length / step) : 1;
+        pieces_ = std::max(motion_.straight_pieces(), static_cast<int>(std::clamp(short_pieces, 1., k_max_pieces)));
+    }
+
+    BodyTouch run()
+    {
+        search(0, pieces_);
+        return found_;
+    }
+
+private:
+    static constexpr double k_max_pieces = 4096;
+
+    static double triangle_size(const TriangleTree& tree)
+    {
+        return norm(size(tree.box())) / std::sqrt(static_cast<double>(tree.size()));
+    }
+    Affine b_in_a_at(int piece) const
+    {
+        const double share = static_cast<double>(piece) / pieces_;
+        return b_in_a({a_.model, a_.probe, between(a_.pose, to_a_, share)}, {b_.model, b_.probe, between(b_.pose, to_b_, share)});
+    }
+    /// How far a point of b is from where it is at the first of two ends at most: the middle moves and the box turns.
+    double reach(const Affine (&ends)[2], double share) const
+    {
+        const double turn = (motion_.turn_a + motion_.turn_b) * share;
+        return norm(apply(ends[1], middle_) - apply(ends[0], middle_)) + radius_ * turn + 2 * motion_.sag(share);
+    }
+    /// True where a touch was found in pieces from first to before last.
+    bool search(int first, int last)
+    {
+        const Affine ends[2] = {b_in_a_at(first), b_in_a_at(last)};
+        const double share = static_cast<double>(last - first) / pieces_;
+        const CandidateJob job(tree_a_, tree_b_, ends[0], reach(ends, share));
+        if (last - first == 1) return search_piece(first, job, ends, share);
+        bool is_near = false;
+        const auto note = [](void* self, std::span<const TrianglePair> pairs) noexcept {
+            *static_cast<bool*>(self) |= !pairs.empty();
+            return pairs.empty();
+        };
+        find_candidates(job, note, &is_near);
+        if (!is_near) return false;
+        const int half = first + (last - first) / 2;
+        return search(first, half) || search(half, last);
+    }
+    bool search_piece(int first, const CandidateJob& job, const Affine (&ends)[2], double share)
+    {
+        MotionPiece piece(tree_a_, tree_b_, ends, motion_.sag(share));
+        const auto take = [](void* self, std::span<const TrianglePair> pairs) noexcept {
+            return static_cast<MotionPiece*>(self)->take(pairs);
+        };
+        find_candidates(job, take, &piece);
+        if (!piece.touch().touches) return false;
+        found_ = {true, std::max((first + piece.touch().time) / pieces_ - 1e-12, 0.), k_ok};
+        return true;
+    }
+
+    const Body &a_, &b_;
+    const Pose &to_a_, &to_b_;
+    const TriangleTree &tree_a_, &tree_b_;
+    Motion motion_;
+    Vec3d middle_;
+    double radius_;
+    int pieces_;
+    BodyTouch found_{};
+};
+
 }  // namespace
 
 BodyTouch first_touch(const Body& a, const Body& b, const Pose& to) noexcept { return first_touch(a, a.pose, b, to); }
@@ -135,31 +219,7 @@ BodyTouch first_touch(const Body& a, const Pose& to_a, const Body& b, const Pose
     if (a.probe == nullptr || b.probe == nullptr || a.probe->triangles().size() == 0 || b.probe->triangles().size() == 0)
         return {false, 1, k_no_triangles};
     if (is_touching(a, b)) return {true, 0, k_ok};
-    const TriangleTree &tree_a = a.probe->triangles(), &tree_b = b.probe->triangles();
-    const Motion motion(a, to_a, b, to_b);
-    const int pieces = motion.pieces();
-    const auto pose_at = [&](int k) {
-        const double share = static_cast<double>(k) / pieces;
-        return b_in_a({a.model, a.probe, between(a.pose, to_a, share)}, {b.model, b.probe, between(b.pose, to_b, share)});
-    };
-    const Vec3d middle = centre(tree_b.box());
-    const double radius = 0.5 * norm(size(tree_b.box())), turn = motion.turn_a + motion.turn_b;
-    Affine first = pose_at(0);
-    for (int k = 0; k < pieces; ++k) {
-        const Affine ends[2] = {first, pose_at(k + 1)};
-        const double sag = motion.sag(pieces);
-        MotionPiece piece(tree_a, tree_b, ends, sag);
-        // No point of b is farther from where it is at the piece's beginning than its middle moves and its box turns.
-        const double reach = norm(apply(ends[1], middle) - apply(ends[0], middle)) + radius * turn / pieces + 2 * sag;
-        const CandidateJob job(tree_a, tree_b, ends[0], reach);
-        find_candidates(
-            job,
-            [](void* self, std::span<const TrianglePair> pairs) noexcept { return static_cast<MotionPiece*>(self)->take(pairs); },
-            &piece);
-        if (piece.touch().touches) return {true, std::max((k + piece.touch().time) / pieces - 1e-12, 0.), k_ok};
-        first = ends[1];
-    }
-    return {};
+    return MotionSearch(a, to_a, b, to_b).run();
 }
 
 }  // namespace sqmap::query
