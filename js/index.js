@@ -48,9 +48,20 @@ function metresPer(unit) {
   return unit;
 }
 
-/** An object of options. */
+/** An object. */
 function object(value, element) {
   if (typeof value !== "object" || value === null) throw refuse(element, `is ${kindOf(value)}`, "give an object");
+  return value;
+}
+
+const querySettings = ["layer", "tolerance", "margin", "smooth", "pose"];
+const bakeSettings = ["targetError", "band", "thickness", "maxParts", "repair", "projection", "surface", "exact", "keepInput", "unit",
+                      "source", "progress"];
+
+/** An object of options that has no others than these: a name that is misspelt would leave the default unnoticed. */
+function settings(value, names) {
+  for (const name of Object.keys(object(value, "options")))
+    if (!names.includes(name)) throw refuse(`options.${name}`, "is unknown", `take ${names.join(", ")}`);
   return value;
 }
 
@@ -123,7 +134,7 @@ class Call {
     return address;
   }
   pose(pose, element = "options.pose") {
-    return pose === undefined || pose === null ? 0 : this.numbers(poseNumbers(pose, element));
+    return pose === undefined ? 0 : this.numbers(poseNumbers(pose, element));
   }
   points(points, pose) {
     const xyz = rows(points, "points");
@@ -260,13 +271,13 @@ export class Model extends Owned {
     });
   }
   query(points, options = {}) {
-    object(options, "options");
+    settings(options, querySettings);
     return this.within((c) => {
-      const {count, at} = c.points(points, options.pose), settings = c.options(options);
+      const {count, at} = c.points(points, options.pose), chosen = c.options(options);
       const contact = c.space(count), certain = c.space(count), status = c.space(count), part = c.space(4 * count);
       const depth = c.space(8 * count), normal = c.space(24 * count), closest = c.space(24 * count);
       const out = c.struct("contacts", {contact, depth, normal, closest, part, certain, status});
-      c.run("sqmap_query_points", this.handle, at, settings, out);
+      c.run("sqmap_query_points", this.handle, at, chosen, out);
       return {
         contact: c.copy(Uint8Array, contact, count), depth: c.copy(Float64Array, depth, count),
         normal: c.copy(Float64Array, normal, 3 * count), closest: c.copy(Float64Array, closest, 3 * count),
@@ -276,13 +287,13 @@ export class Model extends Owned {
     });
   }
   distances(points, options = {}) {
-    object(options, "options");
+    settings(options, ["band", "pose"]);
     return this.within((c) => {
-      const {count, at} = c.points(points, options.pose), settings = c.options(options);
+      const {count, at} = c.points(points, options.pose), chosen = c.options(options);
       const triangle = c.space(4 * count);
       const known = c.space(count), status = c.space(count), part = c.space(4 * count);
       const distance = c.space(8 * count), gradient = c.space(24 * count), closest = c.space(24 * count);
-      c.run(options.band === undefined ? "sqmap_exact_distances" : "sqmap_signed_distances", this.handle, at, settings,
+      c.run(options.band === undefined ? "sqmap_exact_distances" : "sqmap_signed_distances", this.handle, at, chosen,
             c.struct("distances", {distance, gradient, closest, part, known, status, triangle}));
       return {
         distance: c.copy(Float64Array, distance, count), gradient: c.copy(Float64Array, gradient, 3 * count),
@@ -293,7 +304,7 @@ export class Model extends Owned {
     });
   }
   closestPoints(points, options = {}) {
-    object(options, "options");
+    settings(options, ["pose"]);
     return this.within((c) => {
       const {count, at} = c.points(points, options.pose);
       const closest = c.space(24 * count), distance = c.space(8 * count), triangle = c.space(4 * count);
@@ -303,7 +314,7 @@ export class Model extends Owned {
     });
   }
   implicit(part, points, options = {}) {
-    object(options, "options");
+    settings(options, ["pose"]);
     return this.within((c) => {
       const {count, at} = c.points(points, options.pose), values = c.space(8 * count);
       c.run("sqmap_implicit", this.handle, Math.min(whole(part, "part"), 0xffffffff), at, values);
@@ -311,16 +322,17 @@ export class Model extends Owned {
     });
   }
   probe(probe, options = {}) {
-    object(options, "options");
+    settings(options, [...querySettings, "probePose", "firstOnly", "capacity"]);
     if (!(probe instanceof Probe)) throw refuse("probe", "is none", "make one with sqmap.probe(points)");
     return this.within((c) => {
-      const settings = c.options(options), capacity = whole(options.capacity ?? probe.count, "options.capacity");
+      const chosen = c.options(options);
+      const capacity = options.capacity === undefined ? probe.count : whole(options.capacity, "options.capacity");
       const contacts = c.space(structs.contact.bytes * capacity);
       const list = c.struct("contactList", {contacts, capacity});
       const bodies = c.struct("bodies", {modelA: this.handle, poseA: c.pose(options.pose),
                                          probeB: probe.handleFor(c.library, "probe"),
                                          poseB: c.pose(options.probePose, "options.probePose")});
-      c.run("sqmap_query_probe", bodies, settings, list);
+      c.run("sqmap_query_probe", bodies, chosen, list);
       const found = c.read("contactList", list, "found"), anchor = c.read("contactList", list, "anchor");
       const out = [];
       for (let i = 0; i < Math.min(found, capacity); ++i) {
@@ -347,8 +359,8 @@ export class Session extends Owned {
     return this.within((c) => {
       let bits = 0;
       for (const [name, yes] of Object.entries(done)) {
-        const bit = member(new Map(Object.entries(acts)), name, "acts");
-        bits |= flag(yes, `options.${name}`) * bit;
+        if (!(name in acts)) throw refuse(`options.${name}`, "is unknown", `take sampleTime, sequence, ${Object.keys(acts).join(", ")}`);
+        bits |= flag(yes, `options.${name}`) * acts[name];
       }
       const force = c.struct("force");
       c.run("sqmap_tick_session", this.handle, c.struct("tick", {
@@ -404,7 +416,7 @@ class Sqmap {
       for (let i = 0; i < corners.length; ++i) wide[i] = BigInt(corners[i]);
       const mesh = c.struct("mesh", {vertices: c.numbers(xyz), vertexCount: xyz.length / 3, triangles: indices,
                                      triangleCount: corners.length / 3});
-      return this.#baked(c, options, (settings, handle) => c.run("sqmap_bake", mesh, settings, handle));
+      return this.#baked(c, options, (chosen, handle) => c.run("sqmap_bake", mesh, chosen, handle));
     });
   }
   bakeFile(name, bytes, options = {}) {
@@ -415,7 +427,7 @@ class Sqmap {
     this.#library.FS.writeFile(path, bytes);
     try {
       return within(this.#library, (c) => this.#baked(c, {source: name, ...options},
-                                                      (settings, handle) => c.run("sqmap_bake_file", c.text(path), settings, handle)));
+                                                      (chosen, handle) => c.run("sqmap_bake_file", c.text(path), chosen, handle)));
     } finally {
       this.#library.FS.unlink(path);
     }
@@ -446,7 +458,7 @@ class Sqmap {
   }
   #baked(c, options, bake) {
     const {targetError = 0, band = 0, thickness = 0, maxParts = 0, repair = "wrap", projection = "central", surface = false,
-           exact = true, keepInput = true, unit, source, progress} = object(options, "options");
+           exact = true, keepInput = true, unit, source, progress} = settings(options, bakeSettings);
     if (progress !== undefined && typeof progress !== "function")
       throw refuse("options.progress", `is ${kindOf(progress)}`, "give a function of a stage and the share that is done");
     if (source !== undefined && typeof source !== "string") throw refuse("options.source", `is ${kindOf(source)}`, "give a text");
@@ -460,7 +472,7 @@ class Sqmap {
       }
     }, "iiid");
     const handle = c.space(8);
-    const settings = c.struct("bakeOptions", {
+    const chosen = c.struct("bakeOptions", {
       targetError: number(targetError, "options.targetError"), band: number(band, "options.band"),
       thickness: number(thickness, "options.thickness"), maxParts: whole(maxParts, "options.maxParts"),
       projection: member(projections, projection, "options.projection"), repair: member(repairs, repair, "options.repair"),
@@ -470,7 +482,7 @@ class Sqmap {
       unit: metresPer(unit),
     });
     try {
-      bake(settings, handle);
+      bake(chosen, handle);
     } catch (error) {
       throw failure ?? error;
     } finally {
@@ -492,7 +504,10 @@ async function moduleBytes() {
   return readFile(url);
 }
 
-export async function load({wasm} = {}) {
+export async function load(options = {}) {
+  const {wasm} = settings(options, ["wasm"]);
+  if (wasm !== undefined && !(wasm instanceof Uint8Array) && !(wasm instanceof ArrayBuffer))
+    throw refuse("options.wasm", `is ${kindOf(wasm)}`, "give a Uint8Array or ArrayBuffer");
   const library = await core({wasmBinary: new Uint8Array(wasm ?? await moduleBytes())});
   return new Sqmap(library);
 }

@@ -201,7 +201,8 @@ def door_wasm(cases):
     said = [f"the npm package is {size / 1e6:.2f} MB: {package}",
             compare_answers(cases, "node", PROGRAMS / "answers.mjs", package)]
     said += compare_bakes(cases, "wasm", lambda model, mesh, *options: run("node", PROGRAMS / "bake.mjs", package, mesh, model, *options))
-    said += run("node", PROGRAMS / "package_test.mjs", package).splitlines()[-1:]
+    for test in ("package_test", "arguments"):
+        said += run("node", PROGRAMS / f"{test}.mjs", package).splitlines()[-1:]
     return said
 
 

@@ -15,6 +15,7 @@ from ._arrays import (Layer, batch_cores, cores, count, finite, flag, instance, 
                       triangles_of)
 from ._errors import ClosedError
 from ._export import export
+from ._one_point import OnePoint, give_back, taken
 from ._progress import Progress, run
 from ._render import render
 from ._superquadric import Superquadric, superquadrics_of
@@ -23,6 +24,7 @@ REPAIRS = {"auto": 0, "none": 1, "safe": 2, "close": 3, "wrap": 4}
 #: Metres per unit of a mesh.
 UNITS = {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "dm": 0.1, "m": 1.0, "km": 1e3, "in": 0.0254, "ft": 0.3048}
 CURES = ("", "closed", "wrapped")
+DEFAULT_OPTIONS = query_options()
 FORMATS = {"urdf": 1, "mjcf": 2, "sdf": 3, "srdf": 4, "spheres": 5, "json": 6, "obj": 7, "glb": 8}
 SHAPES = {"box": 1, "sphere": 2, "ellipsoid": 3, "capsule": 4, "cylinder": 5, "hull": 6, "superquadric": 7}
 
@@ -56,6 +58,17 @@ class Owned:
     def use(self, element: str = "") -> "_Use":
         """The open handle, for the length of a call. element: the argument that it came as, for errors."""
         return _Use(self, element)
+
+    def _refusal(self, element: str = "") -> ClosedError:
+        return ClosedError("E_HANDLE", element or type(self).__name__, "is closed", "open it again")
+
+    def _leave(self) -> None:
+        """Ends a call; the last one frees what was closed meanwhile."""
+        with self._lock:
+            self._users -= 1
+            free = self._closed and self._users == 0
+        if free:
+            c.call(self._closes, self._handle)
 
     @property
     def closed(self) -> bool:
@@ -91,17 +104,12 @@ class _Use:
         o = self._owned
         with o._lock:
             if o._closed:
-                raise ClosedError("E_HANDLE", self._element or type(o).__name__, "is closed", "open it again")
+                raise o._refusal(self._element)
             o._users += 1
         return o._handle
 
     def __exit__(self, *_: Any) -> None:
-        o = self._owned
-        with o._lock:
-            o._users -= 1
-            free = o._closed and o._users == 0
-        if free:
-            c.call(o._closes, o._handle)
+        self._owned._leave()
 
 
 class Contacts(NamedTuple):
@@ -196,6 +204,7 @@ class Model(Owned):
     """
 
     _closes = "sqmap_close_model"
+    _superquadrics: Optional[list[tuple[Any, ...]]] = None
 
     # Files
 
@@ -281,8 +290,11 @@ class Model(Owned):
 
     @property
     def superquadrics(self) -> list[Superquadric]:
-        """The superquadric of each part, in mesh units."""
-        return superquadrics_of(self)
+        """The superquadric of each part, in mesh units; their arrays are not to be written."""
+        with self.use():
+            if self._superquadrics is None:  # they stand in a text, which takes milliseconds to make and to read
+                self._superquadrics = superquadrics_of(self.parts)
+            return [Superquadric(self, *values) for values in self._superquadrics]
 
     def _implicit(self, part: int, points: Any, pose: Any) -> np.ndarray:
         xyz = rows(points)
@@ -371,6 +383,12 @@ class Model(Owned):
         out by so much. threads: None is one a core; the answers do not depend on it."""
         xyz = rows(points)
         n = len(xyz)
+        if n == 1 and pose is None and threads is None:
+            one = self._one("sqmap_query_points", xyz, query_options(layer, tolerance=tolerance, margin=margin, smooth=smooth), "contacts")
+            answer = Contacts(one.contact.copy(), one.depth.copy(), one.direction.copy(), one.closest.copy(), one.part.copy(),
+                              one.certain.copy(), one.status.copy())
+            give_back(one)
+            return answer
         contact, certain, status = np.empty(n, np.bool_), np.empty(n, np.bool_), np.empty(n, np.uint8)
         depth, normal, closest, part = np.empty(n), np.empty((n, 3)), np.empty((n, 3)), np.empty(n, np.int32)
         options = query_options(layer, threads=batch_cores(threads, n), tolerance=tolerance, margin=margin, smooth=smooth)
@@ -388,6 +406,12 @@ class Model(Owned):
         gradient jumps where the nearest point does: on the medial axis inside, above concave edges outside."""
         xyz = rows(points)
         n = len(xyz)
+        if n == 1 and pose is None and threads is None:
+            one = self._one_distance(xyz, band, "distances")
+            answer = Distances(one.distance.copy(), one.direction.copy(), one.closest.copy(), one.part.copy(), one.known.copy(),
+                               one.status.copy(), one.triangle.astype(np.int64))
+            give_back(one)
+            return answer
         distance, gradient, closest = np.empty(n), np.empty((n, 3)), np.empty((n, 3))
         part, known, status = np.empty(n, np.int32), np.empty(n, np.uint8), np.empty(n, np.uint8)
         triangle = np.empty(n, np.uint32)
@@ -401,9 +425,33 @@ class Model(Owned):
 
         Exact in double; band as in distances."""
         xyz = rows(points)
+        if len(xyz) == 1 and threads is None:
+            one = self._one_distance(xyz, band, "length")
+            answer = -one.distance
+            give_back(one)
+            return answer
         distance = np.empty(len(xyz))
         self._distances(xyz, band, None, threads, c.Distances(distance=address(distance)))
         return np.negative(distance, out=distance)
+
+    def _one(self, function: str, xyz: np.ndarray, options: c.QueryOptions, answer: str) -> OnePoint:
+        """The answer of a function of one point, to be given back."""
+        one = taken(xyz)
+        with self._lock:  # as use does, without an object of its own
+            if self._closed:
+                raise self._refusal()
+            self._users += 1
+        try:
+            if getattr(c.library, function)(self._handle, one.points, ctypes.byref(options), getattr(one, answer)) != 0:
+                raise c.last_error(function)
+        finally:
+            self._leave()
+        return one
+
+    def _one_distance(self, xyz: np.ndarray, band: Optional[float], answer: str) -> OnePoint:
+        if band is None:
+            return self._one("sqmap_exact_distances", xyz, DEFAULT_OPTIONS, answer)
+        return self._one("sqmap_signed_distances", xyz, query_options(band=number(band, "band")), answer)
 
     def _distances(self, xyz: np.ndarray, band: Optional[float], pose: Any, threads: Optional[int], out: c.Distances) -> None:
         options = query_options(threads=batch_cores(threads, len(xyz)), band=0.0 if band is None else number(band, "band"))
@@ -443,12 +491,23 @@ class Model(Owned):
         return self._contains(rows(points), threads, "points")
 
     def _contains(self, xyz: np.ndarray, threads: Optional[int], element: str) -> np.ndarray:
+        if len(xyz) == 1 and threads is None:
+            one = self._one_distance(xyz, None, "length")
+            distance, answer = one.distance.item(), one.distance < 0
+            give_back(one)
+            if distance != distance:
+                raise self._not_finite(element, 0)
+            return answer
         distance = np.empty(len(xyz))
         self._distances(xyz, None, None, threads, c.Distances(distance=address(distance)))
         wrong = np.isnan(distance)
         if wrong.any():
-            raise refuse(f"{element}[{int(wrong.argmax())}]", "is not finite", "leave it out, or take signed_distance, which answers NaN")
+            raise self._not_finite(element, int(wrong.argmax()))
         return distance < 0
+
+    @staticmethod
+    def _not_finite(element: str, row: int) -> Exception:
+        return refuse(f"{element}[{row}]", "is not finite", "leave it out, or take signed_distance, which answers NaN")
 
     def closest_point(self, points: Any, *, threads: Optional[int] = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(closest (n, 3), distances (n,), triangle numbers (n,) int64) as trimesh.proximity.closest_point.
@@ -456,6 +515,11 @@ class Model(Owned):
         In double precision on the triangles of mesh, to which the numbers refer; of a point that is not finite NaN and -1."""
         xyz = rows(points)
         n = len(xyz)
+        if n == 1 and threads is None:
+            one = self._one("sqmap_closest_points", xyz, DEFAULT_OPTIONS, "nearest")
+            answer = one.closest.copy(), one.distance.copy(), one.triangle.astype(np.int64)
+            give_back(one)
+            return answer
         closest, distance, triangle = np.empty((n, 3)), np.empty(n), np.empty(n, np.uint32)
         self._call("sqmap_closest_points", points_struct(xyz), query_options(threads=batch_cores(threads, n)),
                    c.Closest(closest=address(closest), distance=address(distance), triangle=address(triangle)))

@@ -32,12 +32,18 @@ class Superquadric(NamedTuple):
         return f"<sqmap.Superquadric of part {self.part}, a ({axes}), eps ({self.eps1:.3g}, {self.eps2:.3g})>"
 
 
-def superquadrics_of(model: Any) -> list[Superquadric]:
-    """The superquadrics of all parts."""
-    out = []
-    for number, part in enumerate(model.parts):
+def _constant(values: Any) -> np.ndarray:
+    """An array that many share, so that none may write it."""
+    array = np.array(values, float)
+    array.flags.writeable = False
+    return array
+
+
+def superquadrics_of(parts: list[dict[str, Any]]) -> list[tuple[Any, ...]]:
+    """The values of a Superquadric beside its model, of each part as Model.parts has it."""
+    out: list[tuple[Any, ...]] = []
+    for number, part in enumerate(parts):
         units = part["mesh_units"]
-        out.append(Superquadric(model, number, np.array(units["a"], float), float(part["eps1"]), float(part["eps2"]),
-                                np.array(part["rotation"], float), np.array(units["translation"], float),
-                                np.array([part["Kx"], part["Ky"]], float), float(units["k"]), float(part["alpha"])))
+        out.append((number, _constant(units["a"]), float(part["eps1"]), float(part["eps2"]), _constant(part["rotation"]),
+                    _constant(units["translation"]), _constant([part["Kx"], part["Ky"]]), float(units["k"]), float(part["alpha"])))
     return out

@@ -430,6 +430,56 @@ class Forces(unittest.TestCase):
 
 
 class Threads(unittest.TestCase):
+    def test_points_one_a_call_on_many_threads_have_the_answers_of_a_batch(self):
+        points = np.random.default_rng(12).uniform(-1.6, 1.6, (400, 3))
+        points[7] = np.nan, 0, 0
+        finite = np.isfinite(points).all(1)
+        model, failed = torus_model(), []
+        calls = [lambda m, p: m.query(p), lambda m, p: m.query(p, "exact", margin=0.05), lambda m, p: m.distances(p),
+                 lambda m, p: m.distances(p, band=0), lambda m, p: (m.signed_distance(p), m.signed_distance(p, band=0.1)),
+                 lambda m, p: m.closest_point(p), lambda m, p: (m.contains(p[np.isfinite(p).all(1)]),)]
+        batches = [call(model, points) for call in calls]
+
+        def work(call, batch):
+            answers = [call(model, points[i:i + 1]) for i in range(len(points))]
+            kept = finite if len(batch[0]) < len(points) else slice(None)
+            for column, whole in enumerate(batch):
+                rows = [answer[column] for answer, keep in zip(answers, finite) if keep or kept is not finite]
+                if any(row.dtype != whole.dtype or row.shape != whole[:1].shape for row in rows):
+                    failed.append("another type or shape")
+                if not np.array_equal(np.concatenate(rows), whole, equal_nan=whole.dtype.kind == "f"):
+                    failed.append("another answer")
+
+        threads = [threading.Thread(target=work, args=pair) for pair in zip(calls, batches)]
+        for t in threads:
+            t.start()
+        for t in threads:
+            t.join()
+        self.assertEqual(failed, [])
+        for refused, element in ((lambda: model.contains(points[7:8]), "points[0]"), (lambda: model.query(points[:1], 9), "layer"),
+                                 (lambda: model.distances(points[:1], band=np.nan), "band")):
+            with self.assertRaises(sqmap.ArgumentError) as raised:
+                refused()
+            self.assertEqual(raised.exception.element, element)
+        shut = sqmap.Model.from_bytes(model.to_bytes())
+        shut.close()
+        for call in calls:
+            with self.assertRaises(sqmap.ClosedError):
+                call(shut, points[:1])
+
+    def test_superquadrics_are_read_once(self):
+        model = sqmap.Model.from_bytes(torus_model().to_bytes())
+        one, other = model.superquadrics, model.superquadrics
+        self.assertIsNot(one, other)
+        self.assertIs(one[0].a, other[0].a)
+        with self.assertRaises(ValueError):
+            one[0].a[0] = 1
+        for superquadric, part in zip(one, model.parts):
+            self.assertEqual(superquadric.rotation.tolist(), part["rotation"])
+        model.close()
+        with self.assertRaises(sqmap.ClosedError):
+            model.superquadrics
+
     def test_closing_waits_for_calls_on_other_threads(self):
         points = np.random.default_rng(8).uniform(-2, 2, (20000, 3))
         truth = torus_model().signed_distance(points)
