@@ -2,11 +2,11 @@
 #include "commands.h"
 #include "sqmap/device/trace.h"
 #include "sqmap/parallel/for_each.h"
+#include "touch/page_replay.h"
+#include "touch/replayed.h"
 #include "touch/setup.h"
-#include "touch/strip_chart.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -15,44 +15,41 @@
 #include <vector>
 
 namespace sqmap::app {
-namespace {
 
-struct ReplayArguments {
-    std::string trace, against, plot;
-    bool diff = false;
-    unsigned threads = 1;
-};
-
-struct Outcome {
-    std::uint64_t ticks = 0, different = 0, dropped = 0;
-    std::size_t first_line = 0;
-    double first_time = 0;
-    std::string first_columns;
-    double largest_force = 0, largest_torque = 0, largest_depth = 0;  ///< differences
-    double sum_force_sq = 0;                                          ///< of differences
-    std::uint64_t hash = 0xcbf29ce484222325u;                         ///< of all forces that were computed
-    bool complete = false;
-    std::string error;
-};
-
-void mix(std::uint64_t& hash, double value)
+void print_difference_head()
 {
-    // Every NaN hashes alike.
-    const std::uint64_t bits = std::isnan(value) ? ~0ull : std::bit_cast<std::uint64_t>(value);
-    hash = (hash ^ bits) * 0x100000001b3u;
+    std::printf("line,time,columns,recorded_depth,depth,recorded_force,force,force_difference,torque_difference\n");
 }
+
+void add_difference(Replayed& replayed, const Difference& d, bool rows)
+{
+    if (replayed.different++ == 0) {
+        replayed.first_line = d.line;
+        replayed.first_time = d.time;
+        replayed.first_columns = d.columns;
+    }
+    replayed.largest_force = std::max(replayed.largest_force, d.force_apart);
+    replayed.largest_torque = std::max(replayed.largest_torque, d.torque_apart);
+    replayed.largest_depth = std::max(replayed.largest_depth, std::abs(d.depth[1] - d.depth[0]));
+    replayed.sum_force_sq += d.force_apart * d.force_apart;
+    if (rows)
+        std::printf("%zu,%.9g,%s,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n", d.line, d.time, d.columns.c_str(), d.depth[0], d.depth[1],
+                    d.force[0], d.force[1], d.force_apart, d.torque_apart);
+}
+
+namespace {
 
 /// rows: prints the rows that differ. computed: receives the recomputed trace; may be null. Threads share nothing: each call has
 /// its own setup, reader and state.
-Outcome replay(const ReplayArguments& arguments, const TouchOptions& options, bool rows, Comparison* computed)
+Replayed replay(const ReplayArguments& arguments, const TouchOptions& options, bool rows, Comparison* computed)
 {
     device::TraceReader reader(arguments.trace);
     const std::size_t zones = reader.header().zones;
     TouchSetup setup(options, zones, std::filesystem::absolute(arguments.trace).parent_path());
-    Outcome o;
+    Replayed o;
     device::TraceRow recorded;
     double time = -INFINITY;
-    if (rows) std::printf("line,time,columns,recorded_depth,depth,recorded_force,force,force_difference,torque_difference\n");
+    if (rows) print_difference_head();
     while (reader.next(recorded)) {
         // A pose or a force may be NaN, as in a recording of a fault; a clock never is, nor does it run back.
         if (!std::isfinite(recorded.time) || recorded.time < time || !std::isfinite(recorded.dt) || recorded.dt < 0)
@@ -81,30 +78,21 @@ Outcome replay(const ReplayArguments& arguments, const TouchOptions& options, bo
         }
         for (std::size_t z = 0; z < zones; ++z)
             for (int i = 0; i < 3; ++i) {
-                mix(o.hash, row.computed[z].force[i]);
-                mix(o.hash, row.computed[z].torque[i]);
+                o.mix(row.computed[z].force[i]);
+                o.mix(row.computed[z].torque[i]);
             }
         if (device::same_bits(recorded, row, zones)) continue;
-        const std::string columns = device::differences(recorded, row, zones);
-        if (o.different++ == 0) {
-            o.first_line = reader.line();
-            o.first_time = recorded.time;
-            o.first_columns = columns;
-        }
-        double force = 0, torque = 0, was = 0, is = 0;
+        Difference d{.line = reader.line(),
+                     .time = recorded.time,
+                     .columns = device::differences(recorded, row, zones),
+                     .depth = {recorded.depth, row.depth}};
         for (std::size_t z = 0; z < zones; ++z) {
-            force = std::max(force, norm(row.computed[z].force - recorded.computed[z].force));
-            torque = std::max(torque, norm(row.computed[z].torque - recorded.computed[z].torque));
-            was = std::max(was, norm(recorded.computed[z].force));
-            is = std::max(is, norm(row.computed[z].force));
+            d.force_apart = std::max(d.force_apart, norm(row.computed[z].force - recorded.computed[z].force));
+            d.torque_apart = std::max(d.torque_apart, norm(row.computed[z].torque - recorded.computed[z].torque));
+            d.force[0] = std::max(d.force[0], norm(recorded.computed[z].force));
+            d.force[1] = std::max(d.force[1], norm(row.computed[z].force));
         }
-        o.largest_force = std::max(o.largest_force, force);
-        o.largest_torque = std::max(o.largest_torque, torque);
-        o.largest_depth = std::max(o.largest_depth, std::abs(row.depth - recorded.depth));
-        o.sum_force_sq += force * force;
-        if (rows)
-            std::printf("%zu,%.9g,%s,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n", reader.line(), recorded.time, columns.c_str(),
-                        recorded.depth, row.depth, was, is, force, torque);
+        add_difference(o, d, rows);
     }
     o.complete = reader.complete();
     o.dropped = reader.dropped();
@@ -115,41 +103,49 @@ int run(const ReplayArguments& arguments)
 {
     check_plot_name(arguments.plot);
     TouchOptions options;
+    bool of_page = false;
     {
         const device::TraceReader reader(arguments.trace);
         const auto setup = reader.header().find("setup");
-        if (!setup)
+        of_page = !setup && is_of_page(reader.header());
+        if (!setup && !of_page)
             throw BadTouch(arguments.trace +
-                           " has no setup: it was not recorded by sqmap touch\n  cure: a recording of the page of sqmap view is "
-                           "opened there");
-        options = setup_from(*setup);
+                           " has no setup: neither sqmap touch nor the page of sqmap view has recorded it\n  cure: replay what "
+                           "one of these has written");
+        if (setup) options = setup_from(*setup);
     }
-    if (!arguments.against.empty()) {
+    if (!of_page && !arguments.models.empty())
+        throw BadTouch("--model is for recordings of the page: " + arguments.trace +
+                       " names its files itself\n  cure: leave --model out, or --against another model");
+    if (!of_page && !arguments.against.empty()) {
         options.objects.front().file = arguments.against;
         options.objects.front().hash = 0;
     }
     const bool compare = !arguments.against.empty() && !arguments.plot.empty();
     Comparison computed{.name = std::filesystem::path(arguments.against).filename().string()};
-    std::vector<Outcome> outcomes(arguments.threads);
+    const auto once = [&](bool rows, Comparison* with) {
+        return of_page ? replay_page(arguments, rows, with) : replay(arguments, options, rows, with);
+    };
+    std::vector<Replayed> outcomes(arguments.threads);
     parallel::for_each(arguments.threads, arguments.threads, [&](std::size_t i) {
         if (i == 0) {
-            outcomes[0] = replay(arguments, options, arguments.diff, compare ? &computed : nullptr);
+            outcomes[0] = once(arguments.diff, compare ? &computed : nullptr);
             return;
         }
         try {
-            outcomes[i] = replay(arguments, options, false, nullptr);
+            outcomes[i] = once(false, nullptr);
         } catch (const std::exception& e) {
             outcomes[i].error = e.what();
         }
     });
-    const Outcome& o = outcomes.front();
+    const Replayed& o = outcomes.front();
     std::FILE* const out = arguments.diff ? stderr : stdout;  // the rows have the other one
     if (!o.complete) std::fprintf(out, "%s was cut short: its last whole row is the last tick\n", arguments.trace.c_str());
     if (o.dropped > 0)
         std::fprintf(out, "%llu rows were dropped while recording: what has a memory may differ after each\n",
                      static_cast<unsigned long long>(o.dropped));
     bool alike = true;
-    for (const Outcome& other : outcomes) alike &= other.error.empty() && other.hash == o.hash && other.ticks == o.ticks;
+    for (const Replayed& other : outcomes) alike &= other.error.empty() && other.hash == o.hash && other.ticks == o.ticks;
     const auto ticks = static_cast<unsigned long long>(o.ticks);
     if (o.different == 0) {
         std::fprintf(out, "%llu ticks, all bit-identical; forces %016llx\n", ticks, static_cast<unsigned long long>(o.hash));
@@ -175,7 +171,11 @@ void add_replay(CommandLine& line)
 {
     const auto arguments = std::make_shared<ReplayArguments>();
     Command command = line.add("replay", "Compute the forces of a recording anew and compare them, to the bit");
-    command.option("trace", arguments->trace, "What sqmap touch --record wrote").required();
+    command.option("trace", arguments->trace, "What sqmap touch --record or the page of sqmap view wrote").required();
+    command
+        .option("--model", arguments->models,
+                "Models of a page's recording; without it they are found beside the recording, by their content")
+        .existing_file();
     command.option("--against", arguments->against, "Another model instead of the first: how do its forces differ?");
     command.flag("--diff", arguments->diff, "Print every tick that differs, as CSV; the summary goes to standard error");
     command.option("--threads", arguments->threads, "Replay in so many threads at once: all must agree").in_range(1, 64);

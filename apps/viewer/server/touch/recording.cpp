@@ -51,7 +51,8 @@ void add_tick(TouchFrame& frame, const Take::Tick& tick, const Forces::Found& fo
 
 }  // namespace
 
-Again compute_again(const Recording& recording, const std::optional<Other>& other, const std::function<bool()>& stop)
+Again compute_again(const Recording& recording, const std::optional<Other>& other, const std::function<bool()>& stop,
+                    const TickWitness& witness)
 {
     Again out;
     double sum = 0;
@@ -59,6 +60,7 @@ Again compute_again(const Recording& recording, const std::optional<Other>& othe
         out.lost += take->lost;
         repeat(*take, other, [&](const Take::Tick& tick, const Forces& forces, const haptic::Wrench& wrench) {
             const double depth = forces.found().depth;
+            if (witness) witness(tick, wrench, depth);
             if (!same(wrench.force, tick.commanded.force) || !same(wrench.torque, tick.commanded.torque) ||
                 !same(depth, tick.depth))
                 ++out.different;

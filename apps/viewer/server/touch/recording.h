@@ -51,9 +51,11 @@ struct Again {
     std::uint64_t lost = 0;
     double largest_force = 0, rms_force = 0, largest_depth = 0;  ///< of the differences
 };
+/// Receives each tick as it was recorded, and its forces before the safety filter and its depth, m, as computed again.
+using TickWitness = std::function<void(const Take::Tick& tick, const haptic::Wrench& wrench, double depth)>;
 /// stop: called now and then; true ends it early.
 [[nodiscard]] Again compute_again(const Recording& recording, const std::optional<Other>& other,
-                                  const std::function<bool()>& stop = {});
+                                  const std::function<bool()>& stop = {}, const TickWitness& witness = {});
 
 /// "SQR1", #ticks, #different, #lost; then 32-bit floats: largest and root mean square difference of force (N), largest of depth
 /// (m); of each tick force, torque, depth.

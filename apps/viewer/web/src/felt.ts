@@ -9,9 +9,10 @@ import type { Frame } from './messages';
 import { rumble, sound, voice } from './panels/senses';
 import { depthWords, showPress } from './press';
 import { forceRead, forceTag, hand, world } from './stage';
-import { state } from './state';
+import { on, state } from './state';
 import { heardStop, onStop } from './stop';
 import { onTheme } from './theme';
+import { distanceTo, forceWords, memory, millimetres, whereIs, whereWords } from './where';
 
 export const charts = new Charts();
 onTheme(() => charts.theme());
@@ -35,14 +36,19 @@ export function show(frame: Frame, replayed = false, again: Float32Array | null 
   world.wake();
   const force = Math.hypot(...frame.force);
   if (frame.object >= 0 && state.facts[frame.object]) sound.size = 2 * Math.max(...state.facts[frame.object].half);
-  sound.play(frame, world.project(toolPoint.fromArray(frame.tool)).x);
+  const about = aboutObject(frame), where = whereIs(frame.tool, about), knew = memory.hear(frame);
+  sound.play(frame, where?.side ?? world.project(toolPoint.fromArray(frame.tool)).x);
+  if (where && (hand.holding || replayed)) sound.place(frame.tool, where.height);
   rumble.play(force, state.settings.forceLimit);
   for (const witness of witnesses) witness(frame);
-  const name = frame.contacts > 0 ? touchedName(frame) : '';
-  voice.touch(state.mode === 'recognise' && !state.playing ? '' : name);
+  const touches = frame.contacts > 0 && !(state.mode === 'recognise' && !state.playing);
+  voice.touch(touches ? touchedName(frame) : '', knew, where && touches ? whereWords(where) : '');
   if (frame.faults & 16 && !replayed) heardStop();
 }
 const toolPoint = new THREE.Vector3();
+/// The object that words about a position are about: the touched one, in a round the hidden one, else the one that is looked at.
+const aboutObject = (frame: Frame): number => (frame.contacts > 0 && frame.object >= 0 ? frame.object : hand.only >= 0 ? hand.only : state.touched >= 0 ? state.touched : Math.max(world.objects.focus, 0));
+on(['playing', 'scene'], () => memory.forget());
 /// The name of the touched part. During a round of recognition only its number, since the name would tell the object.
 const touchedName = (frame: Frame): string => state.playing ? (frame.part >= 0 ? `part ${frame.part + 1}` : 'surface') : (frame.object >= 0 ? state.facts[frame.object]?.parts[frame.part]?.name : undefined) ?? 'surface';
 
@@ -88,17 +94,27 @@ world.onFrame = (now) => {
 charts.onChange = () => world.wake();
 voice.onSay = (text) => { if (text && state.mode !== 'look') announce(text); };
 
+/// Distance to an object for a tool that touches nothing.
+function awayWords(frame: Frame | null, object: number): string {
+  const away = frame && distanceTo(frame.tool, object);
+  return away === null || away === undefined ? '' : `The surface is ${millimetres(away)} away.`;
+}
+
 let sought = '';
 hand.onSeek = (object, distance, direction) => {
   if (object === null) { sought = ''; return; }
   sound.guide(distance);
-  const name = state.playing ? 'the object' : state.facts[object]?.name ?? 'the object', text = `Nothing here: ${name} is ${direction}${direction === 'close by' ? '' : distance > 0.5 ? ', far' : ', near'}.`;
+  const name = state.playing ? 'the object' : state.facts[object]?.name ?? 'the object', wanted = hand.wanted, away = wanted && distanceTo(wanted.toArray(), object);
+  const text = `Nothing here: ${name} is ${direction}${direction === 'close by' ? '' : distance > 0.5 ? ', far' : ', near'}${away === null ? '' : `, ${millimetres(away)} away`}.`;
   if (text !== sought) announce(text);
   sought = text;
 };
 
-// Answers the question what is touched, also where nothing has changed.
+// Answers the question what is touched and where the tool is, also where nothing has changed.
 hand.onAsk = () => {
-  const f = state.frame, name = f && f.contacts > 0 ? touchedName(f) : '';
-  voice.answer(!f || f.contacts === 0 ? 'Touching nothing' : `${name}, ${Math.hypot(...f.force).toFixed(1)} newtons`);
+  const f = state.frame, touches = f !== null && f.contacts > 0;
+  if (!f || (!touches && !hand.holding)) { voice.answer('Touching nothing'); return; }
+  const about = aboutObject(f), where = whereIs(f.tool, about), at = where ? whereWords(where, true) : '', push = touches ? forceWords(f.force) : '';
+  const first = touches ? `${touchedName(f)}, ${memory.hear(f) ? 'touched before' : 'new'}, ${Math.hypot(...f.force).toFixed(1)} newtons${push ? `, ${push}` : ''}` : 'Touching nothing';
+  voice.answer([first, at, touches ? '' : awayWords(f, about).replace(/\.$/, '')].filter((t) => t).join('. '));
 };

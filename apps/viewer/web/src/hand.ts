@@ -47,6 +47,9 @@ export class Hand {
   /// The position that the hand wants; null where it holds nothing, or is above the surface until the program has the tool.
   get wanted(): THREE.Vector3 | null { return this.held && !this.downAt ? this.target : null; }
 
+  /// The position on the surface that the hand points at, m.
+  get point(): number[] { return this.lastPoint.toArray(); }
+
   private down(e: PointerEvent): void {
     if (!this.enabled || e.button !== 0 || e.ctrlKey || e.shiftKey) return;
     this.at.copy(this.world.onCanvas(e));

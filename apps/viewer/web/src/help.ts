@@ -3,9 +3,9 @@ import { h } from './dom';
 
 const KEYS: [string, [string, string][]][] = [
   ['Everywhere', [['Space', 'STOP, while anything can be felt'], ['F1 or ?', 'these keys'], ['◐', 'light, dark, high contrast']]],
-  ['Touch and recognise, on the stage', [['Enter', 'touch, lift; with nothing near: to the nearest object'], ['arrows', 'move the tool; with Shift finely'], ['Page Down, Page Up', 'press harder, softer'], ['Q, E', 'walk round'], ['N', 'say the touched part and the force']]],
+  ['Touch and recognise, on the stage', [['Enter', 'touch, lift; with nothing near: to the nearest object'], ['arrows', 'move the tool; with Shift finely'], ['Page Down, Page Up', 'press harder, softer'], ['Q, E', 'walk round'], ['N', 'say part, force, position and distance']]],
   ['Look, on the stage', [['arrows', 'turn; with Shift finely'], ['+ and −', 'nearer, farther'], ['Home', 'show all'], ['Enter', 'numbers of what is in the middle'], ['1 to 7', 'from the front, back, left, right, top, below, corner'], ['Ctrl+Z', 'take an edit back']]],
-  ['Game pad', [['left stick', 'move the tool'], ['A', 'touch, lift'], ['right and left trigger', 'press harder, softer'], ['right stick', 'turn'], ['shoulders', 'nearer, farther'], ['X', 'say the touched part and the force'], ['B', 'STOP']]],
+  ['Game pad', [['left stick', 'move the tool'], ['A', 'touch, lift'], ['right and left trigger', 'press harder, softer'], ['right stick', 'turn'], ['shoulders', 'nearer, farther'], ['X', 'say part, force, position and distance'], ['B', 'STOP']]],
   ['Headset', [['move', 'the tool is in the hand, or at the tip of the index finger'], ['trigger, pinch', 'take it into this hand; after STOP: go on'], ['grip', 'STOP']]],
   ['Dress, on the stage', [['arrows', 'move the cross'], ['Enter', 'take cloth, let go'], ['P', 'pin'], ['C', 'begin a cut, end it']]],
 ];

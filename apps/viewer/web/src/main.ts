@@ -27,6 +27,7 @@ import { game } from './panels/recognise';
 import { hear, recorder } from './panels/recording';
 import { sound, soundButton } from './panels/senses';
 import { leaveOut, restorePacked, restoreSaved } from './panels/share';
+import { sweep } from './panels/sweep';
 import { again, counters } from './panels/touch';
 import { hand, stage, world } from './stage';
 import { changed, on, state } from './state';
@@ -121,4 +122,4 @@ link.open({
 });
 
 // For the browser tests.
-Object.assign(window, { sqmap: { distinctColours, meter, world, map, inspected, hand, charts, game, link, costume, recorder, immersive, facts: () => state.facts, status: () => state.status, frame: () => state.frame, frames: () => state.frames } });
+Object.assign(window, { sqmap: { distinctColours, meter, world, map, inspected, hand, charts, game, sweep, link, costume, recorder, immersive, facts: () => state.facts, status: () => state.status, frame: () => state.frame, frames: () => state.frames } });

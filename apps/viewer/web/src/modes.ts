@@ -1,5 +1,5 @@
 // The tabs Touch, Look, Recognise and Dress, and the changes that go with each.
-import { h } from './dom';
+import { announce, h } from './dom';
 import { hideTool } from './felt';
 import { main, panel } from './layout';
 import { link, saved } from './net';
@@ -14,8 +14,13 @@ import { changed, MODES, state, type Mode } from './state';
 
 export const tabs: Record<Mode, HTMLButtonElement> = { touch: tab('touch', 'Touch'), look: tab('look', 'Look'), recognise: tab('recognise', 'Recognise'), dress: tab('dress', 'Dress') };
 function tab(which: Mode, text: string): HTMLButtonElement {
-  return h('button', { role: 'tab', id: `tab-${which}`, 'aria-controls': 'panel', onclick: () => setMode(which) }, text);
+  return h('button', { role: 'tab', id: `tab-${which}`, 'aria-controls': 'panel', onclick: () => { setMode(which); announce(PURPOSES[which]); } }, text);
 }
+/// The words for those who hear a tab.
+const PURPOSES: Record<Mode, string> = {
+  touch: 'Touch: on the stage Enter touches, arrow keys move the tool, N says where it is.', look: 'Look: on the stage arrow keys turn the view, Enter gives numbers.',
+  recognise: 'Recognise: an object is hidden, and touch and sound say which it is. Begin is in the panel.', dress: 'Dress: a figure wears cloth; on the stage Enter takes it.',
+};
 export const tabList = h('div', { class: 'tabs', role: 'tablist', 'aria-label': 'What to do', onkeydown: (e: Event) => {
   const order = MODES.filter((m) => !tabs[m].hidden), key = (e as KeyboardEvent).key;
   const by = key === 'ArrowRight' ? 1 : key === 'ArrowLeft' ? -1 : 0;
@@ -23,6 +28,7 @@ export const tabList = h('div', { class: 'tabs', role: 'tablist', 'aria-label': 
   const next = order[(order.indexOf(state.mode) + by + order.length) % order.length];
   setMode(next);
   tabs[next].focus();
+  announce(PURPOSES[next]);
 } }, ...Object.values(tabs));
 /// The panel of the mode.
 export const modePanel = h('div', { id: 'mode-panel' });

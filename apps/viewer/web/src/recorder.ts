@@ -9,6 +9,7 @@ const FLAGS = ['degraded', 'engaged', 'connected'] as const;
 const COLUMNS = ['tick', 'time_s', ...PER_TICK, ...VECTORS.flatMap((v) => ['x', 'y', 'z'].map((c) => `frame_${v}_${c}`)),
   ...Array.from({ length: 9 }, (_, i) => `frame_turn_${Math.floor(i / 3)}${i % 3}`), ...NUMBERS.map((n) => `frame_${n}`), ...FLAGS.map((n) => `frame_${n}`)];
 const MOST_SECONDS = 600;
+const PERIOD = 0.001;  // s, a tick of the servo
 const SHOWN = 6;  // s, the length of the charts
 const LIMIT = 8 | 256;  // bits of haptic::SafetyStep
 
@@ -97,20 +98,27 @@ export class Recorder {
     this.onEnd();
   }
 
-  /// Stretches that a reader may look for: every contact, the force limit at work, a fault that the filter found. From and to: s.
+  /// Stretches that a reader may look for: every contact, the force limit at work, a fault that the filter found. From and to: s. A
+  /// tick touches where it has a depth; what else a frame says is about its last tick.
   spans(): Span[] {
-    const out: Span[] = [], open: Partial<Record<Span['kind'], Span>> = {};
+    const out: Span[] = [], open: Partial<Record<Span['kind'], Span>> = {}, begin = this.kept[0]?.frame.time ?? 0;
+    const mark = (kind: Span['kind'], is: boolean, from: number, to: number) => {
+      const span = open[kind];
+      if (is && span) span.to = to;
+      else if (is) out.push((open[kind] = { kind, from, to }));
+      else delete open[kind];
+    };
     let before = 0;
     for (const { at, frame } of this.kept) {
-      for (const [kind, is] of [['contact', frame.contacts > 0], ['limit', frame.contacts > 0 && (frame.acted & LIMIT) > 0], ['fault', frame.faults > 0]] as const) {
-        const span = open[kind];
-        if (is && !span) out.push((open[kind] = { kind, from: before, to: at }));
-        else if (is) span!.to = at;
-        else delete open[kind];
+      const n = frame.ticks.length / TICK;
+      for (let i = 0; i < n; ++i) {
+        const from = frame.time - begin + frame.ticks[TICK * i + 4];
+        mark('contact', frame.ticks[TICK * i + 2] > 0 || (i === n - 1 && frame.contacts > 0), from, from + PERIOD);
       }
+      for (const [kind, is] of [['limit', frame.contacts > 0 && (frame.acted & LIMIT) > 0], ['fault', frame.faults > 0]] as const) mark(kind, is, before, at);
       before = at;
     }
-    return out;
+    return out.sort((a, b) => a.from - b.from);
   }
 
   /// The table: a row for each tick, numbered and timed as the rows of the program's own recording; a tick that it did not keep goes

@@ -2,6 +2,8 @@
 import { MODES, PLAIN } from './materials';
 import type { Frame } from './messages';
 
+const PING = 220, FURTHER = 0.002, LOWEST = 260;  // ms and m from a tone of the position to the next; Hz at an object's foot
+
 /// Turns force into sound: pitch and loudness follow its size, a rustle follows the speed of sliding, a tap marks every new contact.
 export class Sound {
   private context: AudioContext | null = null;
@@ -58,7 +60,7 @@ export class Sound {
     this.before = null;
   }
 
-  /// Plays a frame. side: the tool's position on the screen, -1 left to 1 right.
+  /// Plays a frame. side: the tool's position on the object, -1 left to 1 right.
   play(frame: Frame, side: number): void {
     if (!this.on || !this.context) return;
     const t = this.context.currentTime, force = Math.hypot(...frame.force);
@@ -88,6 +90,15 @@ export class Sound {
 
   /// Guides a hand that looks for an object: a shorter distance gives a higher tone.
   guide(distance: number): void { this.tap(900 / (1 + 3 * distance)); }
+
+  private pinged = { at: 0, tool: [Infinity, 0, 0] };
+  /// A short tone while the tool moves: the higher it is on the object, 0 to 1, the higher the tone, over two octaves.
+  place(tool: number[], height: number): void {
+    const now = performance.now();
+    if (!this.on || now - this.pinged.at < PING || Math.hypot(...tool.map((x, k) => x - this.pinged.tool[k])) < FURTHER) return;
+    this.pinged = { at: now, tool };
+    if (this.context) this.ring(this.context, LOWEST * 4 ** height, 0.07, 0.08);
+  }
 
   tap(pitch: number): void {
     if (this.on && this.context) this.ring(this.context, pitch, 0.18, 0.09);
@@ -121,20 +132,28 @@ export class Rumble {
   }
 }
 
-/// Says the name of a part that has been touched for a moment; a newer name replaces one that waits.
+/// Says the name of a part that has been touched for a moment and where the tool is; what is newer replaces what waits.
 export class Voice {
   private pending = 0;
   private said = '';
+  private saidWhere = '';
+  private pends = false;  ///< the name of the part has not been said yet
   private heardBy = 0;
   on = false;
   onSay: (text: string) => void = () => {};
 
-  touch(name: string): void {
-    if (name === this.said) return;
+  /// A part is touched; knew: it was touched before; where: the tool's position. Says all for another part, else the position alone
+  /// once it is another one.
+  touch(name: string, knew = false, where = ''): void {
+    if (name === this.said && where === this.saidWhere) return;
+    const other = name !== this.said || this.pends;
     clearTimeout(this.pending);
     this.said = name;
+    this.saidWhere = where;
+    this.pends = other && !!name;
     if (!name) return;
-    this.pending = window.setTimeout(() => this.say(name), Math.max(250, this.heardBy - performance.now()));
+    const text = other ? `${name}${knew ? ', touched before' : ''}${where ? `. ${where}` : ''}` : where;
+    this.pending = window.setTimeout(() => { this.pends = false; this.say(text); }, Math.max(250, this.heardBy - performance.now()));
   }
 
   /// Answers a question; a part that is touched meanwhile does not cut the answer short.
@@ -151,5 +170,5 @@ export class Voice {
     words.rate = 1.15;
     speechSynthesis.speak(words);
   }
-  forget(): void { clearTimeout(this.pending); this.said = ''; }
+  forget(): void { clearTimeout(this.pending); this.said = this.saidWhere = ''; this.pends = false; }
 }

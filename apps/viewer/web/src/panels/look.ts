@@ -9,6 +9,7 @@ import { MISS, type Range } from '../colours';
 import type { Hit } from '../objects';
 import { canvas, HELD, hint, legend, MISSED, onScale, sides, stage, world } from '../stage';
 import { changed, on, state } from '../state';
+import { viewWords } from '../where';
 import { card, check, choice } from './controls';
 import { inspectBox } from './inspect';
 import { lookFrom, measureCards, measuring, VIEWS } from './measure';
@@ -165,12 +166,15 @@ document.addEventListener('keydown', (e) => {
   e.preventDefault();
   link.say({ say: e.shiftKey ? 'redo' : 'undo', object: state.selected.object });
 });
+// The side that a turn by keys ends at is said once the keys rest.
+let viewDue = 0;
+function sayView(): void { clearTimeout(viewDue); viewDue = window.setTimeout(() => { if (state.mode === 'look') announce(`Seen ${viewWords()}.`); }, 400); }
 // The keys that do the same without a pointer.
 canvas.addEventListener('keydown', (e) => {
   if (state.mode !== 'look' || e.ctrlKey || e.altKey || e.metaKey) return;
   const step = e.shiftKey ? Math.PI / 90 : Math.PI / 24;
   const turns: Record<string, [number, number]> = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, -step], ArrowDown: [0, step] };
-  if (turns[e.key]) world.turn(...turns[e.key]);
+  if (turns[e.key]) { world.turn(...turns[e.key]); sayView(); }
   else if (e.key === '+' || e.key === '=') world.zoom(0.87);
   else if (e.key === '-') world.zoom(1.15);
   else if (e.key === 'Home') { lookAt(-1); world.frame(); }

@@ -9,6 +9,7 @@ import { lookAt } from '../first';
 import { card } from './controls';
 import { select } from './parts';
 import { sound, startSenses } from './senses';
+import { memory } from '../where';
 
 interface Round {
   practice: boolean; object: string; guess: string; right: boolean; confidence: string; hash: string;
@@ -96,6 +97,7 @@ class Recognise {
     this.target = this.order[i];
     this.guessed = false;
     this.felt = nothingFelt();
+    memory.forget();
     const names = state.facts.map((f, k) => h('label', { class: 'choice' }, h('input', { type: 'radio', name: 'guess', value: String(k) }), h('span', {}, f.name)));
     const confidence = h('select', { name: 'confidence', id: 'confidence' }, ...CONFIDENCE.map(([v, t]) => h('option', { value: v }, t)));
     const form = h('form', { onsubmit: (e: Event) => { e.preventDefault(); this.guess(form); } },
@@ -104,7 +106,7 @@ class Recognise {
       h('div', { class: 'row' }, h('button', { class: 'primary', type: 'submit' }, 'Guess'),
         h('button', { type: 'button', onclick: () => { this.leave(); this.idle(); } }, 'Leave the game')));
     this.body.replaceChildren(
-      h('p', {}, 'Explore: drag over the empty stage, or focus it and use the arrow keys. Enter touches and lifts, Page Down presses harder, Q and E walk round, N says what is touched, Space stops.'),
+      h('p', {}, 'Explore: drag over the empty stage, or focus it and use the arrow keys. Enter touches and lifts, Page Down presses harder, Q and E walk round, N says what is touched and where the tool is (6 o’clock is near you), Space stops.'),
       form);
     showRound(this.target);
     announce(`${this.titleOf(i)}. An object is hidden in the stage. Arrow keys move over it, Enter touches and lifts.`);
@@ -146,7 +148,7 @@ class Recognise {
     this.body.replaceChildren(score,
       h('table', {}, h('thead', {}, h('tr', {}, ...['Object', 'Guess', 'Sure', 'Time'].map((t) => h('th', { scope: 'col' }, t)))),
         h('tbody', {}, ...counted.map((r) => h('tr', {}, h('td', {}, r.object), h('td', {}, `${r.right ? '✓' : '✗'} ${r.guess}`), h('td', {}, r.confidence || '–'), h('td', {}, `${r.seconds.toFixed(1)} s`))))),
-      h('div', { class: 'row' }, h('button', { class: 'primary', onclick: () => this.saveResults() }, 'Save results'), h('button', { onclick: () => this.begin() }, 'Again')));
+      h('div', { class: 'row' }, h('button', { class: 'primary', onclick: () => this.saveResults() }, 'Save results'), h('button', { onclick: () => this.begin() }, 'Again'), h('button', { onclick: () => { this.idle(); this.participant.focus(); } }, 'Other settings')));
     score.focus();
     announce(score.textContent ?? '');
   }

@@ -9,6 +9,7 @@ import { pressBox } from '../press';
 import { card, check, choice, folded } from './controls';
 import { recordingCard } from './recording';
 import { sound } from './senses';
+import { sweep } from './sweep';
 
 const sliders: { set(): void }[] = [];
 function slider(label: string, unit: string, range: [number, number, number], get: () => number, set: (x: number) => void, live = true): HTMLElement {
@@ -118,7 +119,7 @@ function showMaterial(): void {
 export const touchPanel = h('div', {},
   card('Feel', materialChoice, pressRead, pressBox,
     slider('Stiffness', 'N/m', [50, 1500, 10], () => state.settings.stiffness, (x) => { state.settings.stiffness = x; }),
-    muRow, ...printedRows),
+    muRow, ...printedRows, sweep.element),
   recordingCard,
   folded('More settings', 'more-surface', lawChoice,
     slider('Texture', 'mm', [0, 0.6, 0.05], () => 1000 * state.settings.texture, (x) => { state.settings.texture = x / 1000; }, false),
