@@ -4,6 +4,7 @@ their output, the format, the changelog, and live models where ./dev anywhere pa
 
 usage: docs_site.py [--without-notebooks]     exit 77 where a package is missing
 """
+import json
 import os
 import pathlib
 import re
@@ -228,7 +229,9 @@ def write_notebooks(env):
     """Each notebook executed, as a page with its pictures."""
     names = []
     for notebook in sorted((ROOT / "docs/notebooks").glob("*.ipynb")):
-        run(PYTHON, "-m", "nbconvert", "--to", "markdown", "--execute", "--output-dir", SOURCE / "notebooks", notebook, env=env)
+        needed = json.loads(notebook.read_text())["metadata"].get("sqmap", {}).get("needs")
+        execute = ["--execute"] if not needed or subprocess.run([PYTHON, "-c", f"import {needed}"], capture_output=True).returncode == 0 else []
+        run(PYTHON, "-m", "nbconvert", "--to", "markdown", *execute, "--output-dir", SOURCE / "notebooks", notebook, env=env)
         page = SOURCE / "notebooks" / f"{notebook.stem}.md"
         page.write_text(re.sub(r"!\[png\]", "![what the cell draws]", page.read_text()))
         names.append(f"notebooks/{notebook.stem}")

@@ -3,6 +3,7 @@
 usage: notebooks_test.py FOLDER PICTURES      PICTURES: a folder for what they draw
 """
 import base64
+import importlib.util
 import os
 import pathlib
 import sys
@@ -24,6 +25,10 @@ if not paths:
 for path in paths:
     notebook = nbformat.read(path, as_version=4)
     nbformat.validate(notebook)
+    needed = notebook.metadata.get("sqmap", {}).get("needs")
+    if needed and importlib.util.find_spec(needed) is None:
+        print(f"{path.stem}: skipped, there is no {needed} (Debian: python3-{needed})", flush=True)
+        continue
     cells = [c for c in notebook.cells if c.cell_type == "code"]
     if any(c.outputs or c.execution_count for c in cells):
         sys.exit(f"{path.stem}: is kept without outputs: jupyter nbconvert --clear-output --inplace")
