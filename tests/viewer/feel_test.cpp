@@ -174,10 +174,58 @@ TEST(Feel, ForceIsTheSpringUpToItsLimit)
     }
 }
 
+/// How far the sent torque over force is from the computed one, a share; and the ticks in which a limit shortened the wrench.
+/// Ticks in which the wrench still grows (slew) are a mean of two wrenches, and those of the passivity step have a damper's
+/// force.
+struct Ratio {
+    double worst = 0;
+    int force = 0, last = 0;  ///< ticks
+};
+void add_ratio(Ratio& ratio, const Rehearsal::Tick& t)
+{
+    constexpr std::uint32_t k_limits = haptic::k_acted_clamp | haptic::k_acted_last;
+    constexpr std::uint32_t k_others = haptic::k_acted_slew | haptic::k_acted_passivity | haptic::k_acted_speed;
+    const double force = norm(t.computed.force), sent = norm(t.sent.force);
+    if ((t.acted & k_limits) == 0 || (t.acted & k_others) != 0 || sent < 0.02 || norm(t.computed.torque) < 1e-5) return;
+    ratio.force += (t.acted & haptic::k_acted_clamp) != 0;
+    ratio.last += (t.acted & haptic::k_acted_last) != 0;
+    const double was = norm(t.computed.torque) / force, is = norm(t.sent.torque) / sent;
+    ratio.worst = std::max(ratio.worst, std::abs(is / was - 1));
+}
+
+TEST(Feel, TorqueOverForceIsThatOfTheUnlimitedWrench)
+{
+    std::size_t objects = 0;
+    for (const ObjectPtr& object : demo_objects()) {
+        const std::vector<Spot> all = spots(*object, 0.02, 1, 1);
+        ASSERT_FALSE(all.empty()) << object->name;
+        ++objects;
+        // A ball at 2 N and at a user's 0.6 N; a hand, whose levers bring the limit in torque.
+        for (const auto& [name, settings] : {std::pair{"ball, 2 N", Settings{.stiffness = 1500}},
+                                             std::pair{"ball, 0.6 N", Settings{.stiffness = 1500, .force_limit = 0.6}},
+                                             std::pair{"hand", Settings{.stiffness = 1500, .tool = ToolKind::Hand}}}) {
+            const bool ball = settings.tool == ToolKind::Ball;
+            const Vec3d from = all[0].point + (ball ? k_lift : 0.2) * all[0].normal;
+            Rehearsal run({object}, settings, from);
+            run.run(k_engaged);
+            Ratio ratio;
+            for (const double depth : {0.008, 0.012, 0.016, 0.02}) {
+                run.aim(all[0].point + ((ball ? settings.tool_radius : 0) - depth) * all[0].normal);
+                run.run(ball ? 0.4 : 0.8, [&](const Rehearsal::Tick& t) { add_ratio(ratio, t); });
+            }
+            std::printf("%-12s %-12s %.2g %% apart; ticks with a limit: %d clamp, %d last\n", object->name.c_str(), name,
+                        100 * ratio.worst, ratio.force, ratio.last);
+            EXPECT_GT(ratio.force + ratio.last, 100) << object->name << ' ' << name;
+            EXPECT_LE(ratio.worst, 0.02) << object->name << ' ' << name;
+        }
+    }
+    EXPECT_GE(objects, 5u);
+}
+
 TEST(Feel, AStiffnessSetWhileHeldIsTheOneSetBefore)
 {
     constexpr double k_sequence[] = {50, 100, 250, 500, 1000, 1500, 500, 1500, 50, 500};
-    for (const ObjectPtr& object : {demo_objects().back()})
+    for (const ObjectPtr& object : demo_objects())
         for (const double depth : {0.0045, 0.012}) {  // below the limit in force, and at it
             const Spot spot = spots(*object, 0.02, 1, 1).at(0);
             std::map<double, double> afresh;  // N

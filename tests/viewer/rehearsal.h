@@ -16,11 +16,12 @@ public:
     static constexpr double k_tick = 1e-3;  // s
 
     struct Tick {
-        Vec3d tool{}, hand{};      ///< m: as drawn, and of the device
-        haptic::Wrench sent{};     ///< by the filter
-        double depth = 0;          ///< m
-        std::uint32_t acted = 0;   ///< bits of haptic::SafetyStep
-        std::uint32_t faults = 0;  ///< bits of haptic::SafetyFault
+        Vec3d tool{}, hand{};       ///< m: as drawn, and of the device
+        haptic::Wrench computed{};  ///< before the filter
+        haptic::Wrench sent{};      ///< by the filter
+        double depth = 0;           ///< m
+        std::uint32_t acted = 0;    ///< bits of haptic::SafetyStep
+        std::uint32_t faults = 0;   ///< bits of haptic::SafetyFault
         bool touching = false;
     };
 
@@ -59,8 +60,8 @@ public:
                                                           .stiffened = {&stiffened, 1}},
                                                          {&safe_, 1});
         written_ = true;
-        last_ = {report.body.translation, pose.translation,   safe_, forces_.found().depth, safety.acted,
-                 safety.faults,           report.contacts > 0};
+        last_ = {report.body.translation, pose.translation, wrench,        safe_,
+                 forces_.found().depth,   safety.acted,     safety.faults, report.contacts > 0};
         return last_;
     }
     /// seconds of ticks, each handed to see.

@@ -1,0 +1,203 @@
+// Tests that a game of recognition is played without eyes: by keys, the accessibility tree and what live regions say, from the start to
+// the file of results. The script that plays hears nothing but words, learns five objects in a first game, and names them in a second.
+// usage: node blind_test.mjs SQMAP CHROMIUM FOLDER
+import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
+import fs from 'node:fs';
+import path from 'node:path';
+import { folder, openPage, run, sqmap, start, test, until } from './harness.mjs';
+
+const SHAPES = ['sphere', 'torus', 'rounded_box', 'dumbbell', 'tapered'];
+const models = SHAPES.map((shape) => {
+  const mesh = path.join(folder, `${shape}.obj`), model = path.join(folder, `${shape}.sqmap`);
+  execFileSync(sqmap, ['shapes', shape, '-o', mesh]);
+  execFileSync(sqmap, ['bake', mesh, '-o', model], { stdio: 'ignore' });
+  return model;
+});
+const { url } = await start(...models);
+const page = await openPage(url, { viewport: { width: 1100, height: 480 } });  // small: it is drawn in software
+const tree = await page.context().newCDPSession(page);
+
+/// The words of all live regions, in order.
+const heard = [];
+await page.exposeFunction('hearing', (text) => heard.push(text));
+await page.evaluate(() => {
+  for (const region of document.querySelectorAll('[aria-live]:not([aria-live=off]), [role=alert]'))
+    new MutationObserver(() => { if (region.textContent) window.hearing(region.textContent); }).observe(region, { childList: true, characterData: true, subtree: true });
+});
+/// The newest words of that form since a moment; null where none come.
+const hears = async (form, since, patience = 4000) => {
+  for (const end = Date.now() + patience; Date.now() < end; await page.waitForTimeout(40)) {
+    const text = heard.slice(since).findLast((t) => form.test(t));
+    if (text) return text;
+  }
+  return null;
+};
+/// Role and name of what has the focus, as a screen reader has them.
+const focused = async () => {
+  const { nodes } = await tree.send('Accessibility.getFullAXTree');
+  const node = nodes.findLast((n) => !n.ignored && n.properties?.some((p) => p.name === 'focused' && p.value.value === true));
+  return node ? `${node.role.value} ${node.name?.value ?? ''}`.trim() : '';
+};
+const tab = async (wanted, back = false) => {
+  for (let k = 0; k < 90; ++k) {
+    const name = await focused();
+    if (wanted.test(name)) return name;
+    await page.keyboard.press(back ? 'Shift+Tab' : 'Tab');
+  }
+  return assert.fail(`${wanted} is not reached by Tab`);
+};
+const press = async (key, times = 1) => { for (let k = 0; k < times; ++k) await page.keyboard.press(key); };
+
+test('tabs and the keys of the stage are announced', async () => {
+  await page.evaluate(() => document.activeElement?.blur());
+  await tab(/^tab Touch/);
+  let since = heard.length;
+  await press('ArrowRight');
+  assert.match(await focused(), /^tab Look/);
+  assert.ok(await hears(/^Look: on the stage arrow keys turn the view/, since));
+  await tab(/^application|^Canvas The scene/i);
+  since = heard.length;
+  await press('ArrowLeft', 3);
+  assert.match(await hears(/^Seen from/, since), /^Seen from .*degrees above\.$/);
+  await page.evaluate(() => document.activeElement?.blur());
+  await tab(/^tab Look/);
+  await press('ArrowRight');
+  assert.match(await focused(), /^tab Recognise/);
+  assert.ok(await hears(/^Recognise: an object is hidden/, heard.length - 3));
+});
+
+/// The numbers and directions of an answer to N.
+const understood = (text) => {
+  const [, hour] = /(\d+) o'clock/.exec(text) ?? [], [, third] = /(lower|middle|upper) third/.exec(text) ?? [], [, out] = /(\d+) millimetres? out/.exec(text) ?? [], [, away] = /surface is (\d+)/.exec(text) ?? [], [, push] = /pushes ([a-z ]+)/.exec(text) ?? [];
+  return { touches: !text.startsWith('Touching nothing'), hour: Number(hour ?? 0), third: ['lower', 'middle', 'upper'].indexOf(third), out: Number(out ?? 0), away: Number(away ?? 0), push: push ? push.split(' and ') : [] };
+};
+const apart = (a, b) => {
+  if (a.touches !== b.touches) return 4;
+  const hours = a.hour && b.hour ? Math.min(Math.abs(a.hour - b.hour), 12 - Math.abs(a.hour - b.hour)) : 0;
+  const pushes = a.touches ? a.push.filter((w) => !b.push.includes(w)).length + b.push.filter((w) => !a.push.includes(w)).length : 0;
+  return Math.min(hours, 3) / 2 + Math.abs(a.third - b.third) + Math.abs(a.out - b.out) / 12 + Math.abs(a.away - b.away) / 12 + pushes / 2;
+};
+/// Answers to N until two are alike: the tool is at rest then.
+const answer = async () => {
+  let before = '';
+  for (let k = 0; k < 12; ++k) {
+    const since = heard.length;
+    await press('n');
+    const text = (await hears(/newtons|^Touching nothing/, since)) ?? '';
+    const now = text.replace(/[\d.]+ newtons/, '').replace(/, (new|touched before)/, '');
+    if (text && now === before) return text;
+    before = now;
+    await page.waitForTimeout(150);
+  }
+  return before;
+};
+const STEPS = 13, PATH = [['ArrowLeft', 'ArrowUp'], ['ArrowRight'], ['ArrowRight'], ['ArrowDown'], ['ArrowLeft'], ['ArrowLeft'], ['ArrowDown'], ['ArrowRight'], ['ArrowRight']];
+/// Hears the answers at nine positions over the hidden object. turns: by 15 degrees, before.
+const explored = async (turns) => {
+  if (turns) await press('e', turns);
+  await press('Enter');
+  const out = [];
+  for (const moves of PATH) {
+    for (const move of moves) await press(move, STEPS);
+    out.push(understood(await answer()));
+  }
+  await press('Enter');
+  return out;
+};
+const known = [];  // [name, what was heard]
+const guess = (now) => known.map(([name, then]) => [name, then.reduce((sum, x, k) => sum + apart(x, now[k]), 0)]).sort((a, b) => a[1] - b[1])[0]?.[0] ?? SHAPES[0];
+
+/// A game of six rounds; [object, guess] of each, as it was said.
+const game = async (participant, turns) => {
+  await tab(/^textbox Name/);
+  await page.keyboard.press('Control+A');
+  await page.keyboard.type(participant);
+  await tab(/^combobox Rounds/);
+  await page.keyboard.press('Home');
+  await press('ArrowDown');  // six
+  await tab(/^combobox Objects/);
+  await page.keyboard.press('End');  // balanced
+  await tab(/^(button Begin|checkbox A practice)/);
+  if (/^checkbox/.test(await focused()) && (await page.isChecked('#practice'))) await press('Space');
+  await tab(/^button Begin/);
+  let since = heard.length;
+  await press('Enter');
+  const out = [];
+  for (let round = 1; round <= 6; ++round) {
+    assert.match(await hears(/^Round/, since, 20000), new RegExp(`^Round ${round} of 6\\. An object is hidden`));
+    const now = await explored(turns);
+    await tab(/^radio/);
+    const answers = (await page.locator('#panel').ariaSnapshot()).match(/radio "[^"]+"/g).map((t) => t.slice(7, -1));
+    assert.deepEqual([...answers].sort(), [...SHAPES].sort(), 'the answers have names');
+    const mine = guess(now);
+    await press('Space');
+    for (let k = 0; k < answers.length && !(await focused()).endsWith(mine); ++k) await press('ArrowDown');
+    await tab(/^button Guess/);
+    since = heard.length;
+    await press('Enter');
+    const words = await hears(/^. (Right|Wrong): it (is|was) /, since, 20000), truth = /it (?:is|was) (.*)\.$/.exec(words)[1];
+    out.push([truth, mine]);
+    if (turns === 0) known.push([truth, now]);
+    assert.match(await focused(), /^button (Next round|Result)/);
+    since = heard.length;
+    await press('Enter');
+  }
+  return out;
+};
+
+test('a counted game by keys and words alone: 4 of 5 objects are named, and the results are a file', async () => {
+  await game('P0', 0);
+  assert.ok(await hears(/of 6 right/, 0), 'the score of the first game');
+  await tab(/^button Other settings/);
+  await press('Enter');
+  const since = heard.length, said = await game('P3', 1), first = new Map();
+  for (const [object, mine] of said) if (!first.has(object)) first.set(object, mine);
+  console.log(`      heard alone: ${said.map(([object, mine]) => `${object} ${object === mine ? 'named' : `taken for ${mine}`}`).join(', ')}`);
+  assert.equal(first.size, 5);
+  const right = [...first].filter(([object, mine]) => object === mine).length;
+  assert.ok(right >= 4, `${right} of 5`);
+  assert.match(await hears(/of 6 right/, since), new RegExp(`^${said.filter(([object, mine]) => object === mine).length} of 6 right in`));
+  await tab(/^button Save results/);
+  const [download] = await Promise.all([page.waitForEvent('download'), press('Enter')]), file = path.join(folder, 'recognition.csv');
+  await download.saveAs(file);
+  const rows = fs.readFileSync(file, 'utf8').trim().split('\n').map((l) => l.split(','));
+  assert.equal(rows.length, 7);
+  assert.deepEqual(rows.slice(1).map((r) => [r[rows[0].indexOf('object')], r[rows[0].indexOf('guess')]]), said);
+  assert.ok(rows.slice(1).filter((r) => Number(r[rows[0].indexOf('touched_seconds')]) > 0).length >= 4);  // a ring may be known by what is not there
+});
+
+test('a part that was touched before is said to be known', async () => {
+  assert.ok(heard.some((t) => /, new, /.test(t)) && heard.some((t) => /, touched before/.test(t)));
+  assert.ok(heard.some((t) => /pushes (up|down|left|right|towards you|away from you)/.test(t)));
+  assert.ok(heard.some((t) => /^Touching nothing\. .*The surface is \d+ millimetres? away/.test(t)));
+});
+
+test('sound follows the position: left and right by the pan, height by the pitch', async () => {
+  await page.evaluate(() => {
+    window.tones = [];
+    const stop = OscillatorNode.prototype.stop, ramp = AudioParam.prototype.setTargetAtTime;
+    OscillatorNode.prototype.stop = function (at) { window.tones.push(this.frequency.value); stop.call(this, at); };
+    AudioParam.prototype.setTargetAtTime = function (x, at, by) { if (this.minValue === -1 && this.maxValue === 1) window.pan = x; return ramp.call(this, x, at, by); };
+  });
+  await page.evaluate(() => document.activeElement?.blur());
+  await tab(/^tab Recognise/);
+  await press('ArrowLeft', 2);
+  await page.evaluate((i) => { window.sqmap.world.frame(i); window.sqmap.hand.only = i; }, SHAPES.indexOf('sphere'));
+  if (!(await page.isChecked('#panel #sound'))) await page.click('#sound-button');
+  await page.focus('#stage');
+  await press('Enter');
+  const at = async (key, times) => {
+    await page.evaluate(() => { window.tones.length = 0; });
+    await press(key, times);
+    await until(page, () => window.tones.length > 0 && window.sqmap.frame().contacts > 0);
+    await page.waitForTimeout(800);
+    return page.evaluate(() => ({ tone: window.tones.at(-1), pan: window.pan }));
+  };
+  const up = await at('ArrowUp', 16), down = await at('ArrowDown', 32), right = await at('ArrowRight', 16), left = await at('ArrowLeft', 32);
+  assert.ok(up.tone > 1.3 * down.tone, `${up.tone} Hz above, ${down.tone} Hz below`);
+  assert.ok(right.pan > 0.25 && left.pan < -0.25, `${left.pan} to ${right.pan}`);
+  await press('Enter');
+});
+
+await run(() => page);
