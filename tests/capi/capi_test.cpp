@@ -11,10 +11,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
 #include <limits>
+#include <numeric>
 #include <random>
 #include <string>
 #include <thread>
@@ -141,6 +143,88 @@ TEST_F(Capi, ExactDistancesHaveTheBitsOfTheLibraryAndNameTriangles)
     std::vector<std::int64_t> source(view().triangle_part.size());
     ASSERT_EQ(sqmap_sources(model_, source.data(), nullptr), SQMAP_OK);
     for (std::size_t i = 0; i < source.size(); ++i) EXPECT_EQ(source[i], std::int64_t{view().input.source_triangle[i]});
+}
+
+/// A mesh as callers may have it: as it is, in another order of its faces and corners, each face with corners of its own, with
+/// its vertices in another order.
+std::vector<mesh::Mesh> forms_of(const mesh::Mesh& mesh, std::mt19937_64& random)
+{
+    mesh::Mesh reordered = mesh, loose, shuffled = mesh;
+    std::ranges::shuffle(reordered.triangles, random);
+    for (mesh::Triangle& t : reordered.triangles) std::ranges::rotate(t, t.begin() + random() % 3);
+    for (const mesh::Triangle& t : mesh.triangles) {
+        const auto first = static_cast<std::uint32_t>(loose.vertices.size());
+        for (const auto corner : t) loose.vertices.push_back(mesh.vertices[corner]);
+        loose.triangles.push_back({first, first + 1, first + 2});
+    }
+    std::vector<std::size_t> order(mesh.vertices.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::ranges::shuffle(order, random);
+    for (std::size_t i = 0; i < order.size(); ++i) shuffled.vertices[order[i]] = mesh.vertices[i];
+    for (mesh::Triangle& t : shuffled.triangles)
+        for (auto& corner : t) corner = static_cast<std::uint32_t>(order[corner]);
+    return {mesh, reordered, loose, shuffled};
+}
+
+TEST(CapiSources, FaceCentresNameTheFacesThatWereGiven)
+{
+    std::mt19937_64 random(3);
+    shape::Superquadricd bent{};
+    bent.a = {1, 0.6, 0.4};
+    const mesh::Mesh meshes[] = {mesh::sphere(1, 1),
+                                 mesh::sphere(1e-3, 2),
+                                 mesh::ellipsoid({3, 1, 0.5}, 2),
+                                 mesh::rounded_box({1, 2, 0.5}, 0.2, 2),
+                                 mesh::rounded_box({1, 1, 1}, 0.1, 1),
+                                 mesh::torus({.major_segments = 12, .minor_segments = 8}),
+                                 mesh::torus({.minor_radius = 0.7, .major_segments = 16, .minor_segments = 10}),
+                                 mesh::dumbbell({.segments = 10}),
+                                 mesh::dumbbell({.bar_radius = 0.8, .segments = 14}),
+                                 mesh::superquadric_surface(bent, 5)};
+    std::size_t named = 0;
+    for (const mesh::Mesh& mesh : meshes)
+        for (const mesh::Mesh& given : forms_of(mesh, random)) {
+            std::vector<std::int64_t> corners;
+            std::vector<Vec3d> centres;
+            for (const mesh::Triangle& t : given.triangles) {
+                corners.insert(corners.end(), t.begin(), t.end());
+                centres.push_back((given.vertices[t[0]] + given.vertices[t[1]] + given.vertices[t[2]]) / 3.0);
+            }
+            const std::size_t n = centres.size();
+            const sqmap_mesh in{sizeof in, &given.vertices[0].x, given.vertices.size(), corners.data(), n};
+            sqmap_bake_options options{};
+            options.size = sizeof options;
+            options.threads = 1;
+            sqmap_model model{};
+            ASSERT_EQ(sqmap_bake(&in, &options, &model), SQMAP_OK) << sqmap_last_error()->message;
+            sqmap_facts facts{};
+            facts.size = sizeof facts;
+            ASSERT_EQ(sqmap_model_facts(model, &facts), SQMAP_OK);
+            std::vector<std::int64_t> triangle_source(facts.triangles), vertex_source(facts.vertices);
+            ASSERT_EQ(sqmap_sources(model, triangle_source.data(), vertex_source.data()), SQMAP_OK);
+            std::vector<std::uint32_t> exact(n), closest(n);
+            const sqmap_points points{sizeof points, &centres[0].x, n, nullptr};
+            sqmap_distances distances{};
+            distances.size = sizeof distances;
+            distances.triangle = exact.data();
+            ASSERT_EQ(sqmap_exact_distances(model, &points, nullptr, &distances), SQMAP_OK);
+            sqmap_closest nearest{};
+            nearest.size = sizeof nearest;
+            nearest.triangle = closest.data();
+            ASSERT_EQ(sqmap_closest_points(model, &points, nullptr, &nearest), SQMAP_OK);
+            for (std::size_t i = 0; i < n; ++i, ++named) {
+                ASSERT_EQ(triangle_source[exact[i]], static_cast<std::int64_t>(i));
+                ASSERT_EQ(triangle_source[closest[i]], static_cast<std::int64_t>(i));
+            }
+            std::vector<Vec3d> baked(facts.vertices);
+            ASSERT_EQ(sqmap_triangles(model, &baked[0].x, nullptr, nullptr), SQMAP_OK);
+            for (std::size_t v = 0; v < baked.size(); ++v) {
+                const Vec3d own = given.vertices[static_cast<std::size_t>(vertex_source[v])];
+                ASSERT_EQ(std::memcmp(&baked[v], &own, sizeof own), 0);
+            }
+            EXPECT_EQ(sqmap_close_model(model), SQMAP_OK);
+        }
+    EXPECT_GT(named, 5000u);
 }
 
 TEST_F(Capi, ProbesAndPairsHaveTheBitsOfTheLibrary)

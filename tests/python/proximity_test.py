@@ -227,9 +227,15 @@ class Double(unittest.TestCase):
 
 
 class Sources(unittest.TestCase):
-    def test_face_centres_name_the_faces_that_were_given(self):
-        rng = np.random.default_rng(5)
-        for vertices, triangles in (ball(2), torus(16, 10), box((0, 0, 0), (1, 2, 3))):
+    def test_face_centres_and_contacts_name_the_faces_that_were_given(self):
+        rng, stretch, shapes = np.random.default_rng(5), np.array([2.0, 0.7, 1.1]), sqmap.shapes
+        two = np.vstack([ball(1)[0], ball(1)[0] + [3, 0, 0]]), np.vstack([ball(1)[1], ball(1)[1] + len(ball(1)[0])])
+        meshes = [ball(2), (ball(2)[0] * stretch, ball(2)[1]), two, torus(16, 10), torus(24, 12, 1.0, 0.7), box((0, 0, 0), (1, 2, 3)),
+                  box((-1e3, 5e3, 7e3), (-1e3 + 0.3, 5e3 + 0.5, 7e3 + 0.1))]
+        meshes += [(m.vertices, m.triangles) for m in (shapes.box((1, 2, 0.5), segments=3), shapes.capsule(segments=12),
+                                                       shapes.torus(major_segments=12, minor_segments=8))]
+        centres_named, contacts_named = 0, 0
+        for vertices, triangles in meshes:
             order, turned = rng.permutation(len(triangles)), np.array([np.roll(t, rng.integers(3)) for t in triangles])
             loose = vertices[triangles].reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3)  # as STL has them
             shuffled = rng.permutation(len(vertices))
@@ -240,11 +246,39 @@ class Sources(unittest.TestCase):
                 np.testing.assert_array_equal(model.source_triangle[model.distances(centres).triangle], expected)
                 np.testing.assert_array_equal(model.source_triangle[model.closest_point(centres)[2]], expected)
                 np.testing.assert_array_equal(given[0][model.source_vertex], model.mesh[0])
-                scene = sqmap.Scene()
-                scene.add_triangles(*given)
-                answer = scene.compute_closest_points(centres)
+                answer = sqmap.Scene(model).compute_closest_points(centres)
                 np.testing.assert_array_equal(answer["primitive_ids"], expected)
-                np.testing.assert_allclose(answer["primitive_uvs"], 1 / 3, atol=1e-12)
+                centres_named += len(centres)
+                contacts_named += self.contacts_named(model, given)
+            scene = sqmap.Scene()
+            scene.add_triangles(*given)
+            np.testing.assert_allclose(scene.compute_closest_points(centres)["primitive_uvs"], 1 / 3, atol=1e-9)
+        print(f"{centres_named} face centres and {contacts_named} contacts, each under the number in the mesh that was given")
+        self.assertGreater(contacts_named, 1000)
+
+    def contacts_named(self, model, given):
+        """Contacts of a mesh with itself, moved by a little: those of points and complete ones. A vertex that is named is the one that
+        touches; a face and an edge's line hold the point of contact."""
+        probe, step = sqmap.Probe.of(model), model.r_max * np.array([0.011, 0.017, 0.007])
+        pose = np.vstack([np.column_stack([np.eye(3), step]), [0, 0, 0, 1]])
+        found = sqmap.query_probe(model, probe, pose, layer="exact")
+        reach = np.linalg.norm(found.points - (given[0][probe.source_vertex[found.contacts["index"]]] + step), axis=1)
+        np.testing.assert_allclose(reach, found.contacts["depth"], atol=1e-6 * max(model.r_max, np.abs(given[0]).max() * 1e-3))
+        both, named = sqmap.query_contacts(sqmap.Body(model, probe), sqmap.Body(model, probe, pose)).contacts, len(found.contacts)
+        for side, feature, index, shift in (("on_a", "feature_a", "index_a", 0), ("on_b", "feature_b", "index_b", step)):
+            corners, edges, faces = (both[(both[feature] == k) & (both[index] != 2**32 - 1)] for k in range(3))
+            for face in faces:
+                triangle = given[1][probe.source_triangle[face[index]]]
+                nearest = naive_closest(given[0][triangle] + shift, np.array([[0, 1, 2]]), face[side][None])[1][0]
+                self.assertLess(nearest, 1e-6 * model.r_max)
+            for edge in edges if side == "on_a" else ():  # on_b is depth along the normal from it
+                triangle, k = divmod(int(edge[index]), 3)
+                from_, to = given[0][probe.source_vertex[model.mesh[1][triangle, [k, (k + 1) % 3]]]] + shift
+                off_line = np.linalg.norm(np.cross(edge[side] - from_, to - from_)) / np.linalg.norm(to - from_)
+                self.assertLess(off_line, 1e-6 * model.r_max)
+            np.testing.assert_allclose(corners[side], given[0][probe.source_vertex[corners[index]]] + shift, atol=1e-6 * model.r_max)
+            named += len(corners) + len(edges) + len(faces)
+        return named
 
     def test_numbers_and_coordinates_survive_a_file(self):
         model = ball_model()
