@@ -4,7 +4,7 @@ import { mergeGeometries } from 'three/examples/jsm/utils/BufferGeometryUtils.js
 import { acceleratedRaycast, computeBoundsTree, disposeBoundsTree } from 'three-mesh-bvh';
 import { colourField, distinctColours, MISS, partColour, type Range, type Rgb, type Scale } from './colours';
 import { meter } from './meter';
-import { geometryOf, trianglesAt, vector } from './geometry';
+import { geometryOf, treeOf, trianglesAt, vector } from './geometry';
 import type { ObjectFacts } from './messages';
 import { fetchBytes } from './net';
 import { linear, Surface } from './surface';
@@ -268,7 +268,7 @@ export class Objects {
   /// The point of an object's surface nearest to p, as a hit.
   nearest(object: number, p: THREE.Vector3): Hit | null {
     const s = this.shown[object];
-    const found = s?.surface?.mesh.geometry.boundsTree?.closestPointToPoint(p);
+    const found = s?.surface && treeOf(s.surface.mesh).closestPointToPoint(p);
     if (!s?.surface || !found) return null;
     return this.hitOf(object, s.surface, found.faceIndex, found.point.clone());
   }
@@ -339,6 +339,8 @@ export class Objects {
     const pair = this.beside === 'twin' && view !== 'both' ? this.pair() : null;
     return this.shown.flatMap((s, i) => (s?.surface && this.isSeen(i) && (!pair || i === pair[view === 'left' ? 0 : 1]) ? [i] : []));
   }
+  /// Null: it is not drawn yet.
+  meshOf(object: number): THREE.Mesh | null { return this.shown[object]?.surface?.mesh ?? null; }
   surfaceOf(object: number): THREE.Mesh { return this.shown[object]!.surface!.mesh; }
 
   select(object: number, part: number): void {

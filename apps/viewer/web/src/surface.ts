@@ -2,7 +2,7 @@
 // part a field runs smoothly from vertex to vertex.
 import * as THREE from 'three';
 import { MISS, type Rgb, type Scale } from './colours';
-import { geometryOf } from './geometry';
+import { geometryOf, treeOf } from './geometry';
 import { meter } from './meter';
 import { look } from './skin';
 
@@ -112,7 +112,7 @@ export class Surface {
 
   /// Ambient occlusion, baked in the browser's spare time: how much of the sky over each vertex its own surface leaves open.
   async shade(done: () => void): Promise<void> {
-    const tree = this.mesh.geometry.boundsTree!, p = this.whole.getAttribute('position'), n = this.whole.getAttribute('normal');
+    const tree = treeOf(this.mesh), p = this.whole.getAttribute('position'), n = this.whole.getAttribute('normal');
     this.whole.computeBoundingSphere();
     const reach = REACH * this.whole.boundingSphere!.radius, ray = new THREE.Ray(), up = new THREE.Vector3(), side = new THREE.Vector3(), across = new THREE.Vector3();
     const open = new Float32Array(p.count);

@@ -1,7 +1,7 @@
 // Words for people who do not see the tool: its position, the direction of its force, whether a part was touched before. Directions
 // are those of the eye: 6 o'clock is near, 3 o'clock on the right.
 import * as THREE from 'three';
-import { vector } from './geometry';
+import { treeOf, vector } from './geometry';
 import type { Frame } from './messages';
 import { world } from './stage';
 import { state } from './state';
@@ -57,8 +57,7 @@ export function viewWords(): string {
 
 /// m from the tool's surface to an object's; null where that is not drawn.
 export function distanceTo(tool: number[], object: number): number | null {
-  const tree = object >= 0 && state.facts[object] ? world.objects.surfaceOf(object)?.geometry.boundsTree : null;
-  const found = tree?.closestPointToPoint(vector(tool));
+  const mesh = world.objects.meshOf(object), found = mesh && treeOf(mesh).closestPointToPoint(vector(tool));
   return found ? Math.max(found.distance - (state.settings.tool === 'ball' ? state.settings.toolRadius : 0), 0) : null;
 }
 
