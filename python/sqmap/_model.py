@@ -25,6 +25,7 @@ REPAIRS = {"auto": 0, "none": 1, "safe": 2, "close": 3, "wrap": 4}
 UNITS = {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "dm": 0.1, "m": 1.0, "km": 1e3, "in": 0.0254, "ft": 0.3048}
 CURES = ("", "closed", "wrapped")
 DEFAULT_OPTIONS = query_options()
+_IS_IN = np.array([False]), np.array([True])
 FORMATS = {"urdf": 1, "mjcf": 2, "sdf": 3, "srdf": 4, "spheres": 5, "json": 6, "obj": 7, "glb": 8}
 SHAPES = {"box": 1, "sphere": 2, "ellipsoid": 3, "capsule": 4, "cylinder": 5, "hull": 6, "superquadric": 7}
 
@@ -493,11 +494,11 @@ class Model(Owned):
     def _contains(self, xyz: np.ndarray, threads: Optional[int], element: str) -> np.ndarray:
         if len(xyz) == 1 and threads is None:
             one = self._one_distance(xyz, None, "length")
-            distance, answer = one.distance.item(), one.distance < 0
+            distance = one.distance.item()
             give_back(one)
             if distance != distance:
                 raise self._not_finite(element, 0)
-            return answer
+            return _IS_IN[distance < 0].copy()
         distance = np.empty(len(xyz))
         self._distances(xyz, None, None, threads, c.Distances(distance=address(distance)))
         wrong = np.isnan(distance)

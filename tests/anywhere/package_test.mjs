@@ -80,6 +80,34 @@ check("closest points", () => {
   const c = model.closestPoints([[3, 0, 0]]);
   assert.ok(Math.abs(c.distance[0] - 2) < 1e-6 && Math.abs(c.closest[0] - 1) < 1e-6);
 });
+check("face centres name the faces that were given: as given, reordered, each face with corners of its own, vertices reordered", () => {
+  const round = (p, r) => p.map((x) => (x * r) / Math.hypot(...p)), turned = ([x, y, z], a) => [x * Math.cos(a) - y * Math.sin(a), x * Math.sin(a) + y * Math.cos(a), z];
+  const bends = [(p) => p, (p) => round(p, 1), (p) => round(p, 1e-3), ([x, y, z]) => [3 * x, y, z / 2], ([x, y, z]) => [x + z / 2, y, z],
+                 (p) => turned(p, p[2] / 3), ([x, y, z]) => [x * (1.5 + z / 2), y, z], ([x, y, z]) => [x + 100, y - 300, z + 7],
+                 (p) => round(p, 1 + p[2] / 4), ([x, y, z]) => [x, y, z + (x * x) / 3]];
+  let state = 1, named = 0;
+  const random = (n) => (state = (state * 48271) % 2147483647) % n;
+  const permutation = (n) => Array.from({length: n}, (_, i) => [random(1e9), i]).sort(([a], [b]) => a - b).map(([, i]) => i);
+  for (const bend of bends) {
+    const {vertices, triangles} = box(2), at = vertices.map(bend), order = permutation(at.length);
+    const moved = [];
+    order.forEach((to, from) => (moved[to] = at[from]));
+    const forms = [{vertices: at, triangles},
+                   {vertices: at, triangles: permutation(triangles.length).map((i) => [...triangles[i].slice(i % 3), ...triangles[i].slice(0, i % 3)])},
+                   {vertices: triangles.flatMap((t) => t.map((i) => at[i])), triangles: triangles.map((_, i) => [3 * i, 3 * i + 1, 3 * i + 2])},
+                   {vertices: moved, triangles: triangles.map((t) => t.map((i) => order[i]))}];
+    for (const given of forms) {
+      const model = sqmap.bake(given), {sources, mesh} = model;
+      const centres = given.triangles.map((t) => [0, 1, 2].map((k) => (given.vertices[t[0]][k] + given.vertices[t[1]][k] + given.vertices[t[2]][k]) / 3));
+      for (const {triangle} of [model.distances(centres), model.closestPoints(centres)])
+        triangle.forEach((found, i) => assert.equal(sources.triangles[found], i));
+      sources.vertices.forEach((own, v) => assert.deepEqual([...mesh.vertices.slice(3 * v, 3 * v + 3)], given.vertices[own]));
+      named += centres.length;
+      model.close();
+    }
+  }
+  assert.equal(named, 10 * 4 * 48);
+});
 check("bytes and back", () => {
   const again = sqmap.open(model.toBytes());
   const points = Float64Array.from({length: 3000}, (_, i) => Math.sin(i * 12.9898) * 1.2);
