@@ -1,5 +1,6 @@
 // Constructors of the workspaces of contacts, which allocate: they run outside the frame.
 #include "sqmap/query/overlap.h"
+#include "sqmap/query/separating.h"
 
 #include <algorithm>
 #include <bit>
@@ -22,5 +23,20 @@ OverlapWorkspace::Side::Side(const TriangleTree& tree)
 }
 
 OverlapWorkspace::OverlapWorkspace(const Probe& a, const Probe& b) : a_(a.triangles()), b_(b.triangles()) {}
+
+SeparatingWorkspace::Side::Side(const TriangleTree& tree)
+    : points(tree.points()),
+      leaves(tree.columns().corners.size()),
+      groups(tree.columns().leaves.size()),
+      pieces(tree.size()),
+      stack(tree.size()),
+      is_reached(tree.size())
+{
+}
+
+SeparatingWorkspace::SeparatingWorkspace(const Probe& a, const Probe& b)
+    : a_(a.triangles()), b_(b.triangles()), facets_(k_facets), corners_(k_corners), visible_(k_facets), contacts_(k_contacts)
+{
+}
 
 }  // namespace sqmap::query
