@@ -19,6 +19,11 @@ constexpr auto k_contacts = &measure_contacts, k_clearance = &measure_clearance;
 #else
 constexpr int (*k_contacts)(int, char**) = nullptr, (*k_clearance)(int, char**) = nullptr;
 #endif
+#ifdef SQMAP_MEASURE_PILE
+constexpr auto k_pile = &measure_pile;
+#else
+constexpr int (*k_pile)(int, char**) = nullptr;
+#endif
 #ifdef SQMAP_MEASURE_CLOTH
 constexpr auto k_cloth = &measure_cloth;
 #else
@@ -53,6 +58,9 @@ constexpr Topic k_topics[] = {
      &measure_haptic},
     {"joints", "HAND.glb PICTURE.png [--layer 2|3|exact] [--solids LEAST_WEIGHT] [--azimuth DEGREES] [--elevation DEGREES]",
      "Where on a skinned hand the verdicts are wrong: a picture, and a table of the joints.", &measure_joints},
+    {"pile", "BODIES THREADS MESH...",
+     "All contacts of a pile of bodies at given poses, beside FCL and Bullet's GImpact with as many threads. Meshes are closed.",
+     k_pile, "libfcl-dev libbullet-dev"},
     {"poses", "POSES MESH...",
      "Poses of a gripper of 500 points answered in one call, beside every point by itself. Meshes are closed.", &measure_poses},
     {"rebake", "[--move SHARE] [--quick] MESH...",

@@ -13,6 +13,7 @@ int measure_distance(int argc, char** argv);
 int measure_first_touch(int argc, char** argv);
 int measure_haptic(int argc, char** argv);
 int measure_joints(int argc, char** argv);
+int measure_pile(int argc, char** argv);
 int measure_poses(int argc, char** argv);
 int measure_rebake(int argc, char** argv);
 int measure_scene_cost(int argc, char** argv);

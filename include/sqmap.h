@@ -560,6 +560,77 @@ typedef struct sqmap_overlap {
 /// all triangles; allocates where the workspace has not yet computed an overlap of meshes as large.
 SQMAP_API sqmap_code sqmap_query_overlap(const sqmap_bodies* bodies, sqmap_workspace workspace, sqmap_overlap* overlap);
 
+/// How far b has to be moved until it is free of a, in the frame and units of the poses.
+typedef struct sqmap_separation {
+    size_t size;
+    double along[3];      ///< the direction, of any length; 0, 0, 0: the shortest translation that is known, in any direction
+    double distance;      ///< written: along the direction; then they only touch; 0 where they have no point in common
+    double at_least;      ///< written: no shorter translation of those in question separates them
+    double direction[3];  ///< written: unit
+    int32_t is_exact;     ///< written: 1 where the two bounds differ by rounding alone
+    uint32_t status;      ///< written: bits
+} sqmap_separation;
+
+/// The translation of b that separates two closed meshes: along a direction to the first gap that is wider than 2e-9 of their
+/// sizes, by exact predicates; or the shortest that is known, of two convex solids the least of all, of others the least among
+/// that of their hulls and those along the normals of their contacts. Errors: as sqmap_query_contacts; E_ARGUMENT for a direction
+/// that is not finite. Cost: a millisecond for thousands of triangles along a direction, some ten without one; allocates where
+/// the workspace has not yet served meshes as large.
+SQMAP_API sqmap_code sqmap_query_separation(const sqmap_bodies* bodies, sqmap_workspace workspace, sqmap_separation* separation);
+
+// ---------------------------------------------------------------------------------------------------- many bodies
+
+/// Many bodies in one world that move; for one thread at a time. {0} is none.
+typedef struct sqmap_pile {
+    uint64_t id;
+} sqmap_pile;
+
+/// contacts: the largest number that is kept of a pair in one direction; what is beyond it is counted. Allocates.
+SQMAP_API sqmap_code sqmap_make_pile(size_t contacts, sqmap_pile* pile);
+/// Closes a handle; {0} is passed over.
+SQMAP_API sqmap_code sqmap_close_pile(sqmap_pile pile);
+/// Adds a body and gives it a number: the lowest that is free. body.probe has triangles; body.model may be {0}. The pile keeps
+/// both: the handles may be closed. Errors: E_MISSING for a probe of sqmap_make_probe.
+SQMAP_API sqmap_code sqmap_add_body(sqmap_pile pile, const sqmap_body* body, uint32_t* number);
+/// Errors: E_ARGUMENT where no body has the number.
+SQMAP_API sqmap_code sqmap_remove_body(sqmap_pile pile, uint32_t number);
+
+/// Where the bodies are now, and which of their contacts are wanted.
+typedef struct sqmap_pile_step {
+    size_t size;
+    const sqmap_pose* pose;  ///< count: pose i of body i; null: all stay
+    size_t count;            ///< bodies from this number on stay
+    uint32_t threads;        ///< 0 and 1: this thread alone. The answers do not depend on it
+    uint32_t per_region;     ///< as in sqmap_contact_options
+    int32_t is_first_only;   ///< not zero: of each pair the first contact
+} sqmap_pile_step;
+
+/// Two bodies of a pile that touch.
+typedef struct sqmap_pile_pair {
+    uint32_t a, b;             ///< numbers of the bodies, a < b
+    size_t first, count;       ///< of the contacts: contacts[first] to contacts[first + count - 1]
+    size_t found;              ///< kept or not
+    size_t meetings, regions;  ///< as in sqmap_surface_list
+    uint8_t status;            ///< bits
+} sqmap_pile_pair;
+
+/// Contacts of a pile.
+typedef struct sqmap_pile_contacts {
+    size_t size;
+    const sqmap_pile_pair* pairs;           ///< written: in the order of a, then b; the pile's, valid until its next query
+    const sqmap_surface_contact* contacts;  ///< written: pair after pair, each as sqmap_query_contacts gives them
+    size_t pair_count;                      ///< written
+    size_t count;                           ///< written
+    size_t near;                            ///< written: pairs whose spheres touch
+    uint32_t status;                        ///< written: bits of all
+} sqmap_pile_contacts;
+
+/// Complete contacts of all pairs of bodies that are near each other, to the bit those of each pair alone. Which bodies are near
+/// is kept from one query to the next. step may be null. A body whose pose has a number that is not finite is near nothing, and
+/// the status says so. Errors: E_ARGUMENT for a rotation that is none. Cost: sqmap_query_contacts of each pair, shared by the
+/// threads; allocates where there are more pairs or contacts than ever before.
+SQMAP_API sqmap_code sqmap_query_pile(sqmap_pile pile, const sqmap_pile_step* step, sqmap_pile_contacts* contacts);
+
 // ---------------------------------------------------------------------------------------------------- forces
 
 /// A tool that touches a model, and the safety filter before its device. Metres, newtons, seconds. {0} is none.

@@ -11,8 +11,9 @@ negative inside in distances and Scene (as Open3D's). Batches use all cores and 
 from __future__ import annotations
 
 from . import _library, shapes
-from ._bodies import (CONTACT, PAIR_CONTACT, SURFACE_CONTACT, Body, Clearance, FirstTouch, Overlap, PairContacts, Probe, ProbeContacts,
-                      SurfaceContacts, Workspace, clearance, first_touch, is_within, overlap, query_contacts, query_pair, query_probe)
+from ._bodies import (CONTACT, PAIR_CONTACT, PILE_PAIR, SURFACE_CONTACT, Body, Clearance, FirstTouch, Overlap, PairContacts, Pile,
+                      PileContacts, Probe, ProbeContacts, Separation, SurfaceContacts, Workspace, clearance, first_touch, is_within,
+                      overlap, query_contacts, query_pair, query_probe, separation)
 from ._errors import (ArgumentError, Cancelled, ClosedError, Error, FileError, InternalError, MeshError, MissingError, ModelError,
                       NoMemoryError, VersionError)
 from ._model import Clearances, Contacts, CuredWarning, Distances, Facts, Model, bake
@@ -28,6 +29,6 @@ FORMAT_VERSION: int = _library.library.sqmap_format_version()
 
 __all__ = ["ArgumentError", "Body", "CONTACT", "Cancelled", "Clearance", "Clearances", "ClosedError", "Contacts", "CuredWarning", "DISCONNECTED", "Distances",
            "Error", "FORMAT_VERSION", "Facts", "FileError", "FirstTouch", "Force", "HELD", "InternalError", "MeshError", "MissingError", "Model", "ModelError",
-           "NoMemoryError", "Overlap", "PAIR_CONTACT", "PairContacts", "Probe", "ProbeContacts", "RESTART", "RESUME", "STOP", "Scene",
-           "SURFACE_CONTACT", "Session", "Simulation", "Superquadric", "SurfaceContacts", "TAXEL", "TactilePad", "Touch", "VersionError", "Workspace",
-           "bake", "clearance", "first_touch", "is_within", "overlap", "program", "query_contacts", "query_pair", "query_probe", "shapes"]
+           "NoMemoryError", "Overlap", "PAIR_CONTACT", "PILE_PAIR", "PairContacts", "Pile", "PileContacts", "Probe", "ProbeContacts", "RESTART", "RESUME", "STOP", "Scene",
+           "SURFACE_CONTACT", "Separation", "Session", "Simulation", "Superquadric", "SurfaceContacts", "TAXEL", "TactilePad", "Touch", "VersionError", "Workspace",
+           "bake", "clearance", "first_touch", "is_within", "overlap", "program", "query_contacts", "query_pair", "query_probe", "separation", "shapes"]

@@ -7,7 +7,8 @@ from typing import Any, NamedTuple, Optional
 import numpy as np
 
 from . import _library as c
-from ._arrays import Layer, count, flag, indices, instance, number, pointer, pose_of, query_options, refuse, rows
+from ._arrays import (Layer, cores, count, flag, indices, instance, number, numbers, pointer, pose_of, poses_of, query_options, refuse,
+                      rows)
 from ._model import Model, Owned, address, points_struct
 
 
@@ -31,6 +32,10 @@ PAIR_CONTACT = _rows_of(c.PairContact, {"on_a": ("f8", 3), "on_b": ("f8", 3), "n
 SURFACE_CONTACT = _rows_of(c.SurfaceContact, {"on_a": ("f8", 3), "on_b": ("f8", 3), "normal": ("f4", 3), "depth": "f4",
                                               "feature_a": "u1", "feature_b": "u1", "index_a": "u4", "index_b": "u4",
                                               "region": "u4", "part_a": "i2", "part_b": "i2", "certain": "?", "status": "u1"})
+
+#: Rows of PileContacts.pairs. a, b: numbers of bodies, a < b; its contacts are contacts[first : first + count].
+PILE_PAIR = _rows_of(c.PilePair, {"a": "u4", "b": "u4", "first": "u8", "count": "u8", "found": "u8", "meetings": "u8",
+                                  "regions": "u8", "status": "u1"})
 
 
 class Probe(Owned):
@@ -132,6 +137,25 @@ class Overlap(NamedTuple):
     volume: float  #: in the cube of the poses' unit
     error: float   #: what the shift of faces in special position changes at most, without rounding
     status: int
+
+
+class Separation(NamedTuple):
+    """A translation of b after which two solids only touch, in the frame and units of the poses."""
+
+    distance: float        #: along the direction; 0 where the solids have no point in common
+    at_least: float        #: no shorter translation of those in question separates them
+    direction: np.ndarray  #: (3,) unit
+    exact: bool            #: the two bounds differ by rounding alone
+    status: int
+
+
+class PileContacts(NamedTuple):
+    """Complete contacts of a pile, in the frame of the poses."""
+
+    pairs: np.ndarray     #: rows of PILE_PAIR, in the order of a, then b
+    contacts: np.ndarray  #: rows of SURFACE_CONTACT, pair after pair
+    near: int             #: pairs whose spheres touch
+    status: int           #: bits of all
 
 
 class Body:
@@ -307,6 +331,71 @@ def overlap(a: Body, b: Body, workspace: Optional[Workspace] = None) -> Overlap:
     with _Bodies(first, second) as bodies, workspace.turn, workspace.use("workspace") as handle:
         c.call("sqmap_query_overlap", bodies, handle, out)
     return Overlap(out.volume, out.error, out.status)
+
+
+def separation(a: Body, b: Body, direction: Any = None, workspace: Optional[Workspace] = None) -> Separation:
+    """How far b has to be moved until it is free of a: along a direction (3,), to the first gap; or, for None, the shortest
+    translation in any direction that is known, of two convex solids the least of all. Both probes need triangles. Calls with one
+    workspace take turns."""
+    first, second = _with_probes(a, b)
+    along = np.zeros(3) if direction is None else numbers(direction, "direction")
+    if along.shape != (3,):
+        raise refuse("direction", f"has the shape {along.shape}", "give three numbers")
+    if direction is not None and not (np.isfinite(along).all() and along.any()):
+        raise refuse("direction", f"is {along.tolist()}", "give three finite numbers, not all zero")
+    if workspace is None:
+        with Workspace(1) as own:
+            return separation(a, b, direction, own)
+    instance(workspace, Workspace, "workspace")
+    out = c.Separation()
+    out.along[:] = along.tolist()
+    with _Bodies(first, second) as bodies, workspace.turn, workspace.use("workspace") as handle:
+        c.call("sqmap_query_separation", bodies, handle, out)
+    return Separation(out.distance, out.at_least, np.array(out.direction[:]), bool(out.is_exact), out.status)
+
+
+class Pile(Owned):
+    """Many bodies in one world that move: poses in, complete contacts of all pairs out. Calls take turns.
+
+    contacts: the largest number that is kept of a pair in one direction; what is beyond it is counted."""
+
+    _closes = "sqmap_close_pile"
+
+    def __init__(self, contacts: int = 4096) -> None:
+        handle = c.Handle()
+        c.call("sqmap_make_pile", count(contacts, "contacts"), handle)
+        super().__init__(handle)
+
+    def add(self, body: Body) -> int:
+        """The body's number, the lowest that is free. Its probe needs triangles, and may be closed afterwards, as its model."""
+        named = _named(body, "body")
+        if named.probe is None:
+            raise refuse("body.probe", "is None", "give a probe with triangles")
+        out = ctypes.c_uint32()
+        with _Bodies(named, _Named(None, None, None, ("", ""))) as bodies, self.turn, self.use() as handle:
+            c.call("sqmap_add_body", handle, bodies.a, out)
+        return out.value
+
+    def remove(self, number: int) -> None:
+        """Takes a body out; its number is given out again."""
+        with self.turn, self.use() as handle:
+            c.call("sqmap_remove_body", handle, count(number, "number", 2**32 - 1))
+
+    def query(self, poses: Any = None, *, per_region: int = 0, first_only: bool = False, threads: Optional[int] = None) -> PileContacts:
+        """Contacts of all pairs that are near each other, to the bit what query_contacts gives of each pair, whatever was queried
+        before. poses: (n, 4, 4) of the bodies by their numbers; those from n on stay, as all do for None. per_region, first_only: as
+        in query_contacts, of each pair."""
+        step = c.PileStep(threads=cores(threads), per_region=count(per_region, "per_region"),
+                          is_first_only=flag(first_only, "first_only"))
+        frames = None if poses is None else poses_of(poses)
+        if frames is not None:
+            step.pose, step.count = ctypes.cast(address(frames), ctypes.POINTER(c.Pose)), len(frames)
+        out = c.PileContacts()
+        with self.turn, self.use() as handle:
+            c.call("sqmap_query_pile", handle, step, out)
+            pairs = ctypes.string_at(out.pairs, out.pair_count * ctypes.sizeof(c.PilePair)) if out.pair_count else b""
+            contacts = ctypes.string_at(out.contacts, out.count * ctypes.sizeof(c.SurfaceContact)) if out.count else b""
+        return PileContacts(np.frombuffer(pairs, PILE_PAIR), np.frombuffer(contacts, SURFACE_CONTACT), out.near, out.status)
 
 
 def _with_probes(a: Any, b: Any) -> tuple[_Named, _Named]:

@@ -32,7 +32,7 @@ class Text(Sized):
 
 
 class Handle(Structure):
-    """sqmap_model, sqmap_probe, sqmap_workspace, sqmap_session, sqmap_pad."""
+    """sqmap_model, sqmap_probe, sqmap_workspace, sqmap_session, sqmap_pad, sqmap_pile."""
     _fields_ = [("id", c_uint64)]
 
 
@@ -149,6 +149,26 @@ class Overlap(Sized):
     _fields_ = [("size", c_size_t), ("volume", c_double), ("error", c_double), ("status", c_uint32)]
 
 
+class Separation(Sized):
+    _fields_ = [("size", c_size_t), ("along", c_double * 3), ("distance", c_double), ("at_least", c_double),
+                ("direction", c_double * 3), ("is_exact", c_int32), ("status", c_uint32)]
+
+
+class PileStep(Sized):
+    _fields_ = [("size", c_size_t), ("pose", POINTER(Pose)), ("count", c_size_t), ("threads", c_uint32), ("per_region", c_uint32),
+                ("is_first_only", c_int32)]
+
+
+class PilePair(Structure):
+    _fields_ = [("a", c_uint32), ("b", c_uint32), ("first", c_size_t), ("count", c_size_t), ("found", c_size_t),
+                ("meetings", c_size_t), ("regions", c_size_t), ("status", c_uint8)]
+
+
+class PileContacts(Sized):
+    _fields_ = [("size", c_size_t), ("pairs", c_void_p), ("contacts", c_void_p), ("pair_count", c_size_t), ("count", c_size_t),
+                ("near", c_size_t), ("status", c_uint32)]
+
+
 class Touch(Sized):
     _fields_ = [("size", c_size_t), ("time", c_double), ("touches", c_int32), ("status", c_uint32)]
 
@@ -230,6 +250,12 @@ FUNCTIONS: dict[str, list[Any]] = {
     "sqmap_first_touch": [POINTER(Bodies), POINTER(Pose), POINTER(Touch)],
     "sqmap_query_clearance": [POINTER(Bodies), POINTER(Clearance)],
     "sqmap_query_overlap": [POINTER(Bodies), Handle, POINTER(Overlap)],
+    "sqmap_query_separation": [POINTER(Bodies), Handle, POINTER(Separation)],
+    "sqmap_make_pile": [c_size_t, POINTER(Handle)],
+    "sqmap_close_pile": [Handle],
+    "sqmap_add_body": [Handle, POINTER(Body), POINTER(c_uint32)],
+    "sqmap_remove_body": [Handle, c_uint32],
+    "sqmap_query_pile": [Handle, POINTER(PileStep), POINTER(PileContacts)],
     "sqmap_make_session": [Handle, POINTER(SessionOptions), POINTER(Handle)],
     "sqmap_tick_session": [Handle, POINTER(Tick), POINTER(Force)],
     "sqmap_simulate": [Handle, POINTER(Simulation)],

@@ -57,7 +57,7 @@ void refuse_null(const char* element) { throw Failure{SQMAP_E_ARGUMENT, element,
 
 void refuse_handle(std::uint64_t id, std::uint8_t kind, const char* element)
 {
-    static constexpr std::array<const char*, 6> k_kinds{"", "model", "probe", "workspace", "session", "pad"};
+    static constexpr std::array<const char*, 7> k_kinds{"", "model", "probe", "workspace", "session", "pad", "pile"};
     const std::string wanted = k_kinds[kind];
     const std::uint64_t given = (id >> 16) & 0xff;
     if (id == 0) throw Failure{SQMAP_E_HANDLE, element, "is {0}", "give an open " + wanted};

@@ -6,6 +6,7 @@
 #include "sqmap/query/contacts.h"
 #include "sqmap/query/overlap.h"
 #include "sqmap/query/probe.h"
+#include "sqmap/query/separating.h"
 #include "structs.h"
 
 #include <array>
@@ -137,7 +138,8 @@ private:
     mutable std::unique_ptr<Surface> surface_;
 };
 
-/// Memory in which pairs are computed. The space of complete contacts and of overlaps is made when it is needed first.
+/// Memory in which pairs are computed. The space of complete contacts, overlaps and separations is made when it is
+/// needed first.
 class Workspace {
 public:
     explicit Workspace(std::size_t contacts) : size_(contacts), pair_(contacts) {}
@@ -154,13 +156,23 @@ public:
         if (!overlap_ || !overlap_->holds(a.triangles(), b.triangles())) overlap_.emplace(a, b);
         return *overlap_;
     }
+    /// For probes as large as these.
+    [[nodiscard]] query::SeparatingWorkspace& separating(const query::Probe& a, const query::Probe& b)
+    {
+        if (!separating_ || !separating_->holds(a.triangles(), b.triangles())) separating_.emplace(a, b);
+        return *separating_;
+    }
 
 private:
     std::size_t size_;
     query::PairWorkspace pair_;
     std::optional<query::ContactWorkspace> contacts_;
     std::optional<query::OverlapWorkspace> overlap_;
+    std::optional<query::SeparatingWorkspace> separating_;
 };
+
+/// The library's own contacts cross the interface.
+static_assert(sizeof(sqmap_surface_contact) == sizeof(query::SurfaceContact));
 
 /// One table for each kind of handle; made by the first call and never destroyed, so that threads may outlive main().
 template <class T, std::uint8_t Kind>

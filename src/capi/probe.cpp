@@ -6,6 +6,7 @@
 #include "sqmap/query/first_touch.h"
 #include "structs.h"
 
+#include <cmath>
 #include <cstddef>
 #include <string>
 #include <type_traits>
@@ -303,5 +304,31 @@ sqmap_code sqmap_query_overlap(const sqmap_bodies* bodies, sqmap_workspace works
         out.error = found.error;
         out.status = found.status;
         capi::give(overlap, out);
+    });
+}
+
+sqmap_code sqmap_query_separation(const sqmap_bodies* bodies, sqmap_workspace workspace, sqmap_separation* separation)
+{
+    return guarded([&] {
+        const sqmap_bodies in = capi::taken(&needed(bodies, "bodies"), "bodies");
+        sqmap_separation out = capi::taken(&needed(separation, "separation"), "separation");
+        capi::Workspace& space = *capi::workspaces().find(workspace.id, "workspace");
+        Vec3d along;
+        for (int k = 0; k < 3; ++k) {
+            along[k] = out.along[k];
+            if (!std::isfinite(along[k]))
+                throw capi::Failure{SQMAP_E_ARGUMENT, "separation.along[" + std::to_string(k) + "]", "is not finite",
+                                    "give a direction, or 0, 0, 0 for the shortest translation"};
+        }
+        const capi::SolidBodies both(in);
+        query::SeparatingWorkspace& own = space.separating(*both.a.probe, *both.b.probe);
+        const query::SeparatingTranslation found = along == Vec3d{} ? query::least_separating_translation(both.a, both.b, own)
+                                                                    : query::separating_translation(both.a, both.b, along, own);
+        out.distance = found.distance;
+        out.at_least = found.at_least;
+        for (int k = 0; k < 3; ++k) out.direction[k] = found.direction[k];
+        out.is_exact = found.exact ? 1 : 0;
+        out.status = found.status;
+        capi::give(separation, out);
     });
 }

@@ -347,9 +347,49 @@ class Bodies(unittest.TestCase):
         self.assertFalse(sqmap.is_within(a, above, 1.89))
         self.assertEqual(sqmap.clearance(a, b).distance, 0)
         self.assertAlmostEqual(sqmap.overlap(a, b).volume, 4 * 0.1**3 / 6, delta=1e-12)  # integral of 2 (1 - z) 2 (z - 0.9)
+        along = sqmap.separation(a, b, (0, 0, 7))
+        self.assertAlmostEqual(along.distance, 0.1, delta=1e-12)
+        self.assertTrue(along.exact and 0.1 - 1e-9 <= along.at_least <= along.distance)
+        least = sqmap.separation(a, b)
+        self.assertAlmostEqual(least.distance, 0.1, delta=1e-12)
+        np.testing.assert_allclose(least.direction, [0, 0, 1], atol=1e-9)
+        self.assertEqual(sqmap.separation(a, above).distance, 0)
         with self.assertRaises(sqmap.MeshError) as raised:
             sqmap.Probe(lower, faces[1:])
         self.assertIn("triangles[", raised.exception.element)
+
+    def test_a_pile_has_the_contacts_of_each_pair(self):
+        model = ball_model()
+        probe = sqmap.Probe(*model.mesh)
+        rng = np.random.default_rng(4)
+        with sqmap.Pile() as pile:
+            bodies = [sqmap.Body(model if i % 2 else None, probe) for i in range(8)]
+            self.assertEqual([pile.add(body) for body in bodies], list(range(8)))
+            for _ in range(3):
+                poses = np.repeat(np.eye(4)[None], 8, axis=0)
+                poses[:, :3, 3] = rng.uniform(-1.5, 1.5, (8, 3))
+                found = pile.query(poses, threads=2)
+                pairs = iter(found.pairs)
+                for body, pose in zip(bodies, poses):
+                    body.pose = pose
+                for i in range(8):
+                    for j in range(i + 1, 8):
+                        alone = sqmap.query_contacts(bodies[i], bodies[j])
+                        if alone.found == 0:
+                            continue
+                        pair = next(pairs)
+                        self.assertEqual((pair["a"], pair["b"], pair["found"], pair["regions"]), (i, j, alone.found, alone.regions))
+                        own = found.contacts[pair["first"]:pair["first"] + pair["count"]]
+                        for name in own.dtype.names:
+                            np.testing.assert_array_equal(own[name], alone.contacts[name])
+                self.assertEqual(list(pairs), [])
+                self.assertGreater(len(found.pairs), 2)
+            np.testing.assert_array_equal(pile.query().contacts["on_b"], found.contacts["on_b"])
+            pile.remove(3)
+            self.assertFalse((pile.query().pairs["a"] == 3).any() or (pile.query().pairs["b"] == 3).any())
+            poses[0, 0, 3] = np.nan
+            self.assertEqual(pile.query(poses).status & 1, 1)
+            self.assertEqual(pile.add(bodies[3]), 3)
 
     def test_a_model_that_is_closed_serves_what_was_made_of_it(self):
         model = sqmap.Model.from_bytes(ball_model().to_bytes())

@@ -38,7 +38,8 @@ VERTICES, TRIANGLES = ball(2)
 
 # Wrong values by the name of a parameter, then by its annotation. None is tried too where a parameter is required or has a default.
 BY_NAME = {
-    "points": ROWS, "targets": [*ROWS, *NOT_FINITE], "normals": [*ROWS, *NOT_FINITE, np.zeros((7, 3))], "query_points": LAST_AXIS,
+    "points": ROWS, "direction": [*SHAPES, np.zeros(2), np.zeros(3), np.array([0, NAN, 1]), np.array([INF, 0, 0])], "number": [*INTEGERS, 2**32 - 1],
+    "targets": [*ROWS, *NOT_FINITE], "normals": [*ROWS, *NOT_FINITE, np.zeros((7, 3))], "query_points": LAST_AXIS,
     "poses": [*SHAPES, np.zeros((4, 4)), np.zeros((2, 3, 3)), *(p[None] for p in POSES[len(SHAPES) + 1:] if np.isfinite(p).all())],
     "pose": POSES, "model_pose": POSES, "path": PATHS, "data": [5, "text", object(), b"", b"x" * 99, np.zeros((4, 4))[:, ::2]],
     "mesh": [5, object(), (VERTICES,), (VERTICES, TRIANGLES, 1), "there/is/none.off", "a\0b", *((VERTICES, f) for f in FACES),
@@ -84,7 +85,9 @@ class Arguments(unittest.TestCase):
     def objects(cls):
         """An object of each class that has methods."""
         normals = VERTICES / np.linalg.norm(VERTICES, axis=1, keepdims=True)
-        return {"Model": cls.model, "Probe": cls.probe, "Workspace": cls.workspace, "Scene": sqmap.Scene(cls.model),
+        pile = sqmap.Pile(500)
+        pile.add(sqmap.Body(cls.model, cls.probe))
+        return {"Pile": pile, "Model": cls.model, "Probe": cls.probe, "Workspace": cls.workspace, "Scene": sqmap.Scene(cls.model),
                 "Session": sqmap.Session(cls.model), "TactilePad": sqmap.TactilePad(VERTICES, normals),
                 "Body": sqmap.Body(cls.model, cls.probe)}
 
@@ -111,7 +114,7 @@ class Arguments(unittest.TestCase):
         known = {"points": VERTICES, "normals": VERTICES, "targets": np.full((5, 3), 2.0), "query_points": VERTICES,
                  "model": self.model, "probe": self.probe, "a": sqmap.Body(self.model, self.probe),
                  "b": sqmap.Body(self.model, self.probe), "vertices": (VERTICES, TRIANGLES), "mesh": (VERTICES, TRIANGLES),
-                 "data": self.model.to_bytes(), "time": 0.5, "pose": np.eye(4), "distance": 0.5,
+                 "data": self.model.to_bytes(), "time": 0.5, "pose": np.eye(4), "distance": 0.5, "body": sqmap.Body(self.model, self.probe), "number": 0,
                  "poses": np.eye(4)[None],
                  "path": self.file if name == "Model.load" else pathlib.Path(self.folder.name, "out.obj")}
         return {p.name: known[p.name] for p in inspect.signature(function).parameters.values()

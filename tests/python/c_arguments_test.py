@@ -20,7 +20,7 @@ from support import ball
 with open(sys.argv[1], encoding="utf-8") as file:
     TEXT = file.read()
 del sys.argv[1:]
-HANDLES = ("model", "probe", "workspace", "session", "pad")
+HANDLES = ("model", "probe", "workspace", "session", "pad", "pile")
 NAN, INF = math.nan, math.inf
 
 
@@ -68,6 +68,8 @@ class World:
         self.closed = self.opened()
         self.solid = c.Handle()
         c.call("sqmap_make_solid_probe", self.struct("sqmap_mesh"), self.solid)
+        for _ in self.points:
+            self.body()
         for kind in HANDLES:
             c.call(f"sqmap_close_{kind}", self.closed[kind])
 
@@ -82,7 +84,8 @@ class World:
                            ("workspace", lambda h: c.call("sqmap_make_workspace", 16, h)),
                            ("session", lambda h: c.call("sqmap_make_session", out["model"], None, h)),
                            ("pad", lambda h: c.call("sqmap_make_pad", self.struct("sqmap_points"),
-                                                    self.array([[0, 0, 1.0]] * 4).ctypes.data, None, h))):
+                                                    self.array([[0, 0, 1.0]] * 4).ctypes.data, None, h)),
+                           ("pile", lambda h: c.call("sqmap_make_pile", 16, h))):
             out[kind] = c.Handle()
             make(out[kind])
         return out
@@ -115,6 +118,10 @@ class World:
             return out
         if name == "sqmap_simulation":
             return c.Simulation(targets=self.array(self.points, float).ctypes.data, count=n)
+        if name == "sqmap_body":
+            return c.Body(self.open["model"], self.solid, None)
+        if name == "sqmap_pile_step":
+            return c.PileStep(pose=self.poses(pose_with(0, 1)), count=n)
         if name == "sqmap_poses":
             return c.Poses(pose=self.poses(pose_with(0, 1)), count=n)
         if name == "sqmap_contact_list":
@@ -131,6 +138,12 @@ class World:
                     setattr(out, member, space(n, 6))
         return out
 
+    def body(self):
+        """The number of one in the pile."""
+        out = ctypes.c_uint32()
+        c.call("sqmap_add_body", self.open["pile"], c.Body(c.Handle(0), self.solid, None), out)
+        return out.value
+
     def argument(self, function, kind, name):
         """A good argument."""
         if kind.startswith("sqmap_") and kind.endswith("*"):
@@ -139,6 +152,8 @@ class World:
             return self.struct(kind[6:-1])
         if kind.startswith("sqmap_"):
             return c.Handle(self.open[kind[6:]].id)
+        if name == "number":
+            return ctypes.c_uint32() if "*" in kind else self.body()
         paths = {"sqmap_bake_file": self.mesh_file, "sqmap_save": self.folder / "out.sqmap", "sqmap_export": self.folder / "out.json"}
         return {"path": str(paths.get(function, self.model_file)).encode(),
                 "archive": str(self.folder / "none.tar").encode(), "key": b"0" * 64,
@@ -148,7 +163,8 @@ class World:
                 "normals": self.array([[0, 0, 1.0]] * 4).ctypes.data}.get(name)
 
 
-SOLIDS = ("sqmap_query_contacts", "sqmap_first_touch", "sqmap_query_clearance", "sqmap_query_overlap")  # both probes have triangles
+SOLIDS = ("sqmap_query_contacts", "sqmap_first_touch", "sqmap_query_clearance", "sqmap_query_overlap",
+          "sqmap_query_separation")  # both probes have triangles
 
 
 def pose_with(at, value):
@@ -223,6 +239,8 @@ class Arguments(unittest.TestCase):
         if function == "sqmap_query_poses":
             return (element.startswith("poses.pose[1]") and math.isnan(row(("clearances", "distance"), ctypes.c_double))
                     and row(("clearances", "status"), ctypes.c_uint8) & 1 == 1)
+        if function == "sqmap_query_pile":
+            return element.startswith("step.pose[1]") and arguments["contacts"].status & 1 == 1
         if element != "points.xyz[1]":
             return False
         if function == "sqmap_query_points":
@@ -253,7 +271,7 @@ class Arguments(unittest.TestCase):
                     self.refused(function, arguments, name, (1,))
 
     def test_handles(self):
-        for function, (parameters, _) in FUNCTIONS.items():
+        for function, (parameters, comment) in FUNCTIONS.items():
             for kind, name in parameters:
                 if kind[6:] in HANDLES:
                     for handle in self.wrong_handles(kind[6:]):
@@ -264,6 +282,9 @@ class Arguments(unittest.TestCase):
                     for handle in self.wrong_handles(inner[6:]) if inner[6:] in HANDLES else ():
                         arguments = self.good(function)
                         setattr(arguments[name], member, handle)
+                        if handle.id == 0 and f"{name}.{member} may be {{0}}" in comment:
+                            self.assertEqual(self.call(function, arguments), 0, (function, name, member))
+                            continue
                         self.refused(function, arguments, f"{name}.{member}", (2,), handle.id)
 
     def wrong_handles(self, kind):
@@ -304,6 +325,10 @@ class Arguments(unittest.TestCase):
             arguments = self.good("sqmap_query_clearance")
             arguments["clearance"].within = within
             self.refused("sqmap_query_clearance", arguments, "clearance.within", (1,), within)
+        for k, bad in enumerate((NAN, INF, -INF)):
+            arguments = self.good("sqmap_query_separation")
+            arguments["separation"].along[k] = bad
+            self.refused("sqmap_query_separation", arguments, f"separation.along[{k}]", (1,), bad)
         for function in SOLIDS:
             for side in "ab":
                 for handle in self.wrong_handles("probe"):
@@ -324,6 +349,20 @@ class Arguments(unittest.TestCase):
             arguments = self.good("sqmap_make_solid_probe")
             setattr(arguments["mesh"], member, 0)
             self.refused("sqmap_make_solid_probe", arguments, f"mesh.{member}", (1,))
+
+    def test_bodies_of_a_pile(self):
+        for member in ("model", "probe"):
+            for handle in self.wrong_handles(member)[member == "model":]:
+                arguments = self.good("sqmap_add_body")
+                setattr(arguments["body"], member, handle)
+                self.refused("sqmap_add_body", arguments, f"body.{member}", (2,), handle.id)
+        arguments = self.good("sqmap_add_body")
+        arguments["body"].probe = self.world.open["probe"]
+        self.refused("sqmap_add_body", arguments, "body.probe", (8,), "no triangles")
+        for at, pose in self.wrong_poses():
+            arguments = self.good("sqmap_add_body")
+            arguments["body"].pose = ctypes.pointer(pose)
+            self.refused("sqmap_add_body", arguments, f"body.pose.{at}", (1,))
 
     def wrong_poses(self):
         for k in range(12):
@@ -350,7 +389,7 @@ class Arguments(unittest.TestCase):
                             continue  # documented as not read
                         if struct == "sqmap_query_options" and member in self.not_read(function):
                             continue
-                        if struct == "sqmap_poses" and member == "pose" and value:
+                        if struct in ("sqmap_poses", "sqmap_pile_step") and member == "pose" and value:
                             value, where = self.world.poses(value.contents), f"[1]{where}"
                         setattr(arguments[name], member, value)
                         self.refused(function, arguments, f"{name}.{member}{where}", (1, 6), value)
@@ -405,6 +444,9 @@ class Arguments(unittest.TestCase):
             self.refused("sqmap_notes", arguments, "lines.words", (1,), words)
         for count in (0, 2**63):
             self.refused("sqmap_make_workspace", self.good("sqmap_make_workspace") | {"contacts": count}, "contacts", (1,))
+        for count in (0, 2**63):
+            self.refused("sqmap_make_pile", self.good("sqmap_make_pile") | {"contacts": count}, "contacts", (1,))
+        self.refused("sqmap_remove_body", self.good("sqmap_remove_body") | {"number": 2**32 - 1}, "number", (1,))
         for function in ("sqmap_make_probe", "sqmap_make_pad"):
             arguments = self.good(function)
             arguments["points"].count = 0

@@ -18,7 +18,7 @@ with open(HEADER, encoding="utf-8") as file:
     TEXT = re.sub(r"//[^\n]*", "", file.read())
 C_TYPES = {"double": ctypes.c_double, "float": ctypes.c_float, "size_t": ctypes.c_size_t, "int16_t": ctypes.c_int16,
            "int32_t": ctypes.c_int32, "uint8_t": ctypes.c_uint8, "uint32_t": ctypes.c_uint32, "uint64_t": ctypes.c_uint64}
-HANDLES = ("sqmap_model", "sqmap_probe", "sqmap_workspace", "sqmap_session", "sqmap_pad")
+HANDLES = ("sqmap_model", "sqmap_probe", "sqmap_workspace", "sqmap_session", "sqmap_pad", "sqmap_pile")
 NAMES = {"sqmap_error": "ErrorStruct"}
 
 

@@ -31,7 +31,7 @@ def main():
               sqmap.Body(ball_model()), sqmap.Scene(torus_model())]
     keep = len(things)
     doors = [sqmap.Probe, sqmap.Workspace, sqmap.Session, sqmap.Body, sqmap.Scene, sqmap.query_probe, sqmap.query_pair,
-             sqmap.query_contacts, sqmap.first_touch, sqmap.clearance, sqmap.is_within, sqmap.overlap,
+             sqmap.query_contacts, sqmap.first_touch, sqmap.clearance, sqmap.is_within, sqmap.overlap, sqmap.separation,
              sqmap.Model.load, sqmap.bake, sqmap.Model.from_bytes]
     methods = ["query", "distances", "signed_distance", "contains", "closest_point", "tick", "simulate", "compute_occupancy",
                "compute_signed_distance", "compute_closest_points", "add_model", "mesh", "info", "facts", "close"]
