@@ -11,7 +11,7 @@
 #include "sqmap/math/random.h"
 #include "sqmap/math/rotation.h"
 #include "sqmap/parallel/for_each.h"
-#include "sqmap/query/first_touch.h"
+#include "sqmap/query/clearance.h"
 
 #include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
 #include <fcl/narrowphase/collision.h>
@@ -58,27 +58,31 @@ using PileItems = std::vector<std::unique_ptr<PileItem>>;
 std::vector<sqmap::Pose> fallen(const PileItems& items, std::size_t count)
 {
     SplitMix64 random(11);
-    const double side = 0.6 * std::cbrt(static_cast<double>(count)), press = k_pressed;
+    const double side = 0.6 * std::cbrt(static_cast<double>(count));
     std::vector<sqmap::Pose> poses;
     std::vector<sqmap::Sphere> spheres;
     double top = 0;
     for (std::size_t i = 0; i < count; ++i) {
         const PileItem& own = *items[i % items.size()];
         const Mat3d turn = rotation_by({random.between(-3, 3), random.between(-3, 3), random.between(-3, 3)});
-        const Vec3d at{side * random.between(-0.5, 0.5), side * random.between(-0.5, 0.5), 0};
-        const query::Body start{&own.view, &own.probe, {turn, at + Vec3d{0, 0, top + 2}}};
-        const sqmap::Pose floor{turn, at};
-        const sqmap::Sphere ball = query::sphere_of({&own.view, &own.probe, floor});
-        double first = 1;
-        for (std::size_t j = 0; j < i; ++j) {
-            const Vec3d beside = spheres[j].centre - ball.centre;
-            if (std::hypot(beside.x, beside.y) > spheres[j].radius + ball.radius) continue;
-            const PileItem& other = *items[j % items.size()];
-            first = std::min(first, query::first_touch({&other.view, &other.probe, poses[j]}, start, floor).time);
+        sqmap::Pose pose{turn, {side * random.between(-0.5, 0.5), side * random.between(-0.5, 0.5), top + 2}};
+        constexpr double k_near = 1e-4;
+        for (int step = 0; step < 60 && pose.translation.z > 0; ++step) {
+            const sqmap::Sphere ball = query::sphere_of({&own.view, &own.probe, pose});
+            double gap = pose.translation.z + k_near;
+            for (std::size_t j = 0; j < i; ++j) {
+                const Vec3d beside = spheres[j].centre - ball.centre;
+                const double radii = spheres[j].radius + ball.radius;
+                if (beside.z > radii || std::hypot(beside.x, beside.y) > radii || norm(beside) - radii > gap) continue;
+                const PileItem& other = *items[j % items.size()];
+                gap = std::min(gap,
+                               query::clearance({&other.view, &other.probe, poses[j]}, {&own.view, &own.probe, pose}).distance);
+            }
+            if (gap < k_near) break;
+            pose.translation.z -= gap;
         }
-        sqmap::Pose pose = floor;
-        pose.translation.z = (1 - first) * (top + 2) - (first < 1 ? press : 0);
-        top = std::max(top, pose.translation.z + 1);
+        pose.translation.z -= k_pressed;
+        top = std::max(top, pose.translation.z);
         poses.push_back(pose);
         spheres.push_back(query::sphere_of({&own.view, &own.probe, pose}));
     }
