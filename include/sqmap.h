@@ -595,7 +595,7 @@ SQMAP_API sqmap_code sqmap_add_body(sqmap_pile pile, const sqmap_body* body, uin
 /// Errors: E_ARGUMENT where no body has the number.
 SQMAP_API sqmap_code sqmap_remove_body(sqmap_pile pile, uint32_t number);
 
-/// Where the bodies are now, and which of their contacts are wanted.
+/// A step of a pile: the bodies' new poses, and the contacts that are wanted.
 typedef struct sqmap_pile_step {
     size_t size;
     const sqmap_pose* pose;  ///< count: pose i of body i; null: all stay

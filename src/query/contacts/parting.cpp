@@ -113,9 +113,9 @@ PartingSearch::PartingSearch(const TriangleTree& a, const TriangleTree& b, const
     const Vec3d u = normalized(cross(beside, direction));
     const Vec3d axes[3] = {u, cross(direction, u), direction};
     const Vec3d middle = centre(a.box());
-    Affine place{};
-    place.shift = -middle;
-    prepare(a_, place, axes);
+    Affine from_middle{};
+    from_middle.shift = -middle;
+    prepare(a_, from_middle, axes);
     prepare(b_, {b_in_a.linear, b_in_a.shift - middle}, axes);
     find_pieces(a_);
     find_pieces(b_);

@@ -22,7 +22,7 @@ public:
 
     /// The first translation, from 0 on, that leaves b free of a. False where none was proven.
     [[nodiscard]] bool run(double& distance) noexcept;
-    /// What rounding has added to the last run's distance at most.
+    /// The most that rounding has added to the last run's distance.
     [[nodiscard]] double error() const { return slack_; }
 
 private:

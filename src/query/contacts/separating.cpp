@@ -15,7 +15,7 @@ namespace {
 
 bool is_solid_probe(const Body& body) { return body.probe != nullptr && body.probe->triangles().size() > 0; }
 
-/// What forbids a search; k_ok where nothing does.
+/// The bits of what forbids a search; k_ok where nothing does.
 std::uint8_t refusal(const Body& a, const Body& b, const SeparatingWorkspace& workspace)
 {
     if (!is_finite(a.pose) || !is_finite(b.pose) || !(norm(b_in_a(a, b).shift) < 1e150)) return k_not_finite;
