@@ -15,6 +15,14 @@ void add_load_options(Command& command, MeshOptions& options)
     command.choice("--repair", options.admit.repair, repairs,
                    "The last rung that may be tried: nothing, what leaves no doubt, closing, wrapping; auto: all",
                    "auto|none|safe|close|wrap");
+    command.choice(
+        "--solid", options.admit.solid,
+        std::map<std::string, mesh::SolidKind>{{"as-is", mesh::SolidKind::AsIs}, {"outer", mesh::SolidKind::Outer}},
+        "What the surface bounds, or a body about all of it: what cannot be reached from outside, proven to hold every "
+        "triangle",
+        "as-is|outer");
+    command.option("--gap", options.admit.gap, "Gaps of an outer solid that are narrower are closed, share of R_max")
+        .in_range(0, 0.2);
     command.option("--max-filled", options.admit.max_filled, "Share of the area that fillings may have where a mesh is closed")
         .in_range(0, 1);
     command

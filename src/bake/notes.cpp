@@ -82,7 +82,7 @@ std::optional<Note> note_of(const NoteRecord& r)
 {
     switch (r.kind) {
         case NoteKind::Repaired:
-            if (const auto kind = kind_named(r.name, mesh::RepairKind::Wrapped)) return mesh::RepairNote{*kind, r.counts[0]};
+            if (const auto kind = kind_named(r.name, mesh::RepairKind::Enclosed)) return mesh::RepairNote{*kind, r.counts[0]};
             return std::nullopt;
         case NoteKind::Moved:
             return MovedNote{distances_at(r.values), distances_at(r.values + 3), r.values[6]};

@@ -1,4 +1,5 @@
-// The ladder of admission: the mesh as it is, repaired, closed, wrapped; the first rung that judge_surface takes.
+// The ladder of admission: the mesh as it is, repaired, closed, wrapped; the first rung that judge_surface takes. An outer solid
+// is made beside the ladder.
 #include "sqmap/mesh/admit.h"
 
 #include "sqmap/mesh/wrap.h"
@@ -16,6 +17,8 @@
 namespace sqmap::mesh {
 namespace {
 
+constexpr double k_proven_apart = 1e-7;  ///< between an outer solid's surface and the input, cells
+
 /// True if a higher rung may take a mesh that the code refuses.
 bool is_curable(Refusal code, const AdmitOptions& options)
 {
@@ -27,7 +30,7 @@ void check_cost(const Surface& surface, const AdmitOptions& options)
 {
     if (surface.faces.size() > options.max_cured_faces)
         refuse(Refusal::Limit, "mesh",
-               "it needs a cure, and has " + number(surface.faces.size()) + " triangles; the limit of cures is " +
+               "it needs a surface of its own, and has " + number(surface.faces.size()) + " triangles; the limit of cures is " +
                    number(options.max_cured_faces),
                Words("raise the limit with ", Setting::MaxCuredFaces, "", ", or ") + "close the mesh");
 }
@@ -65,6 +68,10 @@ public:
         try {
             take(soup_of(in_));
             const Surface soup = surface_;
+            if (options_.solid == SolidKind::Outer) {
+                enclose(soup);
+                return std::move(out_);
+            }
             clean_up();
             climb(soup);
         } catch (Refused& refused) {
@@ -162,10 +169,44 @@ private:
         const WrapResult wrapped = wrap(oriented.points, triangles, options_.wrap);
         if (wrapped.mesh.triangles.empty()) refuse(first_.code, "mesh", "wrapping it finds no solid", "");
         moved_ = wrapped.moved;
-        surface_ = {wrapped.mesh.vertices, std::vector<std::uint32_t>(wrapped.mesh.vertices.size(), k_none), {}};
-        for (std::size_t t = 0; t < wrapped.mesh.triangles.size(); ++t)
-            surface_.faces.push_back({wrapped.mesh.triangles[t], wrapped.made_up[t] != 0 ? k_none : 0});
+        take_surface(wrapped.mesh, wrapped.made_up);
         note(RepairKind::Wrapped, surface_.faces.size());
+    }
+
+    /// A solid about all that came, proven to hold it.
+    void enclose(const Surface& soup)
+    {
+        check_cost(soup, options_);
+        std::vector<Triangle> triangles;
+        for (const Face& f : soup.faces) triangles.push_back(f.v);
+        const OuterResult outer = outer_solid(soup.points, triangles,
+                                              {.tolerance = options_.wrap.tolerance,
+                                               .gap = options_.gap,
+                                               .max_triangles = options_.wrap.max_triangles,
+                                               .max_cells = options_.wrap.max_cells});
+        if (outer.mesh.triangles.empty())
+            refuse(Refusal::Flat, "mesh", "no face has an area: all vertices lie on lines", "give a mesh whose faces have areas");
+        take_surface(outer.mesh, outer.made_up);
+        judge_surface(surface_, box_, options_, out_);
+        std::fill(out_.source_triangle.begin(), out_.source_triangle.end(), k_no_polygon);
+        out_.admission = Admission::Wrapped;
+        const double unit = options_.unit.value_or(1.0);
+        const Mesh input = scaled(soup, unit);
+        if (const auto missed =
+                first_not_enclosed(input.vertices, input.triangles, out_.mesh, k_proven_apart * unit * outer.cell))
+            refuse(Refusal::Internal, element("face", soup.faces[*missed].polygon), "the outer solid is not proven to hold it",
+                   "move the mesh nearer to the origin, or report it with the file");
+        note(RepairKind::Enclosed, soup.faces.size());
+        out_.deviation = deviation(input, out_.mesh, out_.made_up);
+        warn(tolerance_warning(out_.mesh, *out_.deviation, options_.wrap));
+    }
+
+    /// Goes on with a mesh that was made here.
+    void take_surface(const Mesh& made, std::span<const std::uint8_t> made_up)
+    {
+        surface_ = {made.vertices, std::vector<std::uint32_t>(made.vertices.size(), k_none), {}};
+        for (std::size_t t = 0; t < made.triangles.size(); ++t)
+            surface_.faces.push_back({made.triangles[t], made_up[t] != 0 ? k_none : 0});
     }
 
     /// Clears the result but for its facts; the repairs become these.

@@ -20,11 +20,11 @@ const char* name_of(Refusal refusal) noexcept
 
 const char* name_of(RepairKind kind) noexcept
 {
-    static constexpr const char* k_names[] = {"triangulated",    "unused_vertices", "welded_vertices", "degenerate_faces",
-                                              "duplicate_faces", "reoriented",      "flipped",         "split_vertices",
-                                              "filled_holes",    "thickened",       "stitched_edges",  "inner_walls",
-                                              "dropped_faces",   "cut_edges",       "dropped_sheets",  "wrapped"};
-    static_assert(std::size(k_names) == static_cast<std::size_t>(RepairKind::Wrapped) + 1, "in the order of the enumeration");
+    static constexpr const char* k_names[] = {
+        "triangulated",  "unused_vertices", "welded_vertices", "degenerate_faces", "duplicate_faces", "reoriented",
+        "flipped",       "split_vertices",  "filled_holes",    "thickened",        "stitched_edges",  "inner_walls",
+        "dropped_faces", "cut_edges",       "dropped_sheets",  "wrapped",          "enclosed"};
+    static_assert(std::size(k_names) == static_cast<std::size_t>(RepairKind::Enclosed) + 1, "in the order of the enumeration");
     const auto i = static_cast<std::size_t>(kind);
     return i < std::size(k_names) ? k_names[i] : "";
 }

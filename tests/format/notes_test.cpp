@@ -26,7 +26,7 @@ std::vector<Note> all_notes()
                           OffTargetNote{0.5, 0.75},
                           DoubtNote{3, 4000, 0.5, true},
                           DoubtNote{0, 4000, 0.9, false}};
-    for (int kind = 0; kind <= static_cast<int>(mesh::RepairKind::Wrapped); ++kind)
+    for (int kind = 0; kind <= static_cast<int>(mesh::RepairKind::Enclosed); ++kind)
         out.emplace_back(mesh::RepairNote{static_cast<mesh::RepairKind>(kind), 1u << kind});
     for (int kind = 0; kind <= static_cast<int>(mesh::WarningKind::Tolerance); ++kind)
         out.emplace_back(mesh::Warning{static_cast<mesh::WarningKind>(kind), 12, kind % 2 == 0, 0.01, 0.002, 5000, 4000});

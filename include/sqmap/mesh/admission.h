@@ -32,6 +32,9 @@ enum class Admission {
 /// The highest rung that may be taken. None: nothing is changed.
 enum class Repair { None, Safe, Close, Wrap };
 
+/// The solid that is meant. AsIs: what the surface bounds. Outer: what cannot be reached from outside, see outer_solid.
+enum class SolidKind { AsIs, Outer };
+
 /// Polygons as read; the spans belong to the caller.
 struct PolygonView {
     std::span<const Vec3d> positions;
@@ -48,8 +51,10 @@ struct AdmitOptions {
     double max_filled = 0.25;                   ///< share of the area that fillings may have where a mesh is closed
     bool refine_fillings = true;                ///< fillings get points of their own, and go on from the surface around
     std::uint64_t max_cured_faces = 2'000'000;  ///< larger meshes are not closed or wrapped
-    WrapOptions wrap{};
-    std::uint64_t max_components = 1000;          ///< connected pieces of the surface: each becomes a part at least
+    WrapOptions wrap{};                         ///< its tolerance and limits are those of outer solids, too
+    SolidKind solid = SolidKind::AsIs;          ///< Outer: the ladder is left out; any triangles that span a volume are taken
+    double gap = 0.01;                          ///< of an outer solid: gaps narrower than that are closed, share of R_max
+    std::uint64_t max_components = 1000;        ///< connected pieces of the surface: each becomes a part at least
     std::uint64_t max_intersections = 1'000'000;  ///< counting of intersecting pairs stops here
 };
 
@@ -71,6 +76,7 @@ enum class RepairKind : std::uint8_t {
     CutEdges,
     DroppedSheets,
     Wrapped,
+    Enclosed,  ///< triangles that an outer solid is proven to hold
 };
 
 /// As printed: "welded_vertices". Never null.

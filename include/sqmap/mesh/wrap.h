@@ -66,4 +66,34 @@ struct WrapResult {
 [[nodiscard]] WrapResult wrap(std::span<const Vec3d> points, std::span<const Triangle> triangles,
                               const WrapOptions& options = {});
 
+/// How closely an outer solid stands about its input, and what it closes.
+struct OuterOptions {
+    double tolerance = 0.002;              ///< share of R_max that its surface may be away from the input
+    double gap = 0.01;                     ///< share of R_max: gaps narrower than that are closed
+    std::uint32_t max_triangles = 60'000;  ///< of the result; wins over the tolerance
+    std::uint64_t max_cells = 2'000'000;   ///< of the grid that the input touches
+};
+
+/// An outer solid.
+struct OuterResult {
+    Mesh mesh;                          ///< closed, manifold, outward; empty where the input has no area
+    std::vector<std::uint8_t> made_up;  ///< #triangles, 1 where it closes a gap
+    double cell = 0;                    ///< side of the grid's cells, mesh units
+};
+
+/// The solid that cannot be reached from outside through gaps narrower than a width: sheets, screws and inner parts become one
+/// body, its cavities are filled. Every input triangle lies in its inside (see first_not_enclosed). Gaps up to three cells wider
+/// than the width may be closed, too. points: mesh units, finite; triangles: indices in range, in any order and orientation, with
+/// or without area.
+/// @throw InvalidInput for an option out of range
+/// Cost: corners of a grid over the box, and cells that the surface touches times the logarithm of #triangles; the same result
+/// on every run.
+[[nodiscard]] OuterResult outer_solid(std::span<const Vec3d> points, std::span<const Triangle> triangles,
+                                      const OuterOptions& options = {});
+
+/// The first triangle that is not proven to lie in a solid's inside with a margin about it: one that no plane parts from some
+/// triangle of the solid, or whose first corner the solid does not hold. Nothing where all are proven to. solid: closed.
+[[nodiscard]] std::optional<std::uint32_t> first_not_enclosed(std::span<const Vec3d> points, std::span<const Triangle> triangles,
+                                                              const Mesh& solid, double margin);
+
 }  // namespace sqmap::mesh

@@ -2,6 +2,7 @@
 // bounded by samples of the surface that every triangle carries (Klein, Liebich, Strasser 1996).
 #include "steps.h"
 
+#include "enclosed.h"
 #include "symmetric.h"
 
 #include "../surface.h"
@@ -24,6 +25,7 @@ constexpr double k_shape = 0.02;       ///< height over longest side below which
 constexpr double k_length = 1e-5;      ///< weight of an edge's squared length, so that flat regions get even triangles
 constexpr double k_far = 1;            ///< root mean square distance from the planes that is not tried, in allowed errors
 constexpr double k_on_input = 1e-6;    ///< a vertex so near lies on the input
+constexpr double k_outward = 0.5;      ///< allowed errors by which a target that meets the enclosed moves out
 constexpr double k_never = 1e100;      ///< cost of an edge that is not tried
 constexpr double k_first_sweep = 2e-5, k_next_sweep = 4;
 constexpr std::size_t k_max_ring = 60;  ///< triangles about both ends of an edge
@@ -44,9 +46,11 @@ struct Waiting {
 
 class Decimator {
 public:
-    Decimator(ClosedMesh& mesh, const Bvh& bvh)
+    Decimator(ClosedMesh& mesh, const Bvh& bvh, const DecimateLimits& limits)
         : mesh_(mesh),
           bvh_(bvh),
+          enclosed_(limits.enclosed),
+          locked_(limits.locked),
           planes_(mesh.vertices.size()),
           around_(mesh.vertices.size()),
           stamp_(mesh.vertices.size()),
@@ -199,6 +203,7 @@ private:
     /// True if the surface stays a manifold: the two vertices share no neighbours but those opposite to their edge.
     [[nodiscard]] bool may_join(std::uint32_t a, std::uint32_t b) const
     {
+        if (!locked_.empty() && (locked_[a] != 0 || locked_[b] != 0)) return false;
         const std::size_t size = around_[a].size() + around_[b].size();
         if (size <= 6 || size > k_max_ring) return false;
         const std::vector<std::uint32_t> ring = neighbours(a), other = neighbours(b);
@@ -269,10 +274,57 @@ private:
         return true;
     }
 
+    /// True if the ring may take the target's position, which may be moved; the ring and its samples are made.
+    bool fits(Collapse& c)
+    {
+        const auto fits_here = [&] { return bring_to_surface(c) && make_ring(c) && carry_samples(c); };
+        if (enclosed_ == nullptr) return fits_here();
+        const Vec3d outward = k_outward * max_error_ * normal_about(c);
+        for (int i = 0; i < 2; ++i, c.target += outward) {
+            if (!bring_to_surface(c) || !make_ring(c)) return false;
+            if (keeps_enclosed(c)) return carry_samples(c);
+        }
+        return false;
+    }
+
+    [[nodiscard]] Vec3d normal_about(const Collapse& c) const
+    {
+        Vec3d sum;
+        for (const std::uint32_t v : {c.a, c.b})
+            for (const std::uint32_t t : around_[v]) sum += cross(corner(t, 1) - corner(t, 0), corner(t, 2) - corner(t, 0));
+        return norm_sq(sum) > 0 ? normalized(sum) : Vec3d{};
+    }
+
+    /// True if no triangle of the ring meets what is enclosed, and none passes over it on its way there: a goes, then b.
+    bool keeps_enclosed(const Collapse& c)
+    {
+        Box box;
+        extend(box, c.target);
+        for (const std::uint32_t v : {c.a, c.b})
+            for (const std::uint32_t t : around_[v])
+                for (int k = 0; k < 3; ++k) extend(box, corner(t, k));
+        near_.clear();
+        enclosed_->collect(box, near_);
+        if (near_.empty()) return true;
+        for (const auto& [t, corners] : ring_)
+            for (const std::uint32_t s : near_)
+                if (!enclosed_->are_apart(s, corners)) return false;
+        for (const std::uint32_t v : {c.a, c.b})
+            for (const std::uint32_t t : around_[v]) {
+                const Triangle& tri = mesh_.triangles[t];
+                if (v == c.b && std::find(tri.begin(), tri.end(), c.a) != tri.end()) continue;
+                const auto k = static_cast<int>(std::find(tri.begin(), tri.end(), v) - tri.begin());
+                const std::array<Vec3d, 4> swept{mesh_.vertices[v], c.target, corner(t, (k + 1) % 3), corner(t, (k + 2) % 3)};
+                for (const std::uint32_t s : near_)
+                    if (enclosed_->is_swept(s, swept)) return false;
+            }
+        return true;
+    }
+
     /// Joins b to a; false, and nothing done, where that is not allowed.
     bool collapse(Collapse c)
     {
-        if (c.cost >= k_never || !may_join(c.a, c.b) || !bring_to_surface(c) || !make_ring(c) || !carry_samples(c)) return false;
+        if (c.cost >= k_never || !may_join(c.a, c.b) || !fits(c)) return false;
         for (const std::uint32_t v : {c.a, c.b})
             for (const std::uint32_t t : around_[v]) first_sample_[t] = k_none;
         for (const auto& [s, carrier] : carried_) attach(s, carrier);
@@ -301,6 +353,7 @@ private:
     {
         if (c.target == mesh_.vertices[c.a] || c.target == mesh_.vertices[c.b]) return true;
         const auto on_input = [&](std::uint32_t v) {
+            if (enclosed_ != nullptr) return false;
             return bvh_.closest_point(mesh_.vertices[v], k_on_input).distance < k_on_input;
         };
         if (on_input(c.a) && on_input(c.b)) {
@@ -318,6 +371,9 @@ private:
 
     ClosedMesh& mesh_;
     const Bvh& bvh_;
+    const Enclosed* enclosed_;
+    std::span<const std::uint8_t> locked_;
+    std::vector<std::uint32_t> near_;
     std::vector<PlaneSum> planes_;
     std::vector<std::vector<std::uint32_t>> around_;
     std::vector<std::uint32_t> stamp_, first_sample_, next_sample_;
@@ -333,7 +389,7 @@ private:
 double decimate(ClosedMesh& mesh, const Bvh& bvh, const DecimateLimits& limits)
 {
     constexpr int k_doublings = 12;
-    Decimator decimator(mesh, bvh);
+    Decimator decimator(mesh, bvh, limits);
     double error = limits.max_error;
     decimator.run(error, 0);
     for (int i = 0; i < k_doublings && decimator.count() > limits.max_triangles; ++i) {

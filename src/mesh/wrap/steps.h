@@ -94,14 +94,18 @@ struct ClosedMesh {
 /// Leaves out components whose box has a shorter diagonal than that.
 void drop_crumbs(ClosedMesh& mesh, double diagonal);
 
+class Enclosed;
+
 struct DecimateLimits {
     double max_error = 0;  ///< distance of any sample from the result
     std::uint32_t max_triangles = 0;
+    const Enclosed* enclosed = nullptr;         ///< stays inside where the surface moves
+    std::span<const std::uint8_t> locked = {};  ///< #vertices, non-zero: stays; empty: none
 };
 
 /// Collapses edges while every sample stays within max_error of the surface, and farther, by doubling it, until the triangles
-/// are few enough. Vertices that lie on the input stay on it. Returns the error that was allowed in the end. Closed and
-/// manifold stay as they are.
+/// are few enough. Vertices that lie on the input stay on it, if nothing is enclosed. Returns the error that was allowed in the
+/// end. Closed and manifold stay as they are.
 double decimate(ClosedMesh& mesh, const Bvh& bvh, const DecimateLimits& limits);
 
 }  // namespace sqmap::mesh
