@@ -151,4 +151,77 @@ test('every contact is a span, however short: of ticks, not of pictures', async 
   assert.deepEqual(spans, [[19, 22], [26, 27], [47, 48], [79, 80]]);
 });
 
+test('a stiffness that is set while the tool is held is the one set before, in the servo of a busy machine', async () => {
+  await page.evaluate(() => { window.sqmap.world.frame(0); window.sqmap.hand.press = 0.0045; window.sqmap.hand.deeper(0); });
+  await settled(page);
+  const set = (k) => page.evaluate((x) => { const e = document.querySelector('#s-stiffness'); e.value = x; e.dispatchEvent(new Event('input')); }, k);
+  /// Mean and standard deviation of the force over half a second of ticks; null where a fault has ended it.
+  const measured = (k) => page.evaluate(async (x) => {
+    const { frame, status } = window.sqmap, ticks = [], wait = (ms) => new Promise((r) => setTimeout(r, ms));
+    for (let n = 0; status().settings.stiffness !== x; ++n) { if (n > 1000) return null; await wait(20); }
+    const begun = frame().time;
+    while (frame().time < begun + 1.5) { if (frame().faults || !frame().contacts) return null; await wait(20); }
+    for (let last = frame().time, to = last + 0.5; last < to;) {
+      const f = frame();
+      if (f.faults || !f.contacts) return null;
+      if (f.time > last) { last = f.time; for (let i = 0; i < f.ticks.length; i += 5) ticks.push(f.ticks[i]); }
+      await wait(4);
+    }
+    const mean = ticks.reduce((a, b) => a + b, 0) / ticks.length;
+    return { mean, sd: Math.sqrt(ticks.reduce((a, b) => a + (b - mean) ** 2, 0) / ticks.length) };
+  }, k);
+  const again = async (attempt) => {
+    for (let tries = 0; tries < 6; ++tries) {
+      const out = await attempt();
+      await page.mouse.up();
+      await page.waitForTimeout(300);
+      if (out) return out;
+    }
+    return assert.fail('the servo keeps finding faults');
+  };
+  const sequence = [50, 100, 250, 500, 1000, 1500, 500], afresh = new Map();
+  for (const k of new Set(sequence)) { await set(k); afresh.set(k, (await again(async () => { await feel(page, 0, 0.02); return measured(k); })).mean); }
+  const held = await again(async () => {
+    await set(sequence[0]);
+    await feel(page, 0, 0.02);
+    const out = [];
+    for (const k of sequence) { await set(k); const m = await measured(k); if (!m) return null; out.push(m); }
+    return out;
+  });
+  console.log(`      ${sequence.map((k, i) => `${k} N/m: ${held[i].mean.toFixed(3)} N, ${(100 * (held[i].mean / afresh.get(k) - 1)).toFixed(2)} % from afresh, sd ${((100 * held[i].sd) / held[i].mean).toFixed(2)} %`).join('; ')}`);
+  sequence.forEach((k, i) => {
+    assert.ok(Math.abs(held[i].mean / afresh.get(k) - 1) <= 0.03, `${k} N/m: ${held[i].mean} N, afresh ${afresh.get(k)} N`);
+    assert.ok(held[i].sd <= 0.01 * held[i].mean, `${k} N/m: standard deviation ${held[i].sd} of ${held[i].mean} N`);
+  });
+});
+
+test('one choice bakes the other kind of maps and shows both side by side', async () => {
+  await page.click('#tab-look');
+  const count = await page.evaluate(() => window.sqmap.facts().length);
+  await page.selectOption('#beside', 'twin');
+  assert.match(await page.textContent('#notice'), /^Baking \w+ with the paper’s maps, too: both stand side by side then\./);
+  await until(page, (n) => window.sqmap.facts().length === n + 1 && window.sqmap.world.objects.ready(), count);
+  await page.waitForSelector('#sides:not([hidden])');
+  assert.deepEqual((await page.$$eval('#sides span', (all) => all.map((e) => e.textContent))).sort(), ['Central maps', 'The paper’s maps']);
+  // It is there once: choosing it again bakes nothing.
+  await page.selectOption('#beside', 'none');
+  await page.selectOption('#beside', 'twin');
+  await page.waitForSelector('#sides:not([hidden])');
+  assert.equal(await page.evaluate(() => window.sqmap.facts().length), count + 1);
+  await settled(page);
+  await page.screenshot({ path: path.join(folder, 'both-maps.png') });
+});
+
+test('all that a page asks for is there', async () => {
+  const other = await page.context().browser().newPage(), missing = [];
+  other.on('response', (r) => { if (r.status() >= 400) missing.push(`${r.status()} ${r.url()}`); });
+  other.on('console', (m) => { if (/404|Failed to load/.test(m.text())) missing.push(m.text()); });
+  await other.goto(url);
+  await other.waitForSelector('body[data-ready]');
+  for (const tab of ['look', 'recognise', 'touch']) await other.click(`#tab-${tab}`);
+  await other.waitForTimeout(500);
+  assert.deepEqual(missing, []);
+  await other.close();
+});
+
 await run(() => page);

@@ -5,6 +5,7 @@ import { pointInFile } from '../file_point';
 import { vector } from '../geometry';
 import { panel } from '../layout';
 import { link, saved } from '../net';
+import { trouble, wait } from '../notices';
 import { MISS, type Range } from '../colours';
 import type { Hit } from '../objects';
 import { canvas, HELD, hint, legend, MISSED, onScale, sides, stage, world } from '../stage';
@@ -36,10 +37,23 @@ onScale((scale) => {
 
 const colourChoice = choice('Colour by', [['parts', 'Parts'], ['error', 'Depth error'], ['protrusion', 'Protrusion'], ['curvature', 'Curvature'], ['made-up', 'Made up'], ['difference', 'Two projections']], 'parts', (v) => { world.objects.colourBy = v; world.objects.range = null; void world.objects.paint(); }, 'colour');
 
+/// Bakes the selected object, else the one that is looked at, with the other projection too, where it has no twin yet; the two stand side
+/// by side once it is there.
+function bakeTwin(): void {
+  const meant = state.selected?.object ?? world.objects.focus, object = Math.max(meant, 0), f = state.facts[object];
+  if (meant < 0 ? world.objects.pair() : f?.twin !== null) return;
+  if (!f.hasTriangles) { trouble('This model has no triangles to bake with other maps: open its mesh.'); return; }
+  const text = `Baking ${f.name} with ${f.central ? 'the paper’s' : 'central'} maps, too: both stand side by side then.`;
+  wait(text);
+  announce(text);
+  link.say({ say: 'rebake', object });
+}
+
 // Two views side by side.
 type Beside = typeof world.objects.beside;
-const besideChoice = choice<Beside>('Beside it', [['none', 'Nothing'], ['layer-2', 'Layer 2\u2019s depth error'], ['twin', 'The other projection']], 'none', (v) => {
+const besideChoice = choice<Beside>('Beside it', [['none', 'Nothing'], ['layer-2', 'Layer 2\u2019s depth error'], ['twin', 'The other kind of maps']], 'none', (v) => {
   world.objects.beside = v;
+  if (v === 'twin') bakeTwin();
   if (v === 'layer-2') colourChoice.querySelector('select')!.value = world.objects.colourBy = 'error';
   void world.objects.paint();
   showSides();
@@ -206,6 +220,6 @@ on(['scene'], () => {
     colour.querySelector<HTMLOptionElement>(`option[value=${kind}]`)!.disabled = !there;
     if (!there && colour.value === kind) { colour.value = world.objects.colourBy = 'parts'; void world.objects.paint(); }
   }
-  besideChoice.querySelector<HTMLOptionElement>('option[value=twin]')!.disabled = !state.facts.some((f) => f.twin !== null);
+  besideChoice.querySelector<HTMLOptionElement>('option[value=twin]')!.disabled = !state.facts.some((f) => f.twin !== null || (f.hasTriangles && !saved));
   if (state.pick && nameOf(state.pick.object) !== picked) dropPick();
 });
