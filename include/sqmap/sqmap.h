@@ -1,5 +1,5 @@
-// All that a program of the runtime needs: models, queries of points, distances, probes, pairs, scenes and skins, forces. A model
-// is made by <sqmap/bake/bake.h> or read by <sqmap/io/model_file.h>; devices and cloth have headers of their own.
+// All that a program of the runtime needs: models, queries of points, distances, probes, pairs, scenes and skins, forces.
+// <sqmap/bake_mesh.h> makes a model, <sqmap/io/model_file.h> reads one; devices and cloth have headers of their own.
 #pragma once
 
 // IWYU pragma: begin_exports

@@ -82,7 +82,7 @@ void Cloth::State::push_out(double dt, bool last)
         } else if (s.push <= 0.f) {
             continue;
         }
-        if (last && options.friction == Friction::Paper) {  // has acted already: it does not grow with the push
+        if (last && options.friction == Friction::Paper) {  // eq. 33 acted earlier in this step, and does not grow with the push
             n.at = x;
             continue;
         }
@@ -170,7 +170,7 @@ void Cloth::State::finish(double dt, bool colliders_stand, StepReport& report)
         if (self->stop(previous, position, moving) > 0) report.status |= k_cloth_tangled;
         const double took = cpu_seconds() - mark;
         report.seconds.self += took;
-        report.seconds.predict -= took;  // which counts the whole of this
+        report.seconds.predict -= took;  // the time of predict includes that of the fabric's own contacts
     }
     for (std::size_t i = 0; i < n; ++i) velocity[i] = (keep / dt) * (position[i] - previous[i]);
     if (!all_finite) {

@@ -20,8 +20,8 @@ constexpr double k_creep = 0.1;           ///< times thickness: how far a node m
 constexpr double k_settle = 0.01, k_settle_path = 0.25;
 // How far beside a surface point, in thicknesses, a node may be held by its plane alone.
 constexpr double k_beside = 1;
-constexpr float k_same_surface = 0.97f;  ///< cosine between normals
-constexpr float k_facing = -0.5f;        ///< so, of surfaces that face each other
+constexpr float k_same_surface = 0.97f;  ///< cosine between normals above which two contacts are of one surface
+constexpr float k_facing = -0.5f;        ///< cosine between normals below which two surfaces face each other
 constexpr std::size_t k_turned =
     2;  ///< with several colliders, one step in this many looks for a surface on the cloth's other side
 constexpr std::uint8_t k_max_kept = 2;  ///< steps

@@ -48,7 +48,7 @@ public:
             });
             if (above && solid_.inside(centre + corner)) offer(corner);
         }
-        // Nothing is above a group that is not above all of it.
+        // A point is above a group of planes where it is above every plane of the group.
         double highest = 0, least = 0;
         for (const Plane& plane : planes_) {
             if (!plane.joined) highest = std::max(highest, least);

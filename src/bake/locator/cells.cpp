@@ -69,8 +69,7 @@ void CellBaker::find_surface(SurfaceCell cell, CellDraft& draft) const
     if (is_flat()) return;
     sampler.add_more(samples);
     SeedChain chain = seed_chain(cell, samples);
-    // Charts may not show the sheet that is nearest. What is not divided any more is then better off with planes, loose as they
-    // are.
+    // Charts may not show the nearest sheet. Planes, with a looser tolerance, then answer a cell that is too small to be divided.
     constexpr double k_least = 1.5 / (1 << model::k_max_divisions);  // of the cell: above the smallest of them
     for (int loosened = 0; loosened < k_max_loosened && cell.cube.side < k_least * subject_.cell(); ++loosened) {
         cell.tolerance *= 2;
@@ -99,8 +98,7 @@ std::vector<CellDraft> CellBaker::bake_eighths(const CellCube& cube, std::span<c
 BrickDraft CellBaker::bake_brick(const Grid& grid, std::size_t brick, bool in_full) const
 {
     CellDraft whole = bake(grid.brick_cube(brick));
-    // One that planes do not answer for as a whole is stored in full, deep as it is: searching there would take ten times as
-    // long.
+    // A brick without planes of its own is stored cell by cell, even deep inside: a search there would take ten times as long.
     if (whole.kind == LocatorCellKind::Free || !whole.planes.empty()) {
         const auto kind = whole.kind == LocatorCellKind::Free ? BrickDraft::Kind::Free : BrickDraft::Kind::Deep;
         return {kind, {std::move(whole)}};

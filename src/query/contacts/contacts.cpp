@@ -167,7 +167,7 @@ private:
             if ((crossing.sides_a >> k & 1u) != 0) join(self, key_of(Key::EdgeOfA, edges_a[k], pair.b));
             if ((crossing.sides_b >> k & 1u) != 0) join(self, key_of(Key::EdgeOfB, edges_b[k], pair.a));
         }
-        // In special position, where more of their sides meet, neither pair of edges is what the triangles are separated by.
+        // In special position an edge meets several sides of the other triangle: then no single pair of edges separates the two.
         if (std::popcount(crossing.sides_a) != 1 || std::popcount(crossing.sides_b) != 1) return;
         const auto i = static_cast<std::uint32_t>(std::countr_zero(crossing.sides_a)),
                    j = static_cast<std::uint32_t>(std::countr_zero(crossing.sides_b));

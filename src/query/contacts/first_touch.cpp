@@ -84,7 +84,8 @@ std::array<Vec3<Twofold>, 9> directions(const Features<Twofold, 2, 2>& f)
             f.a[1] - f.b[1]};
 }
 
-/// Sides on which the features are of each other, all of one sign where they overlap but for the first: that of the motion.
+/// The first number changes its sign where one feature passes through the plane of the other (for edges: the common plane). The
+/// others, sides of the borders, all have one sign where the features overlap.
 std::array<double, 4> sides(const Features<double, 1, 3>& f)
 {
     const Vec3d p = f.a[0], n = cross(f.b[1] - f.b[0], f.b[2] - f.b[0]);

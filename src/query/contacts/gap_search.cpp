@@ -51,7 +51,7 @@ private:
     std::size_t count_ = 0;
 };
 
-/// Distance of boxes, rounded down; beyond 1e18 it says so, as squares end soon after.
+/// Lower bound of the distance of boxes, at most 1e18, whose square a float can still hold.
 HWY_INLINE F distance_of(const V3& lo, const V3& hi, const OneBox& box)
 {
     const F zero = hn::Zero(df);
@@ -171,7 +171,7 @@ private:
             set_gaps(gaps, i, distance_of(lo, hi, box), high_of(row, i), set(low));
             farthest = hn::Min(farthest, farthest_of(lo, hi, box));
         }
-        // Boxes hold something, so that something is as near as their farthest positions; not rounded away.
+        // Each box holds a triangle, so the nearest two are no farther apart than the farthest corners of two boxes, rounded up.
         farthest_ = std::min(farthest_, hn::GetLane(hn::MinOfLanes(df, farthest)) + trees_.margin);
         each_bit(gaps.near & first_bits(trees_.groups_a - row_a * k_row), [&](std::size_t i) {
             nodes_.add({gaps.gap[i], static_cast<std::uint32_t>(row_a * k_row + i), static_cast<std::uint32_t>(group_b)});

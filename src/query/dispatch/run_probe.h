@@ -8,7 +8,7 @@ namespace sqmap::query {
 /// How far out options move a model's surface at most, model units.
 [[nodiscard]] float offset_reach(const model::ModelView& model, const QueryOptions& options) noexcept;
 
-/// As the kernel, by query_point: for layer One, for models without a locator, and for a surface that is moved out.
+/// Answers as the kernel does, one point at a time: for models without a locator, and for a surface that options move out.
 /// Cost: a sphere test a cluster and part; for each point of a near cluster a query_point.
 ProbeResult run_probe_pointwise(const ProbeJob& job, const QueryOptions& options) noexcept;
 

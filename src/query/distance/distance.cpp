@@ -31,8 +31,8 @@ bool has_doubles(const ModelView& model)
 
 Vec3d origin_of(const ModelView& model) { return {model.header.origin[0], model.header.origin[1], model.header.origin[2]}; }
 
-/// At least how far a point of the mesh's frame that is not in the root of the tree is away: by the object's sphere. Exact in
-/// double, whatever overflows.
+/// Lower bound of the distance of a point outside the root of the tree, by the object's sphere; the point is in the mesh's frame.
+/// Computed in double, so that nothing overflows.
 double away_from_sphere(const ModelView& model, Vec3d point)
 {
     const float* sphere = model.header.sphere;
@@ -62,7 +62,7 @@ struct Root {
     }
 };
 
-/// Memory that nobody clears: a few points pay for no more.
+/// Memory without initial values: a query of a few points need not pay for clearing all of it.
 template <class T, std::size_t size>
 class Scratch {
 public:

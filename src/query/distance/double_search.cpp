@@ -37,7 +37,7 @@ Corners input_corners(const ModelView& model, std::uint32_t triangle)
     return {corner(0), corner(1), corner(2)};
 }
 
-/// The point of a triangle that lies in it as the nearest point to p lies in another one.
+/// The point of triangle `to` that has the barycentric coordinates of the point of triangle `from` nearest to p.
 Vec3d carried_over(Vec3d p, const Corners& from, const Corners& to)
 {
     const Vec3d e = from[1] - from[0], f = from[2] - from[0];

@@ -69,7 +69,8 @@ void each_visible(const ModelView& model, std::uint32_t triangle, Visit&& visit)
         visit(piece_at(model.pieces.data() + 9 * (it - model.piece_triangle.begin())), across);
 }
 
-/// Lower than that. Where a cut triangle's pieces are, rounding of their corners may lift a sliver before its neighbours.
+/// True where the piece of a triangle is lower than the height. Rounding of its corners may lift such a sliver before its
+/// neighbours.
 bool is_sliver(const Piece& t, double height)
 {
     const Vec3d e[3] = {t.b - t.a, t.c - t.b, t.a - t.c};
