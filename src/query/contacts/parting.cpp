@@ -15,7 +15,7 @@ namespace {
 constexpr double k_never = std::numeric_limits<double>::infinity();
 
 double cross_xy(Vec3d u, Vec3d v) { return u.x * v.y - u.y * v.x; }
-double norm_xy(Vec3d v) { return std::hypot(v.x, v.y); }
+double norm_xy(Vec3d v) { return norm(Vec3d{v.x, v.y, 0}); }
 
 class RangeOfPair {
 public:
