@@ -2,6 +2,7 @@
 #include "sqmap_fcl.h"
 
 #include "support/bodies.h"
+#include "support/small_meshes.h"
 
 #include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
 #include <fcl/geometry/shape/box.h>
@@ -74,6 +75,67 @@ TEST_F(Fcl, RingsThatOverlapHaveDepthAndNormalFromTheFirstToTheSecond)
         deepest = std::max(deepest, c.penetration_depth);
     }
     EXPECT_NEAR(deepest, 0.1, 0.03);  // the tubes have edges
+}
+
+TEST(FclSurfaces, RidgesThatCrossBetweenTheirVerticesTouch)
+{
+    const sqmap::test::Solid lower(sqmap::test::diamond_bar(true, 3, 1, 0)), upper(sqmap::test::diamond_bar(false, 3, 1, 0));
+    sqmap_fcl::Solid of_lower{&lower.view, &lower.probe}, of_upper{&upper.view, &upper.probe};
+    Object first(std::make_shared<fcl::Boxd>(6, 2, 2)), second(std::make_shared<fcl::Boxd>(2, 6, 2));
+    first.setUserData(&of_lower);
+    second.setUserData(&of_upper);
+    sqmap::query::PairWorkspace workspace(64);
+    sqmap::query::ContactWorkspace surfaces(64);
+    const auto contacts = [&](double height, bool complete, bool swapped, bool enable) {
+        second.setTranslation({0, 0, height});
+        sqmap_fcl::Collision c(workspace);
+        c.request.num_max_contacts = 64;
+        c.request.enable_contact = enable;
+        c.options.query.layer = sqmap::query::Layer::Exact;
+        if (complete) c.surfaces = &surfaces;
+        sqmap_fcl::collide(swapped ? &second : &first, swapped ? &first : &second, &c);
+        EXPECT_EQ(c.status, sqmap::query::k_ok);
+        return c.result;
+    };
+    EXPECT_FALSE(contacts(1.9, false, false, true).isCollision());  // no vertex is inside
+    EXPECT_FALSE(contacts(2.1, true, false, true).isCollision());
+    EXPECT_TRUE(contacts(1.9, true, false, false).isCollision());
+    for (const bool swapped : {false, true}) {
+        const auto result = contacts(1.9, true, swapped, true);
+        ASSERT_EQ(result.numContacts(), 1U);
+        const auto& c = result.getContact(0);
+        EXPECT_NEAR(c.penetration_depth, 0.1, 1e-6);
+        EXPECT_NEAR(c.normal[2], swapped ? -1 : 1, 1e-6);
+        EXPECT_LT((c.pos - fcl::Vector3d(0, 0, 0.95)).norm(), 1e-6);
+        EXPECT_EQ(c.o1, (swapped ? second : first).collisionGeometry().get());
+        ASSERT_GE(c.b1, 0);
+        ASSERT_GE(c.b2, 0);
+        const auto has_ridge = [](const sqmap::mesh::Mesh& mesh, auto triangle, double z) {
+            int on = 0;
+            for (const auto v : mesh.triangles.at(static_cast<std::size_t>(triangle))) on += mesh.vertices.at(v).z == z ? 1 : 0;
+            return on == 2;
+        };
+        EXPECT_TRUE(has_ridge(lower.mesh, swapped ? c.b2 : c.b1, 1));
+        EXPECT_TRUE(has_ridge(upper.mesh, swapped ? c.b1 : c.b2, -1));
+    }
+}
+
+TEST(FclSurfaces, AProbeOfVerticesAloneIsSaid)
+{
+    const sqmap::query::Probe vertices(torus().mesh.vertices);
+    sqmap_fcl::Solid whole{&torus().view, &torus().probe}, bare{&torus().view, &vertices};
+    Object first(std::make_shared<fcl::Boxd>(2.6, 2.6, 0.6)), second(std::make_shared<fcl::Boxd>(2.6, 2.6, 0.6));
+    first.setUserData(&whole);
+    second.setUserData(&bare);
+    second.setTranslation({2.5, 0, 0});
+    sqmap::query::PairWorkspace workspace(64);
+    sqmap::query::ContactWorkspace surfaces(64);
+    sqmap_fcl::Collision c(workspace);
+    c.request.enable_contact = true;  // a yes or no ends at the first vertex
+    c.request.num_max_contacts = 64;
+    c.surfaces = &surfaces;
+    sqmap_fcl::collide(&first, &second, &c);
+    EXPECT_NE(c.status & sqmap::query::k_no_triangles, 0);
 }
 
 TEST_F(Fcl, PairsWithoutSolidsAreFclsOwn)
