@@ -18,6 +18,7 @@ struct sqmap_mujoco {
     Mesh* meshes;  ///< by mesh number; {0} where sqmap does not answer
     int32_t layer;
     int max_contacts;
+    int is_complete;
     sqmap_mujoco* next;
 };
 
@@ -48,16 +49,25 @@ static double distance_sq(const double* a, const double* b)
     return sum;
 }
 
+/// A contact of either query.
+typedef struct Found {
+    double on_a[3], on_b[3];
+    float normal[3], depth;
+    int order;  ///< in the query's answer, so that equal depths are told apart
+} Found;
+
+static _Thread_local Found* found;  ///< k_max_found, made with the workspace
+
 static int is_deeper(const void* a, const void* b)
 {
-    const sqmap_pair_contact *p = a, *q = b;
+    const Found *p = a, *q = b;
     if (p->depth != q->depth) return p->depth < q->depth ? 1 : -1;
-    return p->index != q->index ? (p->index < q->index ? -1 : 1) : (int)p->vertex_of - (int)q->vertex_of;
+    return p->order - q->order;
 }
 
 /// Keeps at most `limit` of the contacts, deepest first: one of those that are close to one another and point the same way. The
 /// distance that counts as close grows until they are few enough.
-static int thinned(sqmap_pair_contact* contacts, int count, int limit)
+static int thinned(Found* contacts, int count, int limit)
 {
     qsort(contacts, (size_t)count, sizeof *contacts, is_deeper);
     if (count <= limit) return count;
@@ -69,7 +79,7 @@ static int thinned(sqmap_pair_contact* contacts, int count, int limit)
             hi[k] = fmax(hi[k], contacts[i].on_a[k]);
         }
     for (double close = 0.02 * sqrt(distance_sq(lo, hi));; close *= 1.5) {
-        sqmap_pair_contact kept[mjMAXCONPAIR];
+        Found kept[mjMAXCONPAIR];
         int n = 0;
         for (int i = 0; i < count && n <= limit; ++i) {
             int is_new = 1;
@@ -90,29 +100,76 @@ static int thinned(sqmap_pair_contact* contacts, int count, int limit)
     }
 }
 
+static int add_found(int count, const double* on_a, const double* on_b, const float* normal, float depth)
+{
+    if (count == k_max_found) return count;
+    Found* f = found + count;
+    memcpy(f->on_a, on_a, sizeof f->on_a);
+    memcpy(f->on_b, on_b, sizeof f->on_b);
+    memcpy(f->normal, normal, sizeof f->normal);
+    f->depth = depth;
+    f->order = count;
+    return count + 1;
+}
+
+/// Contacts of vertices, edges and faces; -1 where a mesh is not closed.
+static int find_complete(const sqmap_bodies* bodies)
+{
+    sqmap_surface_list list = {.size = sizeof list};
+    if (sqmap_query_contacts(bodies, NULL, workspace, &list) != SQMAP_OK) return -1;
+    int count = 0;
+    for (size_t i = 0; i < list.count; ++i) {
+        const sqmap_surface_contact* c = list.contacts + i;
+        count = add_found(count, c->on_a, c->on_b, c->normal, c->depth);
+    }
+    return count;
+}
+
+/// Contacts of vertices; -1 where the query fails.
+static int find_vertices(const sqmap_bodies* bodies, int32_t layer, double margin)
+{
+    const sqmap_query_options options = {.size = sizeof options, .layer = layer, .margin = margin};
+    sqmap_pair_list list = {.size = sizeof list};
+    if (sqmap_query_pair(bodies, &options, workspace, &list) != SQMAP_OK) return -1;
+    int count = 0;
+    for (size_t i = 0; i < list.count; ++i) {
+        const sqmap_pair_contact* c = list.contacts + i;
+        count = add_found(count, c->on_a, c->on_b, c->normal, c->depth);
+    }
+    return count;
+}
+
+static int has_memory(void)
+{
+    if (found == NULL) found = malloc(k_max_found * sizeof *found);
+    return found != NULL && (workspace.id != 0 || sqmap_make_workspace(k_max_found, &workspace) == SQMAP_OK);
+}
+
 static int collide(const mjModel* m, const mjData* d, mjContact* con, int g1, int g2, mjtNum margin)
 {
     const sqmap_mujoco* o = override_of(m);
     const int a = m->geom_dataid[g1], b = m->geom_dataid[g2];
     if (o == NULL || o->meshes[a].model.id == 0 || o->meshes[b].model.id == 0) return hulls(m, d, con, g1, g2, margin);
     // MuJoCo's own hulls answer if sqmap fails: a failure must not read as free.
-    if (workspace.id == 0 && sqmap_make_workspace(k_max_found, &workspace) != SQMAP_OK) return hulls(m, d, con, g1, g2, margin);
+    if (!has_memory()) return hulls(m, d, con, g1, g2, margin);
     const sqmap_pose pa = pose_of(d, g1), pb = pose_of(d, g2);
     const sqmap_bodies bodies = {
         sizeof bodies, {o->meshes[a].model, o->meshes[a].probe, &pa}, {o->meshes[b].model, o->meshes[b].probe, &pb}};
-    const sqmap_query_options options = {.size = sizeof options, .layer = o->layer, .margin = fmax(margin, 0)};
-    sqmap_pair_list list = {.size = sizeof list};
-    if (sqmap_query_pair(&bodies, &options, workspace, &list) != SQMAP_OK) return hulls(m, d, con, g1, g2, margin);
-    // The workspace is this thread's own, and its contacts are not read again.
-    sqmap_pair_contact* contacts = (sqmap_pair_contact*)list.contacts;
-    const int count = thinned(contacts, (int)list.count, o->max_contacts);
+    double outwards = 0;  // how far the surfaces of the contacts are moved out
+    int count = o->is_complete ? find_complete(&bodies) : -1;
+    if (count < 0) {
+        outwards = fmax(margin, 0);
+        count = find_vertices(&bodies, o->layer, outwards);
+    }
+    if (count < 0) return hulls(m, d, con, g1, g2, margin);
+    count = thinned(found, count, o->max_contacts);
     for (int i = 0; i < count; ++i) {
         for (int k = 0; k < 3; ++k) {
-            con[i].pos[k] = 0.5 * (contacts[i].on_a[k] + contacts[i].on_b[k]);
-            con[i].frame[k] = contacts[i].normal[k];
+            con[i].pos[k] = 0.5 * (found[i].on_a[k] + found[i].on_b[k]);
+            con[i].frame[k] = found[i].normal[k];
             con[i].frame[3 + k] = 0;
         }
-        con[i].dist = fmax(margin, 0) - contacts[i].depth;
+        con[i].dist = outwards - found[i].depth;
     }
     return count;
 }
@@ -128,8 +185,9 @@ static void name_file(char* path, size_t size, const char* folder, const sqmap_m
     snprintf(path, size, "%s/%016llx-%u.sqmap", folder, (unsigned long long)h, (unsigned)sqmap_format_version());
 }
 
-static sqmap_code bake(const mjModel* m, int mesh, const char* folder, Mesh* out)
+static sqmap_code bake(const mjModel* m, int mesh, const sqmap_mujoco_options* wanted, Mesh* out)
 {
+    const char* folder = wanted != NULL ? wanted->folder : NULL;
     const int vertices = m->mesh_vertnum[mesh], faces = m->mesh_facenum[mesh];
     double* xyz = malloc(sizeof(double) * 3 * (size_t)vertices);
     int64_t* corners = malloc(sizeof(int64_t) * 3 * (size_t)faces);
@@ -145,7 +203,10 @@ static sqmap_code bake(const mjModel* m, int mesh, const char* folder, Mesh* out
         if (code == SQMAP_OK && folder != NULL) sqmap_save(out->model, path);  // without it the next run bakes again
     }
     const sqmap_points points = {sizeof points, xyz, (size_t)vertices, NULL};
-    if (code == SQMAP_OK) code = sqmap_make_probe(&points, &out->probe);
+    const int is_complete = wanted != NULL && wanted->is_complete != 0;
+    // Open meshes have contacts of vertices alone.
+    if (code == SQMAP_OK && !(is_complete && sqmap_make_solid_probe(&triangles, &out->probe) == SQMAP_OK))
+        code = sqmap_make_probe(&points, &out->probe);
     free(xyz);
     free(corners);
     return code;
@@ -171,6 +232,7 @@ sqmap_code sqmap_mujoco_install(const mjModel* model, const sqmap_mujoco_options
     o->layer = options != NULL && options->layer != 0 ? options->layer : SQMAP_LAYER_EXACT;
     o->max_contacts = options != NULL && options->max_contacts > 0 && options->max_contacts < mjMAXCONPAIR ? options->max_contacts
                                                                                                            : mjMAXCONPAIR;
+    o->is_complete = options != NULL && options->is_complete != 0;
     sqmap_code first = SQMAP_OK;
     int refused = 0;
     for (int g = 0; g < model->ngeom; ++g) {
@@ -178,7 +240,7 @@ sqmap_code sqmap_mujoco_install(const mjModel* model, const sqmap_mujoco_options
         if (model->geom_type[g] != mjGEOM_MESH || (model->geom_contype[g] == 0 && model->geom_conaffinity[g] == 0) ||
             o->meshes[mesh].model.id != 0)
             continue;
-        const sqmap_code code = bake(model, mesh, options != NULL ? options->folder : NULL, &o->meshes[mesh]);
+        const sqmap_code code = bake(model, mesh, options, &o->meshes[mesh]);
         if (code == SQMAP_OK) continue;
         ++refused;
         if (first == SQMAP_OK) first = code;

@@ -22,6 +22,9 @@ typedef struct sqmap_mujoco_options {
     int32_t layer;         ///< sqmap_layer; default SQMAP_LAYER_EXACT
     int32_t max_contacts;  ///< of a pair, 1 to mjMAXCONPAIR; default mjMAXCONPAIR
     const char* folder;    ///< where baked models are kept from run to run; null: nowhere
+    /// Not zero: contacts of edges and faces too, none missed, of pairs whose meshes are both closed; layer and margins of geoms
+    /// are not read for them.
+    int32_t is_complete;
 } sqmap_mujoco_options;
 
 /// One installed model.
