@@ -1,10 +1,12 @@
 // Baking central models: their own steps of the pipeline.
 #include "sqmap/bake/bake.h"
 
+#include "bake/evaluate/drafts.h"
 #include "pipeline.h"
 #include "sqmap/model/model.h"
 
 #include <algorithm>
+#include <optional>
 
 namespace sqmap::bake {
 
@@ -27,8 +29,9 @@ private:
         Draft out;
         out.maps = central_maps(central, coarser != nullptr ? std::span(coarser->maps) : std::span<CentralMapData>());
         out.model = assembled(out.maps);
-        const model::ModelView view = out.model.view();
-        out.model.measured = measured([&](const EvaluateOptions& options) { return evaluate(view, *solid_, options); });
+        if (!evaluator_) evaluator_.emplace(*solid_);
+        evaluator_->begin(out.model.view());
+        out.model.measured = measured([&](const EvaluateOptions& options) { return evaluator_->first(options.points); });
         return out;
     }
     double shortfall(const model::Measured& m) const override
@@ -53,6 +56,8 @@ private:
     {
         if (!is_located()) measure_layers(model_.view(), model_.measured);
     }
+
+    std::optional<DraftEvaluator> evaluator_;
 };
 
 }  // namespace

@@ -1,5 +1,8 @@
 #include "along_projection.h"
+#include "drafts.h"
+#include "query/dispatch/model_point.h"
 
+#include "sqmap/math/assert.h"
 #include "sqmap/math/box.h"
 #include "sqmap/math/random.h"
 
@@ -69,22 +72,117 @@ bool exact_along_ray(const mesh::Solid& solid, const model::Part& part, Vec3d p,
     return found;
 }
 
+/// Where a ray from a part's centre through a point meets the mesh next to the point.
+struct MeshOnRay {
+    bool found = false;
+    double distance = 0;  ///< from the point, outwards
+};
+MeshOnRay mesh_on_ray(const mesh::Solid& solid, const model::Part& part, Vec3d p)
+{
+    MeshOnRay ray;
+    ray.found = exact_along_ray(solid, part, p, ray.distance);
+    return ray;
+}
+
 /// The map is queried at the mesh's crossing that is nearest to the point, on the same ray: how far off does it put that?
-AlongProjection compare_along_ray(const model::ModelView& model, std::uint32_t index, const mesh::Solid& solid, Vec3f p,
+AlongProjection compare_along_ray(const model::ModelView& model, std::uint32_t index, const MeshOnRay& mesh, Vec3f p,
                                   query::Layer layer)
 {
-    const model::Part& part = model.parts[index];
     const Vec3d q = cast<double>(p);
     AlongProjection result;
-    double exact = 0;
-    result.mesh = exact_along_ray(solid, part, q, exact);
-    const Vec3d along = normalized(q - cast<double>(model::vec3(part.chart_centre)));
+    result.mesh = mesh.found;
+    const Vec3d along = normalized(q - cast<double>(model::vec3(model.parts[index].chart_centre)));
     const std::optional<double> mapped =
-        query::distance_along_projection(model, index, result.mesh ? q + exact * along : q, layer);
+        query::distance_along_projection(model, index, result.mesh ? q + mesh.distance * along : q, layer);
     result.map = mapped.has_value();
     result.error = std::abs(mapped.value_or(0));
     return result;
 }
+
+/// normal: of unit length.
+double degrees_between(Vec3d direction, Vec3d normal)
+{
+    return std::acos(std::clamp(dot(normalized(direction), normal), -1.0, 1.0)) * 180 / std::numbers::pi;
+}
+
+/// A sample point and the mesh's answer.
+struct Sampled {
+    Vec3d q;
+    bool inside = false;
+    mesh::ClosestPoint nearest;
+};
+
+Sampled sampled(const mesh::Solid& solid, const Vec3d& exact_point)
+{
+    const Vec3d q = cast<double>(cast<float>(exact_point));
+    return {q, solid.inside(q), solid.closest_boundary(q)};
+}
+
+/// The errors at the points that were judged so far.
+class Tally {
+public:
+    Tally(double r_max, double verdict_band) : r_max_(r_max), verdict_band_(verdict_band) {}
+
+    bool is_beyond_rounding(const Sampled& at) const { return at.nearest.distance > 1e-5 * r_max_; }
+
+    /// c: the model's answer.
+    void add(const Sampled& at, const query::PointResult& c)
+    {
+        const bool far = at.nearest.distance > verdict_band_ * r_max_;
+        ++e_.points;
+        e_.inside += at.inside ? 1u : 0u;
+        if (at.inside && !c.contact) {
+            ++e_.missed_any;
+            e_.missed += far ? 1u : 0u;
+        }
+        if (!at.inside && c.contact) {
+            ++e_.false_any;
+            e_.false_contacts += far ? 1u : 0u;
+        }
+        const bool open = (c.status & query::k_no_surface) != 0;
+        contacts_ += at.inside && c.contact ? 1u : 0u;
+        no_surface_ += at.inside && c.contact && open ? 1u : 0u;
+        if (!at.inside || !c.contact || open) return;
+        const double error = 100 * std::abs(c.depth - at.nearest.distance) / r_max_;
+        depth_.push_back(error);
+        worst_.emplace_back(error, at.q);
+        if (at.nearest.distance > 1e-4 * r_max_) normal_.push_back(degrees_between(at.nearest.point - at.q, c.normal));
+    }
+
+    /// Eq. 35 at a point in a part's superquadric.
+    void add(const AlongProjection& along)
+    {
+        ++in_some_;
+        if (along.map && along.mesh)
+            eq35_.push_back(100 * along.error / r_max_);
+        else
+            ++left_out_;
+        one_sided_ += along.map != along.mesh ? 1u : 0u;
+    }
+
+    /// Of the points so far.
+    Evaluation summary() const
+    {
+        Evaluation e = e_;
+        e.no_surface = contacts_ > 0 ? 100.0 * no_surface_ / contacts_ : 0;
+        e.eq35 = summarize(eq35_);
+        e.eq35_left_out = in_some_ > 0 ? 100.0 * left_out_ / in_some_ : 0;
+        e.eq35_one_sided = in_some_ > 0 ? 100.0 * one_sided_ / in_some_ : 0;
+        e.depth = summarize(depth_);
+        e.normal = summarize(normal_);
+        std::vector<std::pair<double, Vec3d>> worst = worst_;
+        std::sort(worst.begin(), worst.end(), [](const auto& l, const auto& r) { return l.first > r.first; });
+        for (std::size_t i = 0; i < worst.size() && i < 50; ++i) e.worst.push_back(worst[i].second);
+        return e;
+    }
+
+private:
+    double r_max_, verdict_band_;
+    Evaluation e_;
+    std::vector<double> eq35_, depth_, normal_;
+    std::vector<std::pair<double, Vec3d>> worst_;
+    std::uint32_t in_some_ = 0, left_out_ = 0, one_sided_ = 0, contacts_ = 0, no_surface_ = 0;
+};
 
 }  // namespace
 
@@ -150,16 +248,6 @@ Containment check_containment(const model::ModelView& model, const mesh::Mesh& m
     return result;
 }
 
-namespace {
-
-/// normal: of unit length.
-double degrees_between(Vec3d direction, Vec3d normal)
-{
-    return std::acos(std::clamp(dot(normalized(direction), normal), -1.0, 1.0)) * 180 / std::numbers::pi;
-}
-
-}  // namespace
-
 LayerErrors layer_errors(const model::ModelView& baked, const mesh::Solid& solid, const EvaluateOptions& options)
 {
     const model::ModelView model = model::normalized(baked);
@@ -193,8 +281,10 @@ LayerErrors layer_errors(const model::ModelView& baked, const mesh::Solid& solid
 Evaluation evaluate(const model::ModelView& baked, const mesh::Solid& solid, const EvaluateOptions& options)
 {
     const model::ModelView model = model::normalized(baked);
-    return evaluate_along(model, solid, options, [&](std::uint32_t part, Vec3f p, query::Layer layer) {
-        return in_chart(model.parts[part], p) ? std::optional(compare_along_ray(model, part, solid, p, layer)) : std::nullopt;
+    return evaluate_along(model, solid, options, [&](std::uint32_t i, Vec3f p, query::Layer layer) {
+        const model::Part& part = model.parts[i];
+        return in_chart(part, p) ? std::optional(compare_along_ray(model, i, mesh_on_ray(solid, part, cast<double>(p)), p, layer))
+                                 : std::nullopt;
     });
 }
 
@@ -202,69 +292,106 @@ Evaluation evaluate_along(const model::ModelView& model, const mesh::Solid& soli
                           const CompareAlong& compare)
 {
     const double r_max = model.header.r_max;
-    Evaluation e;
-    std::vector<double> eq35, depth, normal;
-    std::vector<std::pair<double, Vec3d>> worst;
-    std::uint32_t in_some = 0, left_out = 0, one_sided = 0, contacts = 0, no_surface = 0;
+    Tally tally(r_max, options.verdict_band);
+    std::uint32_t certain = 0, certain_wrong = 0, contradictions = 0, layer1_missed = 0;
     for (const Vec3d& exact_point : sample_points(solid.mesh(), r_max, options)) {
-        const Vec3f p = cast<float>(exact_point);
-        const Vec3d q = cast<double>(p);
-        const bool inside = solid.inside(q);
-        const mesh::ClosestPoint nearest = solid.closest_boundary(q);
-        const query::PointResult c = query::query_point(model, q, {.layer = options.layer});
-        ++e.points;
-        e.inside += inside ? 1u : 0u;
-        const bool far = nearest.distance > options.verdict_band * r_max;
-        const bool beyond_rounding = nearest.distance > 1e-5 * r_max;
-        if (inside && !c.contact) {
-            ++e.missed_any;
-            e.missed += far ? 1u : 0u;
-        }
-        if (!inside && c.contact) {
-            ++e.false_any;
-            e.false_contacts += far ? 1u : 0u;
-        }
+        const Sampled at = sampled(solid, exact_point);
+        const query::PointResult c = query::query_point(model, at.q, {.layer = options.layer});
+        tally.add(at, c);
+        const bool beyond_rounding = tally.is_beyond_rounding(at);
         if (c.certain) {
-            ++e.certain;
-            e.certain_wrong += inside != c.contact && beyond_rounding ? 1u : 0u;
+            ++certain;
+            certain_wrong += at.inside != c.contact && beyond_rounding ? 1u : 0u;
             for (const query::Layer layer : {query::Layer::Two, query::Layer::Three})
-                if (const query::PointResult other = query::query_point(model, q, {.layer = layer});
+                if (const query::PointResult other = query::query_point(model, at.q, {.layer = layer});
                     other.certain && other.contact != c.contact)
-                    ++e.contradictions;
+                    ++contradictions;
         }
-        if (inside && beyond_rounding && !query::query_point(model, q, {.layer = query::Layer::One}).contact) ++e.layer1_missed;
-        const bool open = (c.status & query::k_no_surface) != 0;
-        contacts += inside && c.contact ? 1u : 0u;
-        no_surface += inside && c.contact && open ? 1u : 0u;
-        if (inside && c.contact && !open) {
-            const double error = 100 * std::abs(c.depth - nearest.distance) / r_max;
-            depth.push_back(error);
-            worst.emplace_back(error, q);
-            if (nearest.distance > 1e-4 * r_max) normal.push_back(degrees_between(nearest.point - q, c.normal));
-        }
+        if (at.inside && beyond_rounding && !query::query_point(model, at.q, {.layer = query::Layer::One}).contact)
+            ++layer1_missed;
+        const Vec3f p = cast<float>(at.q);
         for (std::uint32_t i = 0; i < model.parts.size(); ++i) {
             if (!in_superquadric(model.parts[i], p)) continue;
             const query::Layer layer = options.layer == query::Layer::Two ? query::Layer::Two : query::Layer::Three;
             const std::optional<AlongProjection> along = compare(i, p, layer);
             if (!along) continue;
-            ++in_some;
-            if (along->map && along->mesh)
-                eq35.push_back(100 * along->error / r_max);
-            else
-                ++left_out;
-            one_sided += along->map != along->mesh ? 1u : 0u;
+            tally.add(*along);
             break;
         }
     }
-    e.no_surface = contacts > 0 ? 100.0 * no_surface / contacts : 0;
-    e.eq35 = summarize(std::move(eq35));
-    e.eq35_left_out = in_some > 0 ? 100.0 * left_out / in_some : 0;
-    e.eq35_one_sided = in_some > 0 ? 100.0 * one_sided / in_some : 0;
-    e.depth = summarize(std::move(depth));
-    e.normal = summarize(std::move(normal));
-    std::sort(worst.begin(), worst.end(), [](const auto& l, const auto& r) { return l.first > r.first; });
-    for (std::size_t i = 0; i < worst.size() && i < 50; ++i) e.worst.push_back(worst[i].second);
+    Evaluation e = tally.summary();
+    e.certain = certain;
+    e.certain_wrong = certain_wrong;
+    e.contradictions = contradictions;
+    e.layer1_missed = layer1_missed;
     return e;
+}
+
+/// The points are found as they are needed, in their order.
+struct DraftEvaluator::State {
+    /// The part whose map is compared along a ray, and where the mesh meets that.
+    struct Ray {
+        std::uint32_t part;
+        MeshOnRay mesh;
+    };
+    struct Point {
+        Sampled at;
+        std::optional<Ray> ray;
+    };
+
+    const mesh::Solid& solid;
+    EvaluateOptions options;
+    std::vector<Vec3d> positions;
+    std::vector<Point> points;  ///< the first of them
+    model::ModelView draft;
+    std::optional<Tally> tally;
+    std::uint32_t judged = 0;  ///< points of the draft
+
+    void find_another()
+    {
+        Point& point = points.emplace_back(Point{sampled(solid, positions[points.size()]), std::nullopt});
+        const Vec3f p = cast<float>(point.at.q);
+        for (std::uint32_t i = 0; i < draft.parts.size() && !point.ray; ++i) {
+            const model::Part& part = draft.parts[i];
+            if (in_superquadric(part, p) && in_chart(part, p)) point.ray = Ray{i, mesh_on_ray(solid, part, point.at.q)};
+        }
+    }
+    void judge(const Point& point)
+    {
+        const auto near = static_cast<float>(point.at.nearest.distance);
+        const Vec3f p = cast<float>(point.at.q);
+        const query::ModelContact c = query::query_unlocated_near(draft, p, near);
+        query::PointResult result;
+        result.contact = c.contact;
+        result.status = c.status;
+        result.depth = static_cast<double>(c.depth);
+        result.normal = cast<double>(c.normal);
+        tally->add(point.at, result);
+        if (point.ray) tally->add(compare_along_ray(draft, point.ray->part, point.ray->mesh, p, query::Layer::Three));
+    }
+};
+
+DraftEvaluator::DraftEvaluator(const mesh::Solid& solid) : state_(new State{solid, {}, {}, {}, {}, {}}) {}
+DraftEvaluator::~DraftEvaluator() = default;
+
+void DraftEvaluator::begin(const model::ModelView& draft)
+{
+    state_->draft = model::normalized(draft);
+    const double r_max = state_->draft.header.r_max;
+    if (state_->positions.empty()) state_->positions = sample_points(state_->solid.mesh(), r_max, state_->options);
+    state_->tally.emplace(r_max, state_->options.verdict_band);
+    state_->judged = 0;
+}
+
+Evaluation DraftEvaluator::first(std::uint32_t points)
+{
+    State& s = *state_;
+    SQMAP_ASSERT(points <= s.positions.size() && s.judged <= points);
+    for (; s.judged < points; ++s.judged) {
+        if (s.judged == s.points.size()) s.find_another();
+        s.judge(s.points[s.judged]);
+    }
+    return s.tally->summary();
 }
 
 }  // namespace sqmap::bake

@@ -25,6 +25,13 @@ struct Nearest {
     std::int32_t part = -1;
 };
 
+/// Up to which squared distance surface is looked for.
+struct Reach {
+    float distance_sq = INFINITY;
+
+    float within(const Nearest& best) const { return std::min(distance_sq, best.distance_sq); }
+};
+
 float sphere_gap(const Part& part, Vec3f p)
 {
     const float gap = norm(p - model::vec3(part.sphere)) - part.sphere[3];
@@ -172,7 +179,7 @@ void descend(const CentralMap& map, Vec3f x, const Nearest& best, Offer&& offer_
 
 /// Visits every base cell that may hold a surface nearer than best, pyramid blocks first.
 template <class Visit>
-void each_near_cell(const CentralMap& map, const Part& part, Vec3f x, const Nearest& best, Visit&& visit)
+void each_near_cell(const CentralMap& map, const Part& part, Vec3f x, const Reach& reach, const Nearest& best, Visit&& visit)
 {
     const int blocks = map.base() / model::k_block;
     const float block_size = map.cell_size() * static_cast<float>(model::k_block);
@@ -184,31 +191,32 @@ void each_near_cell(const CentralMap& map, const Part& part, Vec3f x, const Near
                 const float s0 = -1.f + block_size * static_cast<float>(column), t0 = -1.f + block_size * static_cast<float>(row);
                 const float rho0 = 1.f / map.decode(block.hi), rho1 = 1.f / std::max(map.decode(block.lo), 1e-6f);
                 if (!(frustum_distance_sq(face, part.a, x, s0, s0 + block_size, t0, t0 + block_size, rho0, rho1) <
-                      best.distance_sq))
+                      reach.within(best)))
                     continue;
                 for (int r = row * model::k_block; r < (row + 1) * model::k_block; ++r)
                     for (int c = column * model::k_block; c < (column + 1) * model::k_block; ++c) visit(face, c, r);
             }
 }
 
-bool leaf_is_near(const Leaf& leaf, int face, const float* a, Vec3f x, const Nearest& best)
+bool leaf_is_near(const Leaf& leaf, int face, const float* a, Vec3f x, float distance_sq)
 {
     if (leaf.sheets == 0 || leaf.foreign) return false;
     float lo, hi;
     leaf_band(leaf, lo, hi);
     if (!(hi > 0.f)) return false;
     return frustum_distance_sq(face, a, x, leaf.s0, leaf.s0 + leaf.size, leaf.t0, leaf.t0 + leaf.size, 1.f / hi,
-                               1.f / std::max(lo, 1e-6f)) < best.distance_sq;
+                               1.f / std::max(lo, 1e-6f)) < distance_sq;
 }
 
-/// Nearest stored surface of one part. refined: Layer 3; else Layer 2 reads the base samples.
-void nearest_on_map(const ModelView& model, std::int32_t index, Vec3f p, bool refined, Nearest& best)
+/// Nearest stored surface of one part. refined: Layer 3; else Layer 2 reads the base samples. reach: what is found nearer is the
+/// nearest; what is farther may not be.
+void nearest_on_map(const ModelView& model, std::int32_t index, Vec3f p, bool refined, const Reach& reach, Nearest& best)
 {
     const Part& part = model.parts[static_cast<std::size_t>(index)];
     const CentralMap map(model, part);
     const Vec3f x = map.to_chart_frame(p);
-    if (!(domain_distance_sq(part, x) < best.distance_sq)) return;
-    const auto offer_cell = [&](int face, int column, int row) {
+    if (!(domain_distance_sq(part, x) < reach.within(best))) return;
+    const auto offer_cell = [&](const Reach& limit, int face, int column, int row) {
         if (!refined && map.base_cell(face, column, row).kind() != model::CellKind::Uniform) {
             Leaf leaf = map.base_leaf(map.base_cell(face, column, row), face, column, row);
             leaf.kind = model::CellKind::Single;
@@ -224,18 +232,30 @@ void nearest_on_map(const ModelView& model, std::int32_t index, Vec3f p, bool re
         map.each_leaf(
             face, column, row,
             [&](const Leaf& leaf) {
-                if (!leaf_is_near(leaf, face, part.a, x, best)) return;
+                if (!leaf_is_near(leaf, face, part.a, x, limit.within(best))) return;
                 for (int sheet = 0; sheet < leaf.sheets; ++sheet) offer_sheet(map, part, index, leaf, sheet, face, x, best);
             },
-            [&](const Square& square) { return !rays_miss(face, part.a, x, square, best.distance_sq); });
+            [&](const Square& square) { return !rays_miss(face, part.a, x, square, limit.within(best)); });
     };
-    descend(map, x, best, offer_cell);
-    each_near_cell(map, part, x, best, offer_cell);
+    descend(map, x, best, [&](int face, int column, int row) { offer_cell(Reach{}, face, column, row); });
+    each_near_cell(map, part, x, reach, best, [&](int face, int column, int row) { offer_cell(reach, face, column, row); });
 }
 
-}  // namespace
+/// Nearest stored surface of all parts, the answering one first.
+Nearest nearest_on_maps(const ModelView& model, Vec3f point, Layer layer, std::int32_t answering, const Reach& reach)
+{
+    Nearest best;
+    const auto search = [&](std::int32_t i) { nearest_on_map(model, i, point, layer != Layer::Two, reach, best); };
+    search(answering);
+    for (std::size_t i = 0; i < model.parts.size(); ++i) {
+        if (static_cast<std::int32_t>(i) == answering) continue;
+        const float gap = sphere_gap(model.parts[i], point);
+        if (gap * gap < reach.within(best)) search(static_cast<std::int32_t>(i));
+    }
+    return best;
+}
 
-ModelContact query_central(const ModelView& model, Vec3f point, Layer layer, std::uint32_t gate) noexcept
+ModelContact contact_with_maps(const ModelView& model, Vec3f point, Layer layer, std::uint32_t gate, const Reach& reach)
 {
     SQMAP_ASSERT(is_finite(point) && model::has_central_maps(model));
     const PointVerdict verdict = verdict_by_charts(model, point, layer, gate);
@@ -243,14 +263,8 @@ ModelContact query_central(const ModelView& model, Vec3f point, Layer layer, std
     ModelContact contact = free_at(point, verdict.certain);
     if (!verdict.inside) return contact;
 
-    Nearest best;
-    const auto search = [&](std::int32_t i) { nearest_on_map(model, i, point, layer != Layer::Two, best); };
-    search(answering);
-    for (std::size_t i = 0; i < model.parts.size(); ++i) {
-        if (static_cast<std::int32_t>(i) == answering) continue;
-        const float gap = sphere_gap(model.parts[i], point);
-        if (gap * gap < best.distance_sq) search(static_cast<std::int32_t>(i));
-    }
+    Nearest best = nearest_on_maps(model, point, layer, answering, reach);
+    if (!(best.distance_sq < reach.distance_sq)) best = nearest_on_maps(model, point, layer, answering, {});
     contact.contact = true;
     contact.part = best.part >= 0 ? best.part : answering;
     contact.depth = best.part >= 0 ? std::sqrt(best.distance_sq) : 0.f;
@@ -258,6 +272,19 @@ ModelContact query_central(const ModelView& model, Vec3f point, Layer layer, std
     // Away from the surface the way out is the way to the nearest point; on it, the surface's own normal.
     contact.normal = contact.depth > 1e-4f * model.header.sphere[3] ? normalized(contact.witness - point) : best.normal;
     return contact;
+}
+
+}  // namespace
+
+ModelContact query_central(const ModelView& model, Vec3f point, Layer layer, std::uint32_t gate) noexcept
+{
+    return contact_with_maps(model, point, layer, gate, {});
+}
+
+ModelContact query_central_near(const ModelView& model, Vec3f point, Layer layer, float near) noexcept
+{
+    const float reach = 1.05f * near + 2e-3f * model.header.sphere[3];
+    return contact_with_maps(model, point, layer, k_gate, {reach * reach});
 }
 
 void apply_offset(const ModelView& model, Vec3f point, Layer layer, const Offset& move, ModelContact& contact) noexcept
@@ -274,7 +301,7 @@ void apply_offset(const ModelView& model, Vec3f point, Layer layer, const Offset
         for (std::size_t i = 0; i < model.parts.size(); ++i) {
             const float gap = sphere_gap(model.parts[i], point);
             if (gap * gap < best.distance_sq)
-                nearest_on_map(model, static_cast<std::int32_t>(i), point, layer != Layer::Two, best);
+                nearest_on_map(model, static_cast<std::int32_t>(i), point, layer != Layer::Two, {}, best);
         }
     }
     if (best.part < 0) return;

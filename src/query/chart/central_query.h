@@ -12,6 +12,9 @@ namespace sqmap::query {
 [[nodiscard]] ModelContact query_central(const model::ModelView& model, Vec3f point, Layer layer,
                                          std::uint32_t gate = k_gate) noexcept;
 
+/// The same answer; where the maps' nearest surface is about as far as near says, sooner. near: model units.
+[[nodiscard]] ModelContact query_central_near(const model::ModelView& model, Vec3f point, Layer layer, float near) noexcept;
+
 /// How far a surface is moved out.
 struct Offset {
     bool stored;  ///< by what is stored at the nearest surface point

@@ -94,6 +94,15 @@ ModelContact query_triangles(const ModelView& model, Vec3f point, const QueryOpt
     return contact;
 }
 
+ModelContact query_unlocated_near(const ModelView& model, Vec3f point, float near) noexcept
+{
+    SQMAP_ASSERT(is_finite(point) && model::has_central_maps(model));
+    const Vec3f offset = point - model::vec3(model.header.sphere);
+    const float radius = model.header.sphere[3];
+    if (norm_sq(offset) > radius * radius) return free_at(point);
+    return query_central_near(model, point, Layer::Three, near);
+}
+
 ModelContact query_in_model(const ModelView& model, Vec3f point, const QueryOptions& options) noexcept
 {
     if (model.answers != nullptr) return model.answers->point(model, point, options);

@@ -14,4 +14,9 @@ namespace sqmap::query {
 /// Answers as query_point does, with positions and lengths in model space. Cost: see query_point.
 [[nodiscard]] ModelContact query_in_model(const model::ModelView& model, Vec3f point, const QueryOptions& options) noexcept;
 
+/// Layer Three by the maps of a model without a locator, as query_in_model answers, but for made-up surface. near: the distance
+/// of the surface by another source; where the maps agree with it the search is shorter. Model space.
+/// @pre the point is finite, the model has central maps
+[[nodiscard]] ModelContact query_unlocated_near(const model::ModelView& model, Vec3f point, float near) noexcept;
+
 }  // namespace sqmap::query
