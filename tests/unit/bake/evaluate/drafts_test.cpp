@@ -1,0 +1,76 @@
+// Drafts of a bake are measured by a shorter search: their figures are those that evaluate() gives for the finished model.
+#include "bake/evaluate/drafts.h"
+
+#include "sqmap/mesh/solid.h"
+#include "sqmap/model/model.h"
+#include "support/baked_shapes.h"
+#include "support/hard_shapes.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <iterator>
+
+namespace sqmap::bake {
+namespace {
+
+void expect_equal(const Distribution& a, const Distribution& b)
+{
+    EXPECT_EQ(a.count, b.count);
+    EXPECT_EQ(a.mean, b.mean);
+    EXPECT_EQ(a.median, b.median);
+    EXPECT_EQ(a.p95, b.p95);
+    EXPECT_EQ(a.p99, b.p99);
+    EXPECT_EQ(a.max, b.max);
+}
+
+void expect_figures_of_layer3(const Evaluation& draft, const Evaluation& whole)
+{
+    EXPECT_EQ(draft.points, whole.points);
+    EXPECT_EQ(draft.inside, whole.inside);
+    EXPECT_EQ(draft.missed, whole.missed);
+    EXPECT_EQ(draft.false_contacts, whole.false_contacts);
+    EXPECT_EQ(draft.missed_any, whole.missed_any);
+    EXPECT_EQ(draft.false_any, whole.false_any);
+    EXPECT_EQ(draft.eq35_left_out, whole.eq35_left_out);
+    EXPECT_EQ(draft.eq35_one_sided, whole.eq35_one_sided);
+    EXPECT_EQ(draft.no_surface, whole.no_surface);
+    expect_equal(draft.eq35, whole.eq35);
+    expect_equal(draft.depth, whole.depth);
+    expect_equal(draft.normal, whole.normal);
+}
+
+/// Of one mesh without a locator, with maps as coarse as the target allows.
+test::Baked draft_of(const mesh::Mesh& mesh, double target_error, const decompose::Partition* partition)
+{
+    return test::baked(mesh, {.target_error = target_error, .exact = false, .locator = false, .partition = partition});
+}
+
+void expect_same_chart(const model::Part& a, const model::Part& b)
+{
+    ASSERT_TRUE(std::equal(std::begin(a.chart_centre), std::end(a.chart_centre), std::begin(b.chart_centre)));
+    ASSERT_TRUE(std::equal(std::begin(a.chart_lo), std::end(a.chart_lo), std::begin(b.chart_lo)));
+    ASSERT_TRUE(std::equal(std::begin(a.chart_hi), std::end(a.chart_hi), std::begin(b.chart_hi)));
+}
+
+TEST(BakeDrafts, HaveTheFiguresOfTheWholeEvaluation)
+{
+    // The holes hide surface from the projection, so that the maps' nearest surface often is not the mesh's.
+    const mesh::Mesh block = test::drilled_block(3);
+    const test::Baked coarse = draft_of(block, 8, nullptr);
+    const test::Baked fine = draft_of(block, 0.2, &coarse.result.report.partition);
+    ASSERT_EQ(coarse.result.model.parts.size(), fine.result.model.parts.size());
+    for (std::size_t i = 0; i < coarse.result.model.parts.size(); ++i)
+        expect_same_chart(coarse.result.model.parts[i], fine.result.model.parts[i]);
+
+    const mesh::Solid solid(coarse.mesh);
+    DraftEvaluator drafts(solid);
+    for (const test::Baked* draft : {&coarse, &fine}) {
+        drafts.begin(draft->in_model_space());
+        for (const std::uint32_t points : {2000u, 6000u})
+            expect_figures_of_layer3(drafts.first(points), evaluate(draft->in_model_space(), solid, {.points = points}));
+    }
+}
+
+}  // namespace
+}  // namespace sqmap::bake
