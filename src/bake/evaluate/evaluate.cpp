@@ -72,7 +72,7 @@ bool exact_along_ray(const mesh::Solid& solid, const model::Part& part, Vec3d p,
     return found;
 }
 
-/// Where a ray from a part's centre through a point meets the mesh next to the point.
+/// The crossing of a ray from a part's centre through a point with the mesh that lies nearest to the point.
 struct MeshOnRay {
     bool found = false;
     double distance = 0;  ///< from the point, outwards
@@ -160,7 +160,7 @@ public:
         one_sided_ += along.map != along.mesh ? 1u : 0u;
     }
 
-    /// Of the points so far.
+    /// The errors of the points so far.
     Evaluation summary() const
     {
         Evaluation e = e_;

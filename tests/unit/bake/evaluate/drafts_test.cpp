@@ -40,7 +40,7 @@ void expect_figures_of_layer3(const Evaluation& draft, const Evaluation& whole)
     expect_equal(draft.normal, whole.normal);
 }
 
-/// Of one mesh without a locator, with maps as coarse as the target allows.
+/// A model without a locator, its maps as coarse as the target allows.
 test::Baked draft_of(const mesh::Mesh& mesh, double target_error, const decompose::Partition* partition)
 {
     return test::baked(mesh, {.target_error = target_error, .exact = false, .locator = false, .partition = partition});
