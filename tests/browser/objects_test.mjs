@@ -21,6 +21,9 @@ test('the address is printed before anything is baked', async () => {
   assert.ok(printed < 1000, `${printed.toFixed(0)} ms`);
   assert.deepEqual((await facts()).map((f) => f.name), ['dumbbell', 'torus']);
   assert.match(await page.textContent('#purpose'), /Touch a 3D object and feel its force/);
+  // Before anything is touched, the line of facts is about the object that is drawn large.
+  const large = await page.evaluate(() => window.sqmap.facts()[window.sqmap.world.objects.focus].name);
+  assert.ok((await page.textContent('#model-facts')).startsWith(`${large}: `));
   await shot('first');
 });
 

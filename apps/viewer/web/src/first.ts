@@ -1,7 +1,7 @@
 // The first minute: one object large, the others pale behind it, and one invitation, until it is touched.
 import { canvas, hand, invite, purpose, stage, world } from './stage';
 import { saved } from './net';
-import { on, state } from './state';
+import { changed, on, state } from './state';
 
 /// Draws all objects but one pale; -1: none.
 export function lookAt(object: number): void {
@@ -9,6 +9,7 @@ export function lookAt(object: number): void {
   world.objects.focus = object;
   void world.objects.paint();
   follow();
+  changed('focus');
 }
 
 let invites = !saved;

@@ -36,9 +36,10 @@ export const state: State = {
   playing: false,
 };
 
-/// mode: another panel is shown; scene: facts; status: the program's; selected; pick; playing; touched: another object.
-type Change = 'mode' | 'scene' | 'status' | 'selected' | 'pick' | 'playing' | 'touched';
-const listeners: Record<Change, (() => void)[]> = { mode: [], scene: [], status: [], selected: [], pick: [], playing: [], touched: [] };
+/// mode: another panel is shown; scene: facts; status: the program's; selected; pick; playing; touched: another object; focus:
+/// another object is large, the others pale.
+type Change = 'mode' | 'scene' | 'status' | 'selected' | 'pick' | 'playing' | 'touched' | 'focus';
+const listeners: Record<Change, (() => void)[]> = { mode: [], scene: [], status: [], selected: [], pick: [], playing: [], touched: [], focus: [] };
 
 export function on(changes: Change[], listener: () => void): void { for (const change of changes) listeners[change].push(listener); }
 export function changed(change: Change): void { for (const listener of listeners[change]) listener(); }

@@ -1,7 +1,7 @@
 // The facts of the open models, in a line that stays in sight and in the list.
 import { bytes, digits } from '../dom';
 import type { ObjectFacts } from '../messages';
-import { factsLine } from '../stage';
+import { factsLine, world } from '../stage';
 import { on, state } from '../state';
 
 export const count = (n: number): string => (n === 1 ? '1 part' : `${n} parts`);
@@ -21,11 +21,12 @@ export function cureDetails(f: ObjectFacts): string {
   return `From the file to the mesh: ${way(c.input_to_result)}. From the mesh to the file: ${way(c.result_to_input)}.`;
 }
 
-/// The object that the line is about: in Touch the one that was touched last, else the selected or the only one.
+/// The object that the line is about: in Touch the one that was touched last, else the selected, the one that is drawn large, or the
+/// only one.
 function subject(): ObjectFacts | undefined {
   if (state.playing) return undefined;
   const touched = state.mode === 'touch' ? state.facts[state.touched] : undefined;
-  return touched ?? state.facts[state.selected?.object ?? (state.facts.length === 1 ? 0 : -1)];
+  return touched ?? state.facts[state.selected?.object ?? -1] ?? state.facts[world.objects.focus] ?? (state.facts.length === 1 ? state.facts[0] : undefined);
 }
 /// Points that layer 3 decided wrongly when the bake measured it: those nearer to the surface than 0.5 % of the size do not count.
 function wrong(all: ObjectFacts[]): string {
@@ -49,4 +50,4 @@ function showFactsLine(): void {
     `${f ? `${f.name}: ` : `${all.length} models: `}${total} · ${bytes(all.reduce((n, g) => n + g.bytes.total, 0))} · ${certified ? '✓ certified to hold the surface' : '✗ not all certified'} · 99 % of depths measured within ${digits(worst, 2)} % of ${all.length > 1 ? 'their' : 'its'} size${wrong(all)}${state.mode === 'touch' ? answering() : ''}`;
 }
 
-on(['scene', 'selected', 'playing', 'touched', 'status', 'mode'], showFactsLine);
+on(['scene', 'selected', 'playing', 'touched', 'status', 'mode', 'focus'], showFactsLine);
