@@ -271,7 +271,7 @@ class Sources(unittest.TestCase):
                 triangle = given[1][probe.source_triangle[face[index]]]
                 nearest = naive_closest(given[0][triangle] + shift, np.array([[0, 1, 2]]), face[side][None])[1][0]
                 self.assertLess(nearest, 1e-6 * model.r_max)
-            for edge in edges if side == "on_a" else ():  # on_b is depth along the normal from it
+            for edge in edges:
                 triangle, k = divmod(int(edge[index]), 3)
                 from_, to = given[0][probe.source_vertex[model.mesh[1][triangle, [k, (k + 1) % 3]]]] + shift
                 off_line = np.linalg.norm(np.cross(edge[side] - from_, to - from_)) / np.linalg.norm(to - from_)

@@ -25,18 +25,22 @@ public:
     {
         for (int i = 0; i < 3; ++i) {
             double z = 0;
-            if (is_below(a_, b_[i], z)) add(z - b_[i].z);
-            if (is_below(b_, a_[i], z)) add(a_[i].z - z);
-            for (int j = 0; j < 3; ++j) cross_sides(a_[i], a_[(i + 1) % 3], b_[j], b_[(j + 1) % 3]);
+            if (is_below(a_, b_[i], z)) add(z - b_[i].z, {{b_[i].x, b_[i].y, z}, Feature::Face, Feature::Vertex, 0, i});
+            if (is_below(b_, a_[i], z)) add(a_[i].z - z, {a_[i], Feature::Vertex, Feature::Face, i, 0});
+            for (int j = 0; j < 3; ++j) cross_sides(i, j);
         }
         return range_;
     }
 
 private:
-    void add(double t)
+    using Touch = MeetingRange::Touch;
+
+    void add(double t, const Touch& touch)
     {
         range_.low = std::min(range_.low, t);
-        range_.high = std::max(range_.high, t);
+        if (!(t > range_.high)) return;
+        range_.high = t;
+        range_.last = touch;
     }
 
     /// The height of a triangle at a position. Edge-on triangles are met by their sides alone.
@@ -55,41 +59,50 @@ private:
         return true;
     }
 
-    void cross_sides(Vec3d p, Vec3d p_end, Vec3d q, Vec3d q_end)
+    /// Side i of a, side j of b.
+    void cross_sides(int i, int j)
     {
+        const Vec3d p = a_[i], p_end = a_[(i + 1) % 3], q = b_[j], q_end = b_[(j + 1) % 3];
         const Vec3d d = p_end - p, e = q_end - q, w = q - p;
         const double length_d = norm_xy(d), length_e = norm_xy(e), turn = cross_xy(d, e);
         if (std::abs(turn) <= 1e-12 * length_d * length_e) {
-            touch_side(p, d, length_d, q, -1);
-            touch_side(p, d, length_d, q_end, -1);
-            touch_side(q, e, length_e, p, 1);
-            touch_side(q, e, length_e, p_end, 1);
+            touch_side(p, d, q, {{}, Feature::Edge, Feature::Vertex, i, j});
+            touch_side(p, d, q_end, {{}, Feature::Edge, Feature::Vertex, i, (j + 1) % 3});
+            touch_side(q, e, p, {p, Feature::Vertex, Feature::Edge, i, j});
+            touch_side(q, e, p_end, {p_end, Feature::Vertex, Feature::Edge, (i + 1) % 3, j});
             return;
         }
         const double s = cross_xy(w, e) / turn, t = cross_xy(w, d) / turn;
         if (std::abs(s - 0.5) * length_d > 0.5 * length_d + near_ || std::abs(t - 0.5) * length_e > 0.5 * length_e + near_)
             return;
-        add(p.z + std::clamp(s, 0., 1.) * d.z - (q.z + std::clamp(t, 0., 1.) * e.z));
+        const double on_d = std::clamp(s, 0., 1.), on_e = std::clamp(t, 0., 1.);
+        add(p.z + on_d * d.z - (q.z + on_e * e.z), {p + on_d * d, Feature::Edge, Feature::Edge, i, j});
     }
 
-    /// A corner on a side that is parallel to its own, or is seen as a point. sign: 1 where the corner is a's.
-    void touch_side(Vec3d from, Vec3d d, double length, Vec3d corner, double sign)
+    /// A corner on a side that is parallel to its own, or is seen as a point. touch: of which triangle the corner is.
+    void touch_side(Vec3d from, Vec3d d, Vec3d corner, Touch touch)
     {
+        const bool is_of_a = touch.feature_a == Feature::Vertex;
+        const auto meet = [&](Vec3d on_side) {
+            touch.on_a = is_of_a ? corner : on_side;
+            add(is_of_a ? corner.z - on_side.z : on_side.z - corner.z, touch);
+        };
         const Vec3d w = corner - from;
+        const double length = norm_xy(d);
         if (length <= near_) {
             if (norm_xy(w) > near_ + length) return;
-            add(sign * (corner.z - from.z));
-            add(sign * (corner.z - from.z - d.z));
+            meet(from);
+            meet(from + d);
             return;
         }
         const double along = (w.x * d.x + w.y * d.y) / length;
         if (std::abs(cross_xy(d, w)) > near_ * length || along < -near_ || along > length + near_) return;
-        add(sign * (corner.z - (from.z + std::clamp(along / length, 0., 1.) * d.z)));
+        meet(from + std::clamp(along / length, 0., 1.) * d);
     }
 
     const TriangleCorners &a_, &b_;
     const double near_;
-    MeetingRange range_{k_never, -k_never};
+    MeetingRange range_{k_never, -k_never, {}};
 };
 
 }  // namespace

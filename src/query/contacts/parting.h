@@ -2,6 +2,7 @@
 #pragma once
 
 #include "math/triangle_crossing.h"
+#include "sqmap/query/contacts.h"
 #include "sqmap/query/separating.h"
 
 namespace sqmap::query {
@@ -9,6 +10,12 @@ namespace sqmap::query {
 /// Translations t of b along +z after which triangles have a point in common: [low, high], empty where low > high.
 struct MeetingRange {
     double low, high;
+    /// The features that touch last, at high, and their position on a.
+    struct Touch {
+        Vec3d on_a{};
+        Feature feature_a = Feature::Face, feature_b = Feature::Face;
+        int corner_a = 0, corner_b = 0;  ///< of the triangles: a vertex, or where an edge begins
+    } last{};
 };
 /// near: positions so near each other in x and y count as one.
 [[nodiscard]] MeetingRange meeting_range(const TriangleCorners& a, const TriangleCorners& b, double near) noexcept;

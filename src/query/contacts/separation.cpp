@@ -2,6 +2,9 @@
 // convex polyhedra", GDC 2013 (which pairs of edges support each other).
 #include "separation.h"
 
+#include "parting.h"
+#include "sqmap/math/triangle.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -35,7 +38,11 @@ Range range_along(Vec3d axis, const TriangleCorners& t)
 class Directions {
 public:
     Directions(const TriangleCorners& a, const TriangleCorners& b)
-        : a_(a), b_(b), normal_a_(normalized(cross(a.b - a.a, a.c - a.a))), normal_b_(normalized(cross(b.b - b.a, b.c - b.a)))
+        : a_(a),
+          b_(b),
+          normal_a_(normalized(cross(a.b - a.a, a.c - a.a))),
+          normal_b_(normalized(cross(b.b - b.a, b.c - b.a))),
+          size_(norm(a.b - a.a) + norm(a.c - a.a) + norm(b.b - b.a) + norm(b.c - b.a))
     {
     }
 
@@ -55,7 +62,16 @@ public:
         return depth_ < std::numeric_limits<double>::infinity();
     }
 
+    /// The features that bound both triangles touch last where they hold both witness points. Outer sides may leave no
+    /// such direction: then the triangles part before their bounds pass each other.
     [[nodiscard]] Separation result() const
+    {
+        const Separation s = bounds();
+        return holds(a_, s.on_a) && holds(b_, s.on_b) ? s : last_touch(s);
+    }
+
+private:
+    [[nodiscard]] Separation bounds() const
     {
         const Range along_a = range_along(axis_, a_), along_b = range_along(axis_, b_);
         Separation s;
@@ -84,7 +100,33 @@ public:
         return s;
     }
 
-private:
+    /// The translation along the direction after which the triangles have no point in common, and what touches there.
+    [[nodiscard]] Separation last_touch(const Separation& otherwise) const
+    {
+        const Vec3d beside = std::abs(axis_.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
+        const Vec3d u = normalized(cross(beside, axis_)), v = cross(axis_, u), origin = a_.a;
+        const auto along = [&](Vec3d p) { return Vec3d{dot(u, p - origin), dot(v, p - origin), dot(axis_, p - origin)}; };
+        const auto seen = [&](const TriangleCorners& t) { return TriangleCorners{along(t.a), along(t.b), along(t.c)}; };
+        const MeetingRange range = meeting_range(seen(a_), seen(b_), 1e-12 * size_);
+        if (!(range.low <= range.high)) return otherwise;
+        const Vec3d at = range.last.on_a;
+        Separation s;
+        s.normal = axis_;
+        s.depth = std::max(range.high, 0.);
+        s.on_a = origin + at.x * u + at.y * v + at.z * axis_;
+        s.on_b = s.on_a - s.depth * axis_;
+        s.feature_a = range.last.feature_a;
+        s.feature_b = range.last.feature_b;
+        s.corner_a = range.last.corner_a;
+        s.corner_b = range.last.corner_b;
+        return s;
+    }
+
+    [[nodiscard]] bool holds(const TriangleCorners& t, Vec3d p) const
+    {
+        return norm(closest_point_on_triangle(p, t.a, t.b, t.c) - p) <= 1e-9 * size_;
+    }
+
     void try_axis(Vec3d axis, bool outwards, int i, int j)
     {
         if (!(norm_sq(axis) > 0.5) || (outwards && (dot(axis, normal_a_) < 0 || dot(axis, normal_b_) > 0))) return;
@@ -98,6 +140,7 @@ private:
 
     const TriangleCorners &a_, &b_;
     const Vec3d normal_a_, normal_b_;
+    const double size_;  // of both
     double depth_ = std::numeric_limits<double>::infinity();
     Vec3d axis_{};
     int i_ = 0, j_ = 0;  // sides; -1: the normal of a, -2: of b

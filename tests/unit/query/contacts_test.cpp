@@ -1,5 +1,8 @@
 #include "sqmap/query/contacts.h"
 
+#include "math/triangle_crossing.h"
+#include "sqmap/math/triangle.h"
+
 #include "support/bodies.h"
 #include "support/small_meshes.h"
 
@@ -203,6 +206,63 @@ TEST(SurfaceContacts, AnEdgeContactIsTheLeastTranslationOfItsTwoEdges)
         EXPECT_TRUE(queried_at(by + static_cast<double>(c.depth + 1e-6f) * n).contacts.empty());
         EXPECT_FALSE(queried_at(by + static_cast<double>(c.depth - 1e-6f) * n).contacts.empty());
     }
+}
+
+/// How far a witness point is from the feature that has it.
+double distance_to(const mesh::Mesh& m, const sqmap::Pose& pose, Feature feature, std::uint32_t index, Vec3d p)
+{
+    const auto corner = [&](std::uint32_t t, std::uint32_t k) { return apply(pose, m.vertices[m.triangles[t][k % 3]]); };
+    if (feature == Feature::Vertex) return norm(apply(pose, m.vertices[index]) - p);
+    const std::uint32_t t = feature == Feature::Edge ? index / 3 : index, k = feature == Feature::Edge ? index % 3 : 0;
+    const Vec3d a = corner(t, k), b = corner(t, k + 1), c = feature == Feature::Edge ? b : corner(t, k + 2);
+    return norm(closest_point_on_triangle(p, a, b, c) - p);
+}
+
+TEST(SurfaceContacts, WitnessPointsLieOnTheirFeatures)
+{
+    const Shell shells[] = {Shell(test::small_hand()), Shell(test::small_torus()), Shell(mesh::ellipsoid({2, 0.7, 1.1}, 2)),
+                            Shell(test::box({-0.4, -0.5, -0.6}, {0.4, 0.5, 0.6}))};
+    test::Random random(11);
+    std::size_t pairs[3][3]{};
+    for (const Shell& one : shells)
+        for (const Shell& other : shells)
+            for (int i = 0; i < 20; ++i) {
+                const sqmap::Pose pose_a = test::random_pose(random, 0.7), pose_b = test::random_pose(random, 0.7);
+                for (const SurfaceContact& c : queried(one.at(pose_a), other.at(pose_b)).contacts) {
+                    EXPECT_LE(distance_to(one.mesh, pose_a, c.feature_a, c.index_a, c.witness.on_a), 1e-6);
+                    EXPECT_LE(distance_to(other.mesh, pose_b, c.feature_b, c.index_b, c.witness.on_b), 1e-6);
+                    EXPECT_NEAR(norm(c.witness.on_a - c.witness.on_b), c.depth, 1e-6);
+                    ++pairs[static_cast<int>(c.feature_a)][static_cast<int>(c.feature_b)];
+                }
+            }
+    EXPECT_GT(pairs[1][1], 100u);
+    EXPECT_GT(pairs[0][2] + pairs[2][0], 20u);
+}
+
+TEST(SurfaceContacts, TheDeepestTrianglesOfARegionTouchLastWhenPushedOut)
+{
+    test::Random random(12);
+    const auto corners = [](const Shell& s, const sqmap::Pose& pose, std::uint32_t t, Vec3d by) {
+        const mesh::Triangle& v = s.mesh.triangles[t];
+        return TriangleCorners{apply(pose, s.mesh.vertices[v[0]]) + by, apply(pose, s.mesh.vertices[v[1]]) + by,
+                               apply(pose, s.mesh.vertices[v[2]]) + by};
+    };
+    const Shell hand(test::small_hand()), ball(mesh::ellipsoid({2, 0.7, 1.1}, 2));
+    std::size_t count = 0;
+    for (int i = 0; i < 200; ++i) {
+        const sqmap::Pose pose_a = test::random_pose(random, 0.7), pose_b = test::random_pose(random, 0.7);
+        for (const SurfaceContact& c : queried(hand.at(pose_a), ball.at(pose_b)).contacts) {
+            if (c.feature_a != Feature::Edge || c.feature_b != Feature::Edge || c.depth < 1e-4f) continue;
+            const TriangleCorners a = corners(hand, pose_a, c.index_a / 3, {});
+            const auto meets = [&](double by) {
+                return crossing_of(a, corners(ball, pose_b, c.index_b / 3, by * cast<double>(c.normal))).meets();
+            };
+            EXPECT_TRUE(meets(c.depth - 1e-5)) << c.depth;
+            EXPECT_FALSE(meets(c.depth + 1e-5)) << c.depth;
+            ++count;
+        }
+    }
+    EXPECT_GT(count, 50u);
 }
 
 TEST(SurfaceContacts, VerticesAreThoseOfTheExactPair)
