@@ -98,6 +98,12 @@ typedef enum sqmap_repair {
     SQMAP_REPAIR_WRAP = 4    ///< a new surface around what is enclosed
 } sqmap_repair;
 
+/// The solid that is meant.
+typedef enum sqmap_solid {
+    SQMAP_SOLID_AS_IS = 0,  ///< what the surface bounds
+    SQMAP_SOLID_OUTER = 1   ///< what cannot be reached from outside, proven to hold every triangle
+} sqmap_solid;
+
 /// Called with a stage's name and how much of it is done, 0 to 1, on the thread that bakes. Not zero: stop.
 typedef int32_t (*sqmap_progress)(void* context, const char* stage, double done);
 
@@ -122,6 +128,9 @@ typedef struct sqmap_bake_options {
     int32_t words;            ///< sqmap_words: how notes and cures write these members
     int32_t without_input;    ///< not zero: leave out the mesh's own coordinates and numbers: exact distances are in float then
     double unit;              ///< metres per unit of the mesh, 0.001 of millimetres: the model is in metres; 0: in the mesh's own
+    double gap;               ///< share of R_max, to 0.2: narrower gaps of an outer solid are closed; default 0.01
+    double wrap_tolerance;    ///< share of R_max, 0.0016 to 0.1, that wraps and outer solids may be off; default 0.002
+    int32_t solid;            ///< sqmap_solid; SQMAP_SOLID_OUTER leaves repair, accepts_surface and thickness without effect
 } sqmap_bake_options;
 
 /// Facts of a model; lengths in mesh units.

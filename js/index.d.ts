@@ -84,6 +84,9 @@ export interface BakeOptions {
   maxParts?: number;     // default 24
   projection?: "central" | "normal";
   repair?: "wrap" | "close" | "safe" | "none";
+  solid?: "as-is" | "outer";  // outer: one body about all triangles, proven to hold them, of what cannot be reached from outside
+  gap?: number;          // share of R_max: narrower gaps of an outer solid are closed; default 0.01
+  wrapTolerance?: number;  // share of R_max that outer and wrapped solids may be off; default 0.002
   surface?: boolean;     // an open mesh is taken as a surface without inside
   exact?: boolean;       // default true; false leaves out the triangles
   keepInput?: boolean;   // default true; false leaves out their coordinates and numbers as given: distances are in float then

@@ -16,6 +16,7 @@ const layers = new Map([[1, 1], [2, 2], [3, 3], ["exact", 4], ["auto", 5]]);
 const modes = new Map([["direct", 1], ["proxy", 2], ["coupled", 3]]);
 const units = new Map([["um", 1e-6], ["mm", 1e-3], ["cm", 1e-2], ["dm", 0.1], ["m", 1], ["km", 1e3], ["in", 0.0254], ["ft", 0.3048]]);
 const cures = ["", "closed", "wrapped"];
+const solids = new Map([["as-is", 0], ["outer", 1]]);
 const repairs = new Map([["wrap", 4], ["close", 3], ["safe", 2], ["none", 1]]);
 
 function member(map, value, element) {
@@ -56,7 +57,7 @@ function object(value, element) {
 
 const querySettings = ["layer", "tolerance", "margin", "smooth", "pose"];
 const bakeSettings = ["targetError", "band", "thickness", "maxParts", "repair", "projection", "surface", "exact", "keepInput", "unit",
-                      "source", "progress"];
+                      "solid", "gap", "wrapTolerance", "source", "progress"];
 
 /** An object of options that has no others than these: a name that is misspelt would leave the default unnoticed. */
 function settings(value, names) {
@@ -458,7 +459,7 @@ class Sqmap {
   }
   #baked(c, options, bake) {
     const {targetError = 0, band = 0, thickness = 0, maxParts = 0, repair = "wrap", projection = "central", surface = false,
-           exact = true, keepInput = true, unit, source, progress} = settings(options, bakeSettings);
+           exact = true, keepInput = true, solid = "as-is", gap = 0.01, wrapTolerance = 0.002, unit, source, progress} = settings(options, bakeSettings);
     if (progress !== undefined && typeof progress !== "function")
       throw refuse("options.progress", `is ${kindOf(progress)}`, "give a function of a stage and the share that is done");
     if (source !== undefined && typeof source !== "string") throw refuse("options.source", `is ${kindOf(source)}`, "give a text");
@@ -479,7 +480,8 @@ class Sqmap {
       acceptsSurface: flag(surface, "options.surface"), withoutExact: 1 - flag(exact, "options.exact"),
       withoutInput: 1 - flag(keepInput, "options.keepInput"), threads: 1, progress: called,
       source: source === undefined ? 0 : c.text(source), words: 2,  // names of these options in messages
-      unit: metresPer(unit),
+      unit: metresPer(unit), solid: member(solids, solid, "options.solid"), gap: number(gap, "options.gap"),
+      wrapTolerance: number(wrapTolerance, "options.wrapTolerance"),
     });
     try {
       bake(chosen, handle);

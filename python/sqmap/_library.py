@@ -45,7 +45,8 @@ class BakeOptions(Sized):
     _fields_ = [("size", c_size_t), ("target_error", c_double), ("band", c_double), ("thickness", c_double),
                 ("max_parts", c_uint32), ("projection", c_int32), ("repair", c_int32), ("accepts_surface", c_int32),
                 ("without_exact", c_int32), ("threads", c_uint32), ("progress", PROGRESS), ("progress_context", c_void_p),
-                ("source", c_char_p), ("words", c_int32), ("without_input", c_int32), ("unit", c_double)]
+                ("source", c_char_p), ("words", c_int32), ("without_input", c_int32), ("unit", c_double),
+                ("gap", c_double), ("wrap_tolerance", c_double), ("solid", c_int32)]
 
 
 class Facts(Sized):

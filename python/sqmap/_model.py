@@ -23,6 +23,7 @@ from ._superquadric import Superquadric, superquadrics_of
 REPAIRS = {"auto": 0, "none": 1, "safe": 2, "close": 3, "wrap": 4}
 #: Metres per unit of a mesh.
 UNITS = {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "dm": 0.1, "m": 1.0, "km": 1e3, "in": 0.0254, "ft": 0.3048}
+SOLIDS = {"as-is": 0, "outer": 1}
 CURES = ("", "closed", "wrapped")
 DEFAULT_OPTIONS = query_options()
 _IS_IN = np.array([False]), np.array([True])
@@ -561,6 +562,7 @@ def _metres_per(unit: Union[str, float, None]) -> float:
 
 def bake(mesh: Any, *, target_error: float = 0.5, max_parts: int = 24, band: float = 5.0, projection: str = "central",
          exact: bool = True, keep_input: bool = True, repair: str = "auto", surface: bool = False, thickness: float = 0.0,
+         solid: str = "as-is", gap: float = 0.01, wrap_tolerance: float = 0.002,
          unit: Union[str, float, None] = None, threads: Optional[int] = None, source: Optional[str] = None, progress: Union[bool, Progress, None] = None) -> Model:
     """Bakes a closed triangle mesh into a Model.
 
@@ -569,6 +571,9 @@ def bake(mesh: Any, *, target_error: float = 0.5, max_parts: int = 24, band: flo
     are baked exactly, above 0. projection: "central" or "normal". exact: keep the triangles. keep_input: keep their coordinates and
     numbers as given, up to 18 bytes a triangle, so that distances are in double. repair: "auto", "none", "safe",
     "close", "wrap". surface: take an open mesh as it is. thickness: make open meshes plates, units of the model.
+    solid: "outer" is one body about all triangles, proven to hold them, of what cannot be reached from outside: repair, surface
+    and thickness have no effect then. gap: share of R_max, narrower gaps of an outer solid are closed. wrap_tolerance: share of
+    R_max that outer and wrapped solids may be off.
     unit: of the mesh, "um", "mm", "cm", "dm", "m", "km", "in", "ft" or metres per unit: the model and all that it answers are in metres;
     None: in the mesh's own unit. progress: True
     shows a bar; a function is called with a stage's name and the share that is done, and true from it stops the bake (Cancelled).
@@ -579,6 +584,12 @@ def bake(mesh: Any, *, target_error: float = 0.5, max_parts: int = 24, band: flo
         raise refuse("repair", f"is {repair!r}", f"take one of {', '.join(REPAIRS)}")
     if not isinstance(projection, str) or projection not in ("central", "normal"):
         raise refuse("projection", f"is {projection!r}", "take central or normal")
+    if not isinstance(solid, str) or solid not in SOLIDS:
+        raise refuse("solid", f"is {solid!r}", f"take one of {', '.join(SOLIDS)}")
+    for name, share, least, most in (("gap", number(gap, "gap"), 1e-9, 0.2),
+                                     ("wrap_tolerance", number(wrap_tolerance, "wrap_tolerance"), 0.0016, 0.1)):
+        if not least <= share <= most:  # zero stands for the default in C
+            raise refuse(name, f"is {share:g}", f"give a number from {least:g} to {most:g}")
     error, width = number(target_error, "target_error"), number(band, "band")
     if error == 0 or width == 0:  # zero stands for the default in C
         raise refuse("target_error" if error == 0 else "band", "is 0", "give a number above zero")
@@ -591,7 +602,8 @@ def bake(mesh: Any, *, target_error: float = 0.5, max_parts: int = 24, band: flo
                             accepts_surface=flag(surface, "surface"), without_exact=not flag(exact, "exact"),
                             without_input=not flag(keep_input, "keep_input"), threads=cores(threads),
                             source=None if source is None else source.encode(errors="replace"),
-                            words=c.WORDS, unit=_metres_per(unit))
+                            words=c.WORDS, unit=_metres_per(unit), gap=number(gap, "gap"),
+                            wrap_tolerance=number(wrap_tolerance, "wrap_tolerance"), solid=SOLIDS[solid])
     if isinstance(mesh, (str, bytes, os.PathLike)):
         function, given = "sqmap_bake_file", path_of(mesh, "mesh")
     else:
@@ -607,7 +619,7 @@ def bake(mesh: Any, *, target_error: float = 0.5, max_parts: int = 24, band: flo
         return Model(handle)
 
     model = run(baked, progress)
-    if cure := model.facts.cure:
+    if solid == "as-is" and (cure := model.facts.cure):  # an outer solid was asked for
         warnings.warn(f"the mesh bounds no solid and was {cure}: see Model.notes, or forbid it with repair=\"safe\"", CuredWarning,
                       stacklevel=2)
     return model

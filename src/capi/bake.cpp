@@ -37,6 +37,11 @@ mesh::AdmitOptions admit_options(const sqmap_bake_options& o)
     }
     out.accept_surface = o.accepts_surface != 0;
     out.thickness = checked(o.thickness, 0, 1e300, "options.thickness");
+    if (o.solid != SQMAP_SOLID_AS_IS && o.solid != SQMAP_SOLID_OUTER)
+        throw Failure{SQMAP_E_ARGUMENT, "options.solid", "is " + std::to_string(o.solid), "take one of sqmap_solid"};
+    if (o.solid == SQMAP_SOLID_OUTER) out.solid = mesh::SolidKind::Outer;
+    if (o.gap != 0) out.gap = checked(o.gap, 0, 0.2, "options.gap");
+    if (o.wrap_tolerance != 0) out.wrap.tolerance = checked(o.wrap_tolerance, 1.6e-3, 0.1, "options.wrap_tolerance");
     if (o.unit != 0) out.unit = checked(o.unit, 1e-12, 1e12, "options.unit");
     return out;
 }

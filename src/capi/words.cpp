@@ -13,8 +13,8 @@ namespace {
 
 /// Members of sqmap_bake_options, in the order of mesh::Setting.
 constexpr std::array<const char*, mesh::k_settings> k_members{
-    "repair", nullptr, "accepts_surface", "thickness", "thickness", "unit",      nullptr,        nullptr,
-    nullptr,  nullptr, nullptr,           nullptr,     nullptr,     "max_parts", "target_error", "without_exact = 0"};
+    "repair", nullptr, "accepts_surface", "thickness",      "thickness", "unit",      nullptr,        nullptr,
+    nullptr,  nullptr, nullptr,           "wrap_tolerance", nullptr,     "max_parts", "target_error", "without_exact = 0"};
 
 /// The enumerators of sqmap_repair, and units as numbers.
 std::string c_value(mesh::Setting setting, std::string_view word)
@@ -37,14 +37,14 @@ std::string quoted(mesh::Setting setting, std::string_view word)
 
 const mesh::SettingNames k_python_settings{
     .names = {"repair", nullptr, "surface=True", "thickness", "thickness", "unit", nullptr, nullptr, nullptr, nullptr, nullptr,
-              nullptr, nullptr, "max_parts", "target_error", "exact=True"},
+              "wrap_tolerance", nullptr, "max_parts", "target_error", "exact=True"},
     .equals = "=",
     .value = quoted,
 };
 
 const mesh::SettingNames k_javascript_settings{
     .names = {"repair", nullptr, "surface: true", "thickness", "thickness", "unit", nullptr, nullptr, nullptr, nullptr, nullptr,
-              nullptr, nullptr, "maxParts", "targetError", "exact: true"},
+              "wrapTolerance", nullptr, "maxParts", "targetError", "exact: true"},
     .equals = ": ",
     .value = quoted,
 };

@@ -214,6 +214,18 @@ check("a point that is not finite has no depth", () => {
   const {depth, status} = model.query([[0, NaN, 0]]);
   assert.ok(Number.isNaN(depth[0]) && (status[0] & 1) === 1);
 });
+check("an outer solid holds all sheets of a soup", () => {
+  const {vertices, triangles} = box(6);
+  const sheets = triangles.flatMap((t) => t.map((v) => vertices[v]));  // each triangle alone
+  const loose = {vertices: sheets, triangles: triangles.map((_, i) => [3 * i, 3 * i + 1, 3 * i + 2])};
+  const outer = sqmap.bake({...loose, triangles: loose.triangles.slice(1)}, {solid: "outer", gap: 0.005, maxParts: 4});
+  const {distance} = outer.distances(sheets.slice(3));
+  assert.ok(distance.every((d) => d < 0));
+  assert.equal(outer.facts.cure, "wrapped");
+  outer.close();
+});
+refuses("a gap wider than what can be closed", "E_ARGUMENT", /^options\.gap$/, () => sqmap.bake(box(6), {solid: "outer", gap: 0.3}));
+refuses("a wrong solid", "E_ARGUMENT", /^options\.solid$/, () => sqmap.bake(box(6), {solid: "inner"}));
 refuses("stopped", "E_CANCELLED", /./, () => sqmap.bake(box(6), {progress: () => false}));
 check("an exception of progress goes through", () =>
   assert.throws(() => sqmap.bake(box(6), {progress: () => { throw new TypeError("mine"); }}), TypeError));

@@ -4,6 +4,7 @@
 #include "sqmap/mesh/convex_hull.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/solid.h"
+#include "sqmap/mesh/wrap.h"
 #include "sqmap/query/point.h"
 #include "support/baked_shapes.h"
 #include "support/parsed.h"
@@ -20,7 +21,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 
 namespace sqmap {
 namespace {
@@ -36,6 +39,16 @@ public:
         : mesh_(converted(mesh)), tree_(faces(mesh_).first, faces(mesh_).second, mesh_), side_(tree_)
     {
         tree_.accelerate_distance_queries();
+    }
+    bool meets(const std::array<Vec3d, 3>& t) const
+    {
+        const auto point = [](Vec3d p) { return Kernel::Point_3(p.x, p.y, p.z); };
+        // A triangle without area is no triangle to CGAL: its longest side and its corners hold all of it.
+        const Kernel::Triangle_3 triangle(point(t[0]), point(t[1]), point(t[2]));
+        if (!triangle.is_degenerate()) return tree_.do_intersect(triangle);
+        for (std::size_t k = 0; k < 3; ++k)
+            if (t[k] != t[(k + 1) % 3] && tree_.do_intersect(Kernel::Segment_3(point(t[k]), point(t[(k + 1) % 3])))) return true;
+        return false;
     }
     bool inside(Vec3d p) const { return side_({p.x, p.y, p.z}) == CGAL::ON_BOUNDED_SIDE; }
     double distance(Vec3d p) const { return std::sqrt(tree_.squared_distance({p.x, p.y, p.z})); }
@@ -178,6 +191,50 @@ TEST(AgainstCgal, ConvexHullsAreTheSame)
             for (std::size_t i = 2; i < corners.size(); ++i) add(their_six, corners[0], corners[i - 1], corners[i]);
         }
         EXPECT_EQ(our_six, their_six) << shape.name;
+    }
+}
+
+/// Every triangle of the soup lies within its outer solid: its corner is inside and it meets no face, by exact predicates.
+void expect_enclosed(const std::string& name, const mesh::Mesh& soup)
+{
+    const mesh::OuterResult outer = mesh::outer_solid(soup.vertices, soup.triangles, {});
+    ASSERT_FALSE(outer.mesh.triangles.empty()) << name;
+    const Oracle oracle(outer.mesh);
+    std::size_t outside = 0, cut = 0;
+    for (const mesh::Triangle& t : soup.triangles) {
+        const std::array<Vec3d, 3> corners{soup.vertices[t[0]], soup.vertices[t[1]], soup.vertices[t[2]]};
+        outside += oracle.inside(corners[0]) ? 0u : 1u;
+        cut += oracle.meets(corners) ? 1u : 0u;
+    }
+    EXPECT_EQ(outside, 0u) << name << " of " << soup.triangles.size();
+    EXPECT_EQ(cut, 0u) << name << " of " << soup.triangles.size();
+}
+
+/// Triangles in a ball, in no order, some of them needles, some without area.
+mesh::Mesh shards(std::size_t count, std::uint64_t seed)
+{
+    test::Random random(seed);
+    mesh::Mesh soup;
+    for (std::size_t i = 0; i < count; ++i) {
+        const Vec3d at = std::cbrt(random.between(0, 1)) * random.direction();
+        const double size = random.between(0.001, 0.3);
+        const Vec3d side = size * random.direction();
+        const Vec3d third = i % 7 == 0 ? random.between(0, 2) * side : (i % 5 == 0 ? 1e-9 : size) * random.direction();
+        const auto first = static_cast<std::uint32_t>(soup.vertices.size());
+        for (const Vec3d& p : {at, at + side, at + third}) soup.vertices.push_back(p);
+        soup.triangles.push_back({first, first + 1, first + 2});
+    }
+    return soup;
+}
+
+TEST(AgainstCgal, OuterSolidsHoldTheirSoup)
+{
+    for (const std::size_t count : {1u, 3u, 40u}) expect_enclosed(std::to_string(count) + " shards", shards(count, 11 + count));
+    const auto shapes = test::small_shapes();
+    for (const test::Shape& shape : std::span(shapes).first(2)) {
+        mesh::Mesh soup = shape.mesh;
+        soup.triangles.resize(soup.triangles.size() / 2);
+        expect_enclosed("half of " + std::string(shape.name), soup);
     }
 }
 

@@ -8,6 +8,7 @@ import sys
 import tempfile
 import threading
 import unittest
+import warnings
 
 import numpy as np
 import sqmap
@@ -188,6 +189,26 @@ class Files(unittest.TestCase):
         self.assertEqual(kinds["moved"]["input_to_result"], model.info["cure"]["input_to_result"])
         self.assertGreater(kinds["made_up"]["share"], 0)
         self.assertEqual((ball_model().notes, ball_model().info["notes"], ball_model().facts.cure), ([], [], ""))
+
+    def test_an_outer_solid_holds_a_soup_of_sheets(self):
+        def sheet(corner, u, v):
+            a, b, c = (np.array(x, float) for x in (corner, u, v))
+            return np.array([a, a + b, a + b + c, a + c])
+
+        x, y, z = np.eye(3)
+        sheets = [sheet(0 * x, x, y), sheet(z + 0.1 * x, 0.9 * x, y), sheet(0 * x, y, z), sheet(x, y, z), sheet(0 * x, z, x),
+                  sheet(y, z, x), sheet([0.3, 0.3, 0.3], 0.4 * x, 0.4 * (y + z))]
+        soup = np.concatenate(sheets), np.concatenate([[[4 * i, 4 * i + 1, 4 * i + 2], [4 * i, 4 * i + 2, 4 * i + 3]] for i in range(7)])
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # an outer solid is asked for, so that nothing warns
+            model = sqmap.bake(soup, solid="outer", gap=0.1, max_parts=4)  # the slit is 6 % of R_max
+        held = np.concatenate([soup[0], soup[0][soup[1]].mean(axis=1)])
+        self.assertTrue((model.signed_distance(held) > 0).all())
+        self.assertEqual(model.contains([[0.5, 0.5, 0.9], [0.5, 0.5, 1.02]]).tolist(), [True, False])
+        self.assertTrue((model.source_triangle == -1).all())
+        self.assertIn("enclosed (14)", " ".join(model.notes))
+
+        self.assertEqual(sqmap.bake(soup, solid="outer", max_parts=4).contains([[0.5, 0.5, 0.9]]).tolist(), [False])
 
     def test_a_unit_makes_metres(self):
         vertices, triangles = ball()

@@ -44,7 +44,8 @@ class BadInput(unittest.TestCase):
             self.refused(sqmap.ArgumentError, model.query, POINTS, **options)
         for options in ({"target_error": 0}, {"target_error": -1}, {"target_error": np.nan}, {"band": 101}, {"band": 0},
                         {"max_parts": 0.5}, {"max_parts": -1}, {"max_parts": 10**9}, {"threads": 5000}, {"repair": "glue"},
-                        {"projection": "mercator"}, {"thickness": -1}, {"thickness": np.nan}):
+                        {"projection": "mercator"}, {"thickness": -1}, {"thickness": np.nan}, {"solid": "inner"}, {"solid": None},
+                        {"gap": 0}, {"gap": 0.21}, {"gap": np.nan}, {"wrap_tolerance": 0.001}, {"wrap_tolerance": "fine"}):
             self.refused(sqmap.ArgumentError, sqmap.bake, ball(), **options)
         for options in ({"metres_per_unit": 0}, {"metres_per_unit": -1}, {"metres_per_unit": np.nan}, {"radius": -1}, {"radius": 5},
                         {"stiffness": 0}, {"stiffness": 1e9}, {"stiffness": np.nan}, {"damping": -1}, {"friction": -0.1},

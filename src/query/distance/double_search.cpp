@@ -140,7 +140,7 @@ private:
     void measure(std::uint32_t entry)
     {
         const Corners t = corners_of(model_, entry);
-        const TriangleFoot<double> foot = foot_on_triangle(point_, t[0], t[1], t[2]);
+        const TriangleFoot foot = foot_on_triangle(point_, t[0], t[1], t[2]);
         const Vec3d offset = foot.point - point_;
         const double distance_sq = norm_sq(offset);
         if (!(distance_sq <= limit_sq_)) return;
