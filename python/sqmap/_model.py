@@ -311,6 +311,12 @@ class Model(Owned):
         return self.info["parts"]
 
     @property
+    def named_parts(self) -> np.ndarray:
+        """(p,) int32: the number of the named part that each part belongs to: what a person would name one thing, such as the handle of
+        a mug, may have several superquadrics. Answers name parts: model.named_parts[model.query(points).part]."""
+        return np.array([part["group"] for part in self.parts], np.int32)
+
+    @property
     def mesh(self) -> tuple[np.ndarray, np.ndarray]:
         """(vertices (v, 3), triangles (t, 3) uint32) as they were baked, in the order to which triangle numbers refer.
 
