@@ -56,16 +56,47 @@ Batch batch_of(const sqmap_points* points)
     return {rows(in, "points.xyz"), pose_of(in.pose, "points.pose")};
 }
 
+constexpr std::size_t k_few = 256;  // points whose answers stay in the first cache
+
+/// Verdicts of the exact layer that float does not prove become those of exact_distance: contact is where its sign is negative.
+/// Returns the number of contacts.
+std::size_t settle(const query::Body& body, std::span<const Vec3d> points, std::span<query::PointResult> answers)
+{
+    std::size_t contacts = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        query::PointResult& r = answers[i];
+        if (!r.certain && (r.status & query::k_not_finite) == 0) {
+            const query::SignedDistance d = query::exact_distance(body, points[i]);
+            const bool is_inside = d.distance < 0;
+            if (is_inside != r.contact)
+                r = is_inside ? query::PointResult{true, true, d.status, d.part, -d.distance, d.witness, d.gradient}
+                              : query::PointResult{false, true, query::k_ok, -1, 0, points[i], {}};
+            r.certain = d.known == query::DistanceKind::Exact;
+        }
+        contacts += r.contact ? 1u : 0u;
+    }
+    return contacts;
+}
+
+/// The exact layer of a solid answers.
+bool is_exact(const model::ModelView& model, const query::QueryOptions& options)
+{
+    return model.header.solid != 0 && model::has_exact(model) && query::chosen_layer(model, options) == query::Layer::Exact &&
+           options.margin == 0 && !options.smoothed_map;
+}
+
 std::size_t answer(const query::Body& body, const Batch& batch, const sqmap_query_options& o, const sqmap_contacts& out)
 {
     const query::QueryOptions options = query_options(o);
+    const bool settles = is_exact(*body.model, options);
     std::atomic<std::size_t> contacts{0};
     for_batches(batch.points.size(), threads_of(o.threads), [&](parallel::Slice slice) {
-        constexpr std::size_t k_few = 256;  // that stay in the first cache
         std::array<query::PointResult, k_few> answers;
         for (std::size_t done = 0; done < slice.count; done += k_few) {
             const parallel::Slice few{slice.first + done, std::min(k_few, slice.count - done)};
-            contacts += query::query_points(body, batch.points.subspan(few.first, few.count), options, answers);
+            const std::span<const Vec3d> points = batch.points.subspan(few.first, few.count);
+            const std::size_t found = query::query_points(body, points, options, answers);
+            contacts += settles ? settle(body, points, answers) : found;
             const auto at = [&](std::size_t i) -> const query::PointResult& { return answers[i]; };
             fill(out.contact, few, [&](std::size_t i) { return at(i).contact; });
             fill(out.depth, few, [&](std::size_t i) { return (at(i).status & query::k_not_finite) != 0 ? k_nan : at(i).depth; });

@@ -317,6 +317,27 @@ class OneMeaning(unittest.TestCase):
             self.assertEqual(inside.any(), model.facts.is_solid)
             if model.facts.is_solid and model.facts.has_exact:
                 np.testing.assert_array_equal(inside, model.query(points, "exact").contact)
+            if not model.facts.is_solid:  # contact is behind it, and proven nowhere
+                for layer in (1, 2, 3, "exact"):
+                    self.assertFalse(model.query(points, layer).certain.any())
+
+    def test_the_exact_layer_agrees_within_the_rounding_of_float(self):
+        rng = np.random.default_rng(8)
+        for vertices, triangles in (ball(2), torus(), box((-0.2, -1.5, -0.3), (0.3, 1.5, 0.2))):
+            vertices = vertices @ np.linalg.qr(rng.normal(size=(3, 3)))[0].T + rng.normal(size=3)
+            model = sqmap.bake((vertices, triangles))
+            t, b = rng.integers(0, len(triangles), 20000), rng.dirichlet([1, 1, 1], 20000)
+            points = (vertices[triangles[t]] * b[:, :, None]).sum(1)
+            points += 10.0 ** rng.uniform(-11, -6, (20000, 1)) * rng.normal(size=(20000, 3))
+            inside = model.contains(points)
+            self.assertTrue(8000 < inside.sum() < 12000)
+            for layer in ("exact", "auto"):
+                answer = model.query(points, layer)
+                np.testing.assert_array_equal(answer.contact, inside)
+                self.assertTrue((answer.part[~inside] == -1).all() and (answer.depth[~inside] == 0).all())
+                np.testing.assert_allclose(np.linalg.norm(answer.normal[inside], axis=1), 1, atol=1e-6)
+            for k in rng.integers(0, 20000, 50):
+                self.assertEqual(model.query(points[k:k + 1], "exact").contact[0], inside[k])
 
     def test_a_scene_is_the_union_or_refuses(self):
         a, b = box((-1, -1, -1), (1, 1, 1)), box((0.5, -0.5, -0.5), (3, 0.5, 0.5))

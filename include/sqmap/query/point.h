@@ -24,11 +24,11 @@ struct PointResult {
 
 /// One point, in the frame and units of the body's pose. In a model with a locator (and central maps, or layer Exact) the answer
 /// has the same bits as query_probe's of that position; on layer Two a probe may leave out what its clusters prove free. A free
-/// point is certain where its locator cell is free, and on layer Exact. With offset or margin, points up to that far outside the
-/// surface are in contact too, and depth is measured from the moved surface; with offset, margin or smoothing no verdict is
-/// called certain. A body without a model: free. Total, noexcept, no allocation; thread-safe. Cost: with a locator 0.1 to 1
-/// microseconds; without one, a sphere and a box test a part, and where the point is inside, a search bounded by the part's
-/// cells.
+/// point is certain where its locator cell is free, and on layer Exact beyond the rounding of float (4e-6 of the object's radius
+/// from the surface, as a contact is). With offset or margin, points up to that far outside the surface are in contact too, and
+/// depth is measured from the moved surface; with offset, margin or smoothing no verdict is called certain. A body without a
+/// model: free. Total, noexcept, no allocation; thread-safe. Cost: with a locator 0.1 to 1 microseconds; without one, a sphere
+/// and a box test a part, and where the point is inside, a search bounded by the part's cells.
 /// @pre the model came from model::parse (not checked)
 [[nodiscard]] PointResult query_point(const Body& touched, Vec3d point, const QueryOptions& options = {}) noexcept;
 

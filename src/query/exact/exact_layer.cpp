@@ -184,7 +184,12 @@ ModelContact answer(const Candidates& candidates, Vec3f point, bool inside)
     const Vec3d p = cast<double>(point);
     const NearestPiece nearest = nearest_of(candidates, p);
     if (!(nearest.distance_sq < INFINITY)) return free_at(point);
-    return inside || is_below(candidates, p, nearest) ? contact_at(candidates.model, point, nearest) : free_at(point);
+    const double rounding = static_cast<double>(k_unproven * candidates.model.header.sphere[3]);
+    const bool is_certain = nearest.distance_sq > rounding * rounding;
+    if (!inside && !is_below(candidates, p, nearest)) return free_at(point, is_certain);
+    ModelContact contact = contact_at(candidates.model, point, nearest);
+    contact.certain = is_certain;
+    return contact;
 }
 
 /// Some part may hold the point.

@@ -29,6 +29,7 @@ public:
         const float size = model_.header.sphere[3];
         tie_ = 4e-12f * size * size;
         touching_ = 1e-4f * size;
+        rounding_ = k_unproven * size;
     }
 
     ProbeResult run()
@@ -258,6 +259,10 @@ private:
         // the faces there is what the point sees.
         const M open = known_inside ? none() : hn::And(lanes, hn::Or(nearest.unclear, hn::And(nearest.outside, nearest.inside)));
         const M inside = known_inside ? lanes : hn::AndNot(open, hn::AndNot(nearest.outside, lanes));
+        if (job_.reached != nullptr) {
+            const M unproven = hn::And(lanes, hn::Le(nearest.distance_sq, set(rounding_ * rounding_)));
+            if (any(unproven)) each_lane(unproven, [&](std::size_t i) { job_.reached[point_[slots[i]]] = 1; });
+        }
         const M candidates = hn::Or(inside, open);
         if (!any(candidates)) return;
         const F depth = hn::Sqrt(nearest.distance_sq), inverse = hn::Div(set(1.f), hn::Max(depth, set(1e-30f)));
@@ -286,7 +291,7 @@ private:
                              v[6][i],
                              point_[slot],
                              static_cast<std::int16_t>(model::part_of(word)),
-                             true,
+                             v[6][i] > rounding_,
                              model::is_made_up(word) ? k_made_up : k_ok});
         });
     }
@@ -305,11 +310,13 @@ private:
     {
         const ModelContact c =
             query_exact_in(model_, {x_[slot], y_[slot], z_[slot]}, (key & ~k_inside) >> 6, key & 63u, (key & k_inside) != 0);
+        if (!c.certain && job_.reached != nullptr) job_.reached[point_[slot]] = 1;
         if (c.contact) contacts_.write(contact_of(c, point_[slot]));
     }
 
     ContactWriter contacts_;
     float tie_;       // what rounding adds to a squared distance
+    float rounding_;  // distance up to which float does not prove the side
     float touching_;  // depth up to which a contact's normal is its triangle's
     std::size_t queued_ = 0;
     float x_[k_capacity], y_[k_capacity], z_[k_capacity];

@@ -30,7 +30,8 @@ struct ProbeJob {
     const float *group_x = nullptr, *group_y = nullptr, *group_z = nullptr, *group_radius = nullptr;
     std::size_t clusters = 0, groups = 0, points;
     float sphere[4] = {};
-    std::uint8_t* reached = nullptr;  ///< set to 1 for points that the locator does not know to be free; may be null
+    std::uint8_t* reached =
+        nullptr;  ///< set to 1 for points that are not proven to be free: by the locator, on layer Exact by float; may be null
 
     // Position in the probe -> model space, and how lengths scale.
     float rotation[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, translation[3] = {}, scale = 1;
