@@ -30,9 +30,9 @@ constexpr auto k_cloth = &measure_cloth;
 constexpr int (*k_cloth)(int, char**) = nullptr;
 #endif
 #ifdef SQMAP_MEASURE_CGAL
-constexpr auto k_wrap = &measure_wrap;
+constexpr auto k_wrap = &measure_wrap, k_invariance = &measure_invariance;
 #else
-constexpr int (*k_wrap)(int, char**) = nullptr;
+constexpr int (*k_wrap)(int, char**) = nullptr, (*k_invariance)(int, char**) = nullptr;
 #endif
 
 constexpr Topic k_topics[] = {
@@ -56,6 +56,9 @@ constexpr Topic k_topics[] = {
      &measure_first_touch},
     {"haptic", nullptr, "The force: steps while sliding, energy around closed paths, time of a tick, density of a hand's points.",
      &measure_haptic},
+    {"invariance", "MESH...",
+     "Share of the area on which parts and named parts stay when a mesh is turned, scaled, reflected, or simplified by 30 %.",
+     k_invariance, "libcgal-dev"},
     {"joints", "HAND.glb PICTURE.png [--layer 2|3|exact] [--solids LEAST_WEIGHT] [--azimuth DEGREES] [--elevation DEGREES]",
      "Where on a skinned hand the verdicts are wrong: a picture, and a table of the joints.", &measure_joints},
     {"pile", "BODIES THREADS MESH...",

@@ -12,6 +12,7 @@ int measure_contacts(int argc, char** argv);
 int measure_distance(int argc, char** argv);
 int measure_first_touch(int argc, char** argv);
 int measure_haptic(int argc, char** argv);
+int measure_invariance(int argc, char** argv);
 int measure_joints(int argc, char** argv);
 int measure_pile(int argc, char** argv);
 int measure_poses(int argc, char** argv);
