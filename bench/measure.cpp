@@ -72,10 +72,12 @@ constexpr Topic k_topics[] = {
     {"scene-cost", "far|pile|probe BODIES FRAMES",
      "What a scene does in a frame, to be counted by callgrind; with 0 FRAMES the set-up alone. At most 5000 bodies.",
      &measure_scene_cost},
-    {"segmentation", "FOLDER [--sheet PICTURE.png] [--labels FOLDER]",
+    {"segmentation", "FOLDER [--sheet PICTURE.png] [--labels FOLDER] [--cuts printed]",
      "Rand index error of parts and of named parts against people's, per class. FOLDER holds models/N.off and "
      "humans/N_K.seg.gz of\n"
-     "the Princeton benchmark. --sheet: each model's parts, named parts and a person's. --labels: N.csv, part and name a face.",
+     "the Princeton benchmark. --sheet: each model's parts, named parts and a person's. --labels: N.csv, part and name a face. "
+     "--cuts printed: of\n"
+     "section 3's cuts as printed, before any other.",
      &measure_segmentation},
     {"skin", "HAND.glb OBJECT [--cell SHARE] [--layer 2|3|exact] [--solids LEAST_WEIGHT] [--worst FILE.csv]",
      "Contacts of a skinned model against the exact skinned mesh, and against rigid solids, one a joint.", &measure_skin},

@@ -5,6 +5,7 @@
 #include "measure.h"
 
 #include "sqmap/bake_mesh.h"
+#include "sqmap/decompose/locales.h"
 #include "sqmap/io/read.h"
 #include "sqmap/io/replace_file.h"
 #include "sqmap/model/named_parts.h"
@@ -38,6 +39,7 @@ constexpr std::size_t k_max_people = 100;
 
 struct Options {
     std::filesystem::path folder, sheet, labels;
+    bool printed = false;  ///< cuts of section 3 as printed, and none after them
 };
 
 Options parsed(int argc, char** argv)
@@ -49,7 +51,10 @@ Options parsed(int argc, char** argv)
             o.sheet = argv[++i];
         else if (word == "--labels" && i + 1 < argc)
             o.labels = argv[++i];
-        else if (word.empty() || word.front() == '-' || !o.folder.empty())
+        else if (word == "--cuts" && i + 1 < argc && std::string(argv[i + 1]) == "printed") {
+            o.printed = true;
+            ++i;
+        } else if (word.empty() || word.front() == '-' || !o.folder.empty())
             return {};
         else
             o.folder = word;
@@ -156,7 +161,7 @@ const Labels& usual_person(const Model& m)
     return m.people[best];
 }
 
-Model made(const std::filesystem::path& folder, std::size_t number)
+Model made(const std::filesystem::path& folder, std::size_t number, bool printed)
 {
     Model m;
     m.number = number;
@@ -169,10 +174,12 @@ Model made(const std::filesystem::path& folder, std::size_t number)
     options.bake.locator = options.bake.exact = false;  // parts alone count
     options.bake.target_error = 100;
     const BakedModel baked = bake_mesh(path, options);
-    const decompose::Partition& partition = baked.report.partition;
+    const decompose::Partition partition =
+        printed ? decompose::decompose(baked.mesh, decompose::printed_cuts()) : baked.report.partition;
     m.parts = app::polygon_labels(m.soup, baked.mesh, partition.part_of_triangle);
     std::vector<std::uint32_t> groups;
-    for (const std::uint32_t part : partition.part_of_triangle) groups.push_back(model::group_of_part(baked.view(), part));
+    for (const std::uint32_t part : partition.part_of_triangle)
+        groups.push_back(printed ? part : model::group_of_part(baked.view(), part));
     m.groups = app::polygon_labels(m.soup, baked.mesh, groups);
     for (std::size_t k = 0; k < k_max_people; ++k) {
         const std::filesystem::path person = folder / "humans" / (std::to_string(number) + "_" + std::to_string(k) + ".seg.gz");
@@ -305,7 +312,7 @@ int sqmap::bench::measure_segmentation(int argc, char** argv)
     std::map<std::size_t, Errors> classes;
     Sheet sheet;
     for (const std::size_t number : model_numbers(options.folder)) {
-        const Model m = made(options.folder, number);
+        const Model m = made(options.folder, number, options.printed);
         const Errors e = errors_of(m);
         std::fprintf(stderr, "%zu: %.0f parts %.3f, %.0f groups %.3f, people %.3f\n", number, e.part_count, e.parts,
                      e.group_count, e.groups, e.people);

@@ -1,6 +1,10 @@
 #include "bake_options.h"
 
+#include "sqmap/decompose/locales.h"
+
 #include <charconv>
+#include <cstdio>
+#include <string>
 
 namespace sqmap::app {
 namespace {
@@ -10,18 +14,36 @@ constexpr const char* k_of_printed_cuts[] = {"--mean-curvature", "--printed-stre
 constexpr const char* k_of_paper_maps[] = {"--grid",          "--subdivisions",     "--offset-constant",
                                            "--offset-radius", "--smoothing-radius", "--smoothing-kernel"};
 
-/// Adds the options of sections 2 and 3 of the paper.
-void add_paper_options(Command& command, BakeSettings& options)
+/// Thresholds that have another value where cuts are as printed.
+struct PrintedValue {
+    const char* option;
+    double decompose::DecomposeOptions::*value;
+};
+constexpr PrintedValue k_printed_values[] = {{"--locale-width", &decompose::DecomposeOptions::locale_width},
+                                             {"--minimum-part", &decompose::DecomposeOptions::minimum_part_area},
+                                             {"--curvature-floor", &decompose::DecomposeOptions::curvature_floor}};
+
+}  // namespace
+
+void add_decompose_options(Command& command, DecomposeSettings& settings)
 {
-    decompose::DecomposeOptions& d = options.bake.decompose;
+    decompose::DecomposeOptions& d = settings.options;
+    const decompose::DecomposeOptions printed = decompose::printed_cuts();
+    const auto or_printed = [](const char* words, double value) {
+        char text[40];
+        std::snprintf(text, sizeof text, "; with --cuts printed %g", value);
+        return words + std::string(text);
+    };
     Command cuts =
         command.titled("Decomposition (section 3 of the paper; lengths in roots of the surface area, areas as shares of it)");
-    cuts.flag("--exact-geodesics", options.exact_geodesics, "Protrusion over every triangle (eq. 4): quadratic cost");
-    const auto limited = [&](const char* name, double& value, const char* words, double least, double max) {
+    cuts.flag("--exact-geodesics", settings.exact_geodesics, "Protrusion over every triangle (eq. 4): quadratic cost");
+    const auto limited = [&](const char* name, double& value, const std::string& words, double least, double max) {
         cuts.option(name, value, words).in_range(least, max);
     };
-    const auto threshold = [&](const char* name, double& value, const char* words) { limited(name, value, words, 1e-3, 1e6); };
-    const auto share = [&](const char* name, double& value, const char* words) { limited(name, value, words, 0, 1); };
+    const auto threshold = [&](const char* name, double& value, const std::string& words) {
+        limited(name, value, words, 1e-3, 1e6);
+    };
+    const auto share = [&](const char* name, double& value, const std::string& words) { limited(name, value, words, 0, 1); };
     threshold("--salient-window", d.salient_window, "Geodesic window of a salient feature (eq. 5)");
     threshold("--boundary-strength", d.boundary_strength,
               "Growth of a locale's radius over distance that makes a cut; a tube on a plane has 0.5 to 1");
@@ -31,14 +53,16 @@ void add_paper_options(Command& command, BakeSettings& options)
               "t_h: curvature times area between such cuts; 3 is a tube that turns by 86 degrees");
     threshold("--salient-prominence", d.salient_prominence,
               "Least rise of a salient feature over the pass to a higher one, of mean p");
-    threshold("--locale-width", d.locale_width, "Geodesic width of a locale");
+    threshold("--locale-width", d.locale_width, or_printed("Geodesic width of a locale", printed.locale_width));
     threshold("--protrusion-ratio", d.protrusion_ratio,
               "Least height of a salient part over its radius at the cut; a disc has 1");
     share("--boundary-concavity", d.boundary_concavity, "Least mean concavity of a salient part's border");
     threshold("--curvature-window", d.curvature_window,
               "Window of the Gaussian curvature, of roots of a triangle's area (2: printed)");
+    share("--curvature-floor", d.curvature_floor,
+          or_printed("Least triangle that this window counts with: detail below it is noise", printed.curvature_floor));
     share("--fragment-roundness", d.fragment_roundness, "Parts less round than this are joined to a neighbour; a disc has 1");
-    share("--minimum-part", d.minimum_part_area, "Least area of a part");
+    share("--minimum-part", d.minimum_part_area, or_printed("Least area of a part", printed.minimum_part_area));
     cuts.option("--protrusion-sources", d.protrusion_sources, "Sources of the sampled sum of eq. 4").in_range(1, 100000);
     cuts.choice<decompose::Cutting>(
         "--cuts", d.cutting, {{"passes", decompose::Cutting::Passes}, {"printed", decompose::Cutting::Printed}},
@@ -47,8 +71,17 @@ void add_paper_options(Command& command, BakeSettings& options)
                                           {{"area", decompose::CurvatureMean::Area}, {"count", decompose::CurvatureMean::Count}},
                                           "Of --cuts printed: weighted by area, or over the points as printed", "area|count");
     threshold(k_of_printed_cuts[1], d.printed_strength,
-              "Of --cuts printed: Boundary Strength that makes a cut; on a plane it is 1");
+              "Of --cuts printed: rise of Boundary Strength that makes a cut; where a tube meets a plane it is 1");
     threshold(k_of_printed_cuts[2], d.printed_curvature, "Of --cuts printed: t_h, |mean curvature| times the surface area");
+    settings.given = [command](const std::string& option) { return command.given(option); };
+}
+
+namespace {
+
+/// Adds the options of sections 2 and 3 of the paper.
+void add_paper_options(Command& command, BakeSettings& options)
+{
+    add_decompose_options(command, options.cuts);
     Command superquadrics = command.titled("Superquadrics (section 2 of the paper)");
     superquadrics.flag("--no-taper", options.no_taper, "Do not try tapering");
     superquadrics.flag("--no-bend", options.no_bend, "Do not try bending");
@@ -95,9 +128,6 @@ void check_together(const BakeSettings& settings)
     if (is_paper && settings.given(k_no_locator)) throw WrongUsage(k_no_locator, "a model of --projection normal has none");
     for (const char* const option : k_of_paper_maps)
         if (!is_paper && settings.given(option)) throw WrongUsage(option, "is of the maps of --projection normal: give that too");
-    for (const char* const option : k_of_printed_cuts)
-        if (settings.bake.decompose.cutting != decompose::Cutting::Printed && settings.given(option))
-            throw WrongUsage(option, "is of --cuts printed: give that too");
     if (!paper::is_storable(settings.maps))
         throw WrongUsage(k_of_paper_maps[0], "with --subdivisions " + std::to_string(settings.maps.subdivisions) +
                                                  " is finer than a map can be: at most " + std::to_string(paper::k_max_map_rows) +
@@ -105,6 +135,28 @@ void check_together(const BakeSettings& settings)
 }
 
 }  // namespace
+
+decompose::DecomposeOptions decompose_options(const DecomposeSettings& settings)
+{
+    for (const char* const option : k_of_printed_cuts)
+        if (settings.options.cutting != decompose::Cutting::Printed && settings.given(option))
+            throw WrongUsage(option, "is of --cuts printed: give that too");
+    if (settings.options.cutting == decompose::Cutting::Printed) return field_options(settings);
+    decompose::DecomposeOptions options = settings.options;
+    if (settings.exact_geodesics) options.protrusion = decompose::ProtrusionSum::Exact;
+    return options;
+}
+
+decompose::DecomposeOptions field_options(const DecomposeSettings& settings)
+{
+    decompose::DecomposeOptions options = settings.options;
+    const decompose::DecomposeOptions printed = decompose::printed_cuts();
+    options.cutting = decompose::Cutting::Printed;
+    for (const PrintedValue& v : k_printed_values)
+        if (!settings.given(v.option)) options.*v.value = printed.*v.value;
+    if (settings.exact_geodesics) options.protrusion = decompose::ProtrusionSum::Exact;
+    return options;
+}
 
 void add_bake_options(Command& command, BakeSettings& settings)
 {
@@ -151,7 +203,7 @@ BakeMeshOptions bake_options(const BakeSettings& settings)
     out.keep_input = !settings.no_input;
     out.fit.allow_taper = !settings.no_taper;
     out.fit.allow_bend = !settings.no_bend;
-    if (settings.exact_geodesics) out.decompose.protrusion = decompose::ProtrusionSum::Exact;
+    out.decompose = decompose_options(settings.cuts);
     return options;
 }
 

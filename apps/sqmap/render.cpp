@@ -1,4 +1,5 @@
 // sqmap render: pictures of meshes and models.
+#include "bake_options.h"
 #include "commands.h"
 #include "common/program_words.h"
 #include "common/render/pictures.h"
@@ -18,12 +19,15 @@
 namespace sqmap::app {
 namespace {
 
+constexpr const char* k_section_three[] = {"protrusion", "features", "locales", "strength", "curvature", "hyperbolic"};
+
 struct RenderArguments {
     std::string input, mesh, output, up = "y", size;
     std::vector<std::string> what;
     std::optional<double> azimuth;
     View view;
     MeshOptions load;
+    DecomposeSettings cuts;
 };
 
 void set_size(View& view, const std::string& text)
@@ -53,12 +57,16 @@ mesh::Mesh loaded(const std::string& path, const MeshOptions& options)
     return std::move(loaded.mesh);
 }
 
+bool is_of_section_three(const std::string& what)
+{
+    return std::ranges::find(k_section_three, what) != std::end(k_section_three);
+}
+
 Image picture(const Subject& subject, const std::string& what, const View& view)
 {
     if (what == "parts") return parts_picture(subject, view);
     if (what == "superquadrics") return superquadrics_picture(subject, view);
-    if (what == "protrusion") return protrusion_picture(subject, view);
-    if (what == "curvature") return curvature_picture(subject, view);
+    if (is_of_section_three(what)) return section_three_picture(subject, what, view);
     if (what == "error") return error_picture(subject, view);
     if (what == "map") return map_picture(subject, view.width, view.height);
     return plain_picture(subject, view);
@@ -80,9 +88,10 @@ Image pictures(const RenderArguments& a)
         mesh = loaded(a.mesh, a.load);
     const bool needs_parts =
         std::any_of(kinds.begin(), kinds.end(), [](const auto& kind) { return kind == "parts" || kind == "superquadrics"; });
-    const Subject subject = is_model      ? subject_of_model(paper::MappedModel(a.input), mesh ? &*mesh : nullptr)
-                            : needs_parts ? subject_of_mesh(*mesh)
-                                          : bare_subject(*mesh);
+    Subject subject = is_model      ? subject_of_model(paper::MappedModel(a.input), mesh ? &*mesh : nullptr)
+                      : needs_parts ? subject_of_mesh(*mesh, decompose_options(a.cuts))
+                                    : bare_subject(*mesh);
+    if (std::ranges::any_of(kinds, is_of_section_three)) subject.section_three = section_three_of(subject, field_options(a.cuts));
 
     View view = a.view;
     if (a.size.empty() && kinds == std::vector<std::string>{"map"}) set_size(view, "1600x1200");
@@ -101,12 +110,13 @@ void add_render(CommandLine& line)
     command.option("input", arguments->input, "Model (.sqmap) or mesh").required().existing_file();
     command.option("mesh", arguments->mesh, "Mesh to draw instead of the model's own triangles").existing_file();
     command
-        .option(
-            "--what", arguments->what,
-            "mesh, parts, superquadrics, protrusion, curvature; of a model also map (unrolled) and error (of layer 3); several "
-            "stand side by side; default: parts of a model, the plain mesh otherwise")
+        .option("--what", arguments->what,
+                "mesh, parts, superquadrics; section 3's protrusion, features (salient), locales, strength (Boundary Strength), "
+                "curvature, hyperbolic (where that is negative); of a model also map (unrolled) and error (of layer 3); several "
+                "stand side by side; default: parts of a model, the plain mesh otherwise")
         .delimiter(',')
-        .one_of({"mesh", "parts", "superquadrics", "protrusion", "curvature", "map", "error"})
+        .one_of({"mesh", "parts", "superquadrics", "protrusion", "features", "locales", "strength", "curvature", "hyperbolic",
+                 "map", "error"})
         .type_name("KIND");
     command.option("-o,--output", arguments->output, "PNG file to write").required();
     command.option("--azimuth", arguments->azimuth, "Degrees about the up axis, 0 the front; default: off the broadest side");
@@ -117,6 +127,7 @@ void add_render(CommandLine& line)
     command.option("--size", arguments->size, "Pixels of each picture; default: 900x700, a map alone 1600x1200")
         .type_name("WIDTHxHEIGHT");
     add_load_options(command, arguments->load);
+    add_decompose_options(command, arguments->cuts);
     command.footer("Exit code: 0 drawn, 2 bad model or mesh, or PNG not written, 64 wrong usage, 70 internal error.");
     command.run<io::ModelFileError, ImageError>([arguments] {
         if (!arguments->size.empty()) set_size(arguments->view, arguments->size);

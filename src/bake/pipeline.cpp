@@ -70,8 +70,8 @@ void check(const decompose::DecomposeOptions& d)
 {
     for (const double threshold :
          {d.salient_window, d.salient_prominence, d.locale_width, d.boundary_strength, d.protrusion_ratio, d.boundary_concavity,
-          d.curvature_window, d.hyperbolic_share, d.hyperbolic_curvature, d.minimum_part_area, d.fragment_roundness,
-          d.printed_strength, d.printed_curvature})
+          d.curvature_window, d.curvature_floor, d.hyperbolic_share, d.hyperbolic_curvature, d.minimum_part_area,
+          d.fragment_roundness, d.printed_strength, d.printed_curvature})
         if (!(threshold >= 0 && std::isfinite(threshold)))
             throw mesh::InvalidInput("a threshold of the decomposition is negative or not finite");
 }

@@ -98,7 +98,8 @@ public:
         Decomposition out;
         protrusion_ = protrusion_at_vertices(mesh_, geodesics_, options_);
         out.protrusion = at_triangles(mesh_, protrusion_);
-        out.curvature = gaussian_curvature(mesh_, surface_.graph, options_.curvature_window, surface_.total_area / 8000);
+        out.curvature =
+            gaussian_curvature(mesh_, surface_.graph, options_.curvature_window, options_.curvature_floor * surface_.total_area);
         curvature_ = out.curvature;
         partition_ = components(surface_);
         for (const auto v : salient_vertices(mesh_, geodesics_, protrusion_,

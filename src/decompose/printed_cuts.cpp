@@ -1,18 +1,23 @@
-#include "cut.h"
+// Locales, Boundary Strength and step 3 of section 3 as printed.
+#include "sqmap/decompose/locales.h"
 
+#include "cut.h"
 #include "partition.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 namespace sqmap::decompose {
 
 namespace {
 
-/// A locale: the dual vertices of a band of geodesic distances.
+/// The surface between two levels of geodesic distance.
 struct Locale {
     double area = 0, hyperbolic_area = 0;
-    double curvature_sum = 0, weighted_curvature_sum = 0;  ///< of the hyperbolic ones
+    double curvature_sum = 0, weighted_curvature_sum = 0;  ///< of the hyperbolic dual vertices
     std::size_t hyperbolic_count = 0;
 
     [[nodiscard]] double mean_curvature(CurvatureMean mean) const
@@ -23,26 +28,30 @@ struct Locale {
     }
 };
 
-/// Locales of a feature over the triangles of its part, and each triangle's distance.
-struct Bands {
-    std::vector<std::uint32_t> triangles;
-    std::vector<double> distance;  ///< #triangles of the mesh
-    std::vector<Locale> locales;
-};
-
-Bands bands_from(const PrintedCuts& input, const Partition& partition, std::uint32_t feature, std::uint32_t part)
+/// The share of a triangle's area at which a field that is linear over it stays below a level. ascending: its values at the
+/// corners.
+double share_below(const std::array<double, 3>& ascending, double level)
 {
-    Bands bands;
-    bands.triangles = triangles_of(partition, part);
-    std::vector<double> field;
-    input.geodesics.run({&feature, 1}, field, k_unreached, {partition.part_of_triangle, part});
-    bands.distance = at_triangles(input.surface.mesh, field);
-    for (const std::uint32_t t : bands.triangles) {
-        if (!(bands.distance[t] < k_unreached)) continue;
-        const auto k = static_cast<std::size_t>(bands.distance[t] / input.width);
-        if (k >= bands.locales.size()) bands.locales.resize(k + 1);
-        Locale& locale = bands.locales[k];
-        const double area = input.surface.area[t], curvature = input.curvature[t];
+    const auto [low, middle, high] = ascending;
+    if (level <= low) return 0;
+    if (level >= high) return 1;
+    if (level <= middle) return (level - low) * (level - low) / ((middle - low) * (high - low));
+    return 1 - (high - level) * (high - level) / ((high - middle) * (high - low));
+}
+
+/// Adds a triangle to the locales between whose levels it lies, each with the area that the levels cut out of it.
+void add_triangle(const PrintedCuts& input, std::uint32_t t, std::array<double, 3> corners, std::vector<Locale>& locales)
+{
+    std::sort(corners.begin(), corners.end());
+    const double curvature = input.curvature[t];
+    double below = 0;
+    for (auto k = static_cast<std::size_t>(corners[0] / input.width); below < 1; ++k) {
+        if (k >= locales.size()) locales.resize(k + 1);
+        const double next = share_below(corners, static_cast<double>(k + 1) * input.width);
+        const double area = (next - below) * input.surface.area[t];
+        below = next;
+        if (!(area > 0)) continue;
+        Locale& locale = locales[k];
         locale.area += area;
         if (!(curvature < 0)) continue;
         locale.hyperbolic_area += area;
@@ -50,50 +59,165 @@ Bands bands_from(const PrintedCuts& input, const Partition& partition, std::uint
         locale.weighted_curvature_sum += area * curvature;
         ++locale.hyperbolic_count;
     }
-    return bands;
 }
 
-/// The tests of sections 3.1 and 3.2 at a locale. Boundary Strength is the difference of the areas of consecutive locales: over
-/// the area by which locales grow on a plane, so that it is free of scale.
-bool is_boundary(const Locale& before, const Locale& here, const PrintedCuts& input, const DecomposeOptions& o, CutKind& kind)
+/// Locales of the triangles that a field reaches. A run without a limit reaches all corners of a triangle or none.
+std::vector<Locale> locales_over(const PrintedCuts& input, const std::vector<std::uint32_t>& triangles,
+                                 const std::vector<double>& field)
 {
-    const double strength = (here.area - before.area) / (2 * std::numbers::pi * input.width * input.width);
-    kind = strength > o.printed_strength ? CutKind::Salient : CutKind::Curvature;
-    return kind == CutKind::Salient ||
-           (here.hyperbolic_area > o.hyperbolic_share * here.area &&
-            std::abs(here.mean_curvature(o.curvature_mean)) * input.surface.total_area > o.printed_curvature);
+    std::vector<Locale> locales;
+    for (const std::uint32_t t : triangles) {
+        const mesh::Triangle& c = input.surface.mesh.triangles[t];
+        if (field[c[0]] < k_unreached) add_triangle(input, t, {field[c[0]], field[c[1]], field[c[2]]}, locales);
+    }
+    return locales;
 }
+
+std::vector<double> strengths_of(const std::vector<Locale>& locales, double width)
+{
+    std::vector<double> area;
+    for (const Locale& l : locales) area.push_back(l.area);
+    return boundary_strength(area, width);
+}
+
+/// A locale's outcome of the tests: by how many times it passes one, 0 where it passes neither.
+struct Passed {
+    double by = 0;
+    CutKind kind = CutKind::Salient;
+};
+
+/// Cuts one part again and again as the locales of one feature advance over it.
+class Advance {
+public:
+    Advance(const PrintedCuts& input, const DecomposeOptions& options, std::uint32_t feature, Partition& partition)
+        : input_(input),
+          options_(options),
+          partition_(partition),
+          part_(partition.part_of_triangle[input.geodesics.around(feature).front()])
+    {
+        std::vector<double> field;
+        input.geodesics.run({&feature, 1}, field, k_unreached, {partition.part_of_triangle, part_});
+        distance_ = at_triangles(input.surface.mesh, field);
+        locales_ = locales_over(input, triangles_of(partition, part_), field);
+        strength_ = strengths_of(locales_, input.width);
+    }
+
+    void run()
+    {
+        double inside = 0;  // area since the last cut
+        for (std::size_t k = 1, end = 1; k < locales_.size() && partition_.part_count < options_.max_parts; k = end) {
+            end = k + 1;
+            inside += locales_[k - 1].area;
+            Passed best = tests(k);
+            if (best.by == 0 || inside < input_.least_area) continue;
+            // Consecutive locales that pass are one place, which is cut once: at the locale that passes by most.
+            std::size_t at = k;
+            for (; end < locales_.size(); ++end) {
+                const Passed next = tests(end);
+                if (next.by == 0) break;
+                if (next.by <= best.by) continue;
+                best = next;
+                at = end;
+            }
+            const bool is_cut = cut(at, best.kind);
+            if (is_cut) inside = 0;
+            for (std::size_t i = is_cut ? at : k; i + 1 < end; ++i) inside += locales_[i].area;
+        }
+    }
+
+private:
+    /// Section 3.1's test is a significant increase of Boundary Strength from the locale before, section 3.2's has two
+    /// conditions.
+    Passed tests(std::size_t k) const
+    {
+        // The second locale is the first that has a strength: a rise needs one before it.
+        if (const double rise = k >= 2 ? strength_[k] - strength_[k - 1] : 0; rise > options_.printed_strength)
+            return {rise / options_.printed_strength, CutKind::Salient};
+        const Locale& here = locales_[k];
+        const double curvature = std::abs(here.mean_curvature(options_.curvature_mean)) * input_.surface.total_area;
+        if (here.hyperbolic_area > options_.hyperbolic_share * here.area && curvature > options_.printed_curvature)
+            return {curvature / options_.printed_curvature, CutKind::Curvature};
+        return {};
+    }
+
+    /// Cuts before a locale; the part ahead of it is the one that goes on.
+    bool cut(std::size_t locale, CutKind kind)
+    {
+        const double level = static_cast<double>(locale) * input_.width;
+        const std::vector<std::uint32_t> triangles = triangles_of(partition_, part_);
+        std::vector<std::uint8_t> near;
+        std::uint32_t ahead = mesh::k_no_triangle;
+        double nearest = k_unreached;
+        for (const std::uint32_t t : triangles) {
+            near.push_back(distance_[t] < level ? 1 : 0);
+            if (near.back() != 0 || !(distance_[t] < nearest)) continue;
+            nearest = distance_[t];
+            ahead = t;
+        }
+        if (ahead == mesh::k_no_triangle ||
+            apply_cut(input_.surface, partition_, {part_, triangles, near, kind, input_.least_area}) < 2)
+            return false;
+        part_ = partition_.part_of_triangle[ahead];
+        return true;
+    }
+
+    const PrintedCuts& input_;
+    const DecomposeOptions& options_;
+    Partition& partition_;
+    std::uint32_t part_;
+    std::vector<double> distance_, strength_;
+    std::vector<Locale> locales_;
+};
 
 }  // namespace
 
+std::vector<double> boundary_strength(const std::vector<double>& area, double width)
+{
+    std::vector<double> strength(area.size(), 0);
+    for (std::size_t k = 1; k < area.size(); ++k) strength[k] = (area[k] - area[k - 1]) / (2 * std::numbers::pi * width * width);
+    return strength;
+}
+
 void cut_as_printed(const PrintedCuts& input, const DecomposeOptions& options, Partition& partition)
 {
-    for (const std::uint32_t feature : input.features) {
-        // The part that extends from the feature: its own at first, then the rest after the last cut.
-        std::uint32_t part = partition.part_of_triangle[input.geodesics.around(feature).front()];
-        Bands bands = bands_from(input, partition, feature, part);
-        double inside = 0;
-        for (std::size_t k = 1; k < bands.locales.size() && partition.part_count < options.max_parts; ++k) {
-            inside += bands.locales[k - 1].area;
-            CutKind kind{};
-            if (inside < input.least_area || !is_boundary(bands.locales[k - 1], bands.locales[k], input, options, kind)) continue;
-            const double level = static_cast<double>(k) * input.width;
-            const std::vector<std::uint32_t> triangles = triangles_of(partition, part);
-            std::vector<std::uint8_t> near;
-            std::uint32_t ahead = mesh::k_no_triangle;
-            double nearest = k_unreached;
-            for (const std::uint32_t t : triangles) {
-                near.push_back(bands.distance[t] < level ? 1 : 0);
-                if (near.back() != 0 || !(bands.distance[t] < nearest)) continue;
-                nearest = bands.distance[t];
-                ahead = t;
+    for (const std::uint32_t feature : input.features) Advance(input, options, feature, partition).run();
+}
+
+LocaleBands locale_bands(const mesh::Mesh& mesh, const Decomposition& found, const DecomposeOptions& options)
+{
+    const CutSurface surface(mesh);
+    GeodesicSolver geodesics(mesh);
+    const PrintedCuts input{
+        surface, geodesics, found.curvature, found.salient_vertices, 0, options.locale_width * std::sqrt(surface.total_area)};
+    std::vector<std::uint32_t> all(mesh.triangles.size());
+    std::iota(all.begin(), all.end(), 0u);
+    LocaleBands out{.width = input.width,
+                    .distance = std::vector<double>(mesh.vertices.size(), k_unreached),
+                    .feature = std::vector<std::uint32_t>(all.size(), LocaleBands::k_none),
+                    .strength = {}};
+    std::vector<double> nearest(all.size(), k_unreached), field;
+    for (std::uint32_t f = 0; f < input.features.size(); ++f) {
+        geodesics.run({&input.features[f], 1}, field);
+        out.strength.push_back(strengths_of(locales_over(input, all, field), input.width));
+        for (std::size_t v = 0; v < field.size(); ++v) out.distance[v] = std::min(out.distance[v], field[v]);
+        const std::vector<double> at_centres = at_triangles(mesh, field);
+        for (const std::uint32_t t : all)
+            if (at_centres[t] < nearest[t]) {
+                nearest[t] = at_centres[t];
+                out.feature[t] = f;
             }
-            if (ahead == mesh::k_no_triangle) break;
-            if (apply_cut(input.surface, partition, {part, triangles, near, kind, input.least_area}) < 2) continue;
-            part = partition.part_of_triangle[ahead];
-            inside = 0;
-        }
     }
+    return out;
+}
+
+DecomposeOptions printed_cuts()
+{
+    DecomposeOptions options;
+    options.cutting = Cutting::Printed;
+    options.locale_width = 0.045;
+    options.minimum_part_area = 0.016;
+    options.curvature_floor = 0;
+    return options;
 }
 
 }  // namespace sqmap::decompose

@@ -127,7 +127,8 @@ TEST_F(RenderCommand, UnrollsNormalMapsToo)
 TEST_F(RenderCommand, DrawsEveryKindOfAMesh)
 {
     const std::string torus = shape("torus");
-    for (const std::string what : {"mesh", "parts", "superquadrics", "protrusion", "curvature"}) {
+    for (const std::string what :
+         {"mesh", "parts", "superquadrics", "protrusion", "features", "locales", "strength", "curvature", "hyperbolic"}) {
         const Picture p = picture(torus + " --up z --what " + what + " --size 200x150");
         const double ground = p.share(is_ground);
         EXPECT_GT(ground, 0.1) << what;

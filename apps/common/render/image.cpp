@@ -169,7 +169,7 @@ void draw_scale(Image& image, const Scale& scale)
     const Rgb ink = srgb(0x30343a);
     for (int i = 0; i < lines; ++i)
         draw_text(image, left, top - (lines - i) * line_height - 5 * dot, dot, scale.title[static_cast<std::size_t>(i)], ink);
-    for (int y = top; y < bottom; ++y) {
+    for (int y = top; scale.colour != nullptr && y < bottom; ++y) {
         const float t = static_cast<float>(bottom - 1 - y) / static_cast<float>(std::max(bottom - top - 1, 1));
         fill(image, {left, y, bar_width, 1}, scale.colour(scale.low + t * (scale.high - scale.low)));
     }

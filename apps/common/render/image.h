@@ -75,8 +75,8 @@ struct Swatch {
 /// The legend of a picture's colours.
 struct Scale {
     std::vector<std::string> title;  ///< lines above the bar
-    Rgb (*colour)(float) = nullptr;
-    float low = 0, high = 1;  ///< the colour function's argument at the bar's ends
+    Rgb (*colour)(float) = nullptr;  ///< null: no bar
+    float low = 0, high = 1;         ///< the colour function's argument at the bar's ends
     std::vector<Tick> ticks;
     std::vector<Swatch> swatches{};  ///< colours outside the bar, listed below it
 };

@@ -1,7 +1,6 @@
 // Pictures of a subject: what is coloured how.
 #include "common/render/pictures.h"
 
-#include "sqmap/decompose/decompose.h"
 #include "sqmap/math/assert.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/shapes.h"
@@ -32,12 +31,12 @@ Layer part_layer(const Subject& subject)
     return layer;
 }
 
-/// The layer, with the scale of its colours beside it.
-Image with_scale(Layer layer, View view, const Scale& scale)
+/// The layers, with the scale of their colours beside them.
+Image with_scale(const std::vector<Layer>& layers, View view, const Scale& scale)
 {
     view.shadows = false;
     view.margin = std::min(scale_width(Image(view.width, view.height, {}), scale), view.width / 2);
-    Image image = render({std::move(layer)}, view);
+    Image image = render(layers, view);
     draw_scale(image, scale);
     return image;
 }
@@ -88,6 +87,113 @@ ErrorSample projection_error(const Subject& subject, std::uint32_t part, Vec3d o
     return {ErrorSample::Kind::Known, 100 * std::abs(*distance) / subject.r_max};
 }
 
+/// p of eq. 4, with a ball on each salient feature if wanted: a ball shows on the coarsest mesh.
+Image protrusion_picture(const Subject& subject, bool with_features, const View& view)
+{
+    constexpr double k_radius = 0.018;  // of a ball, of R_max
+    const decompose::Decomposition& found = subject.section_three->found;
+    const auto [low, high] = std::minmax_element(found.protrusion.begin(), found.protrusion.end());
+    std::vector<Layer> layers(1, {.mesh = subject.mesh});
+    for (const double p : found.protrusion)
+        layers[0].colours.push_back(sequential_colour(static_cast<float>((p - *low) / std::max(*high - *low, 1e-300))));
+    Scale scale{.title = {"protrusion", "over its mean"}, .colour = sequential_colour, .ticks = round_ticks(*low, *high, 0)};
+    if (!with_features) return with_scale(layers, view, scale);
+    const Rgb feature = srgb(0xd4145a);
+    for (const std::uint32_t v : found.salient_vertices) {
+        Layer ball{.mesh = mesh::sphere(k_radius * subject.r_max, 2)};
+        for (Vec3d& p : ball.mesh.vertices) p += subject.mesh.vertices[v];
+        ball.colours.assign(ball.mesh.triangles.size(), feature);
+        layers.push_back(std::move(ball));
+    }
+    scale.swatches = {{feature, "feature"}};
+    return with_scale(layers, view, scale);
+}
+
+/// A colour for every cell of the mesh by its locale: colour(feature, locale).
+template <class Colour>
+Layer locale_layer(const Subject& subject, Colour colour)
+{
+    constexpr std::size_t k_cells = 100000;  // levels cut triangles: coarse ones need many cells
+    const decompose::LocaleBands& bands = subject.section_three->locales;
+    Layer layer{.mesh = subject.mesh};
+    while (layer.detail < 24 && subject.mesh.triangles.size() * layer.detail * layer.detail < k_cells) ++layer.detail;
+    for (std::uint32_t t = 0; t < subject.mesh.triangles.size(); ++t) {
+        const std::uint32_t feature = bands.feature[t];
+        const mesh::Triangle& c = subject.mesh.triangles[t];
+        for (std::uint32_t cell = 0; cell < layer.detail * layer.detail; ++cell) {
+            if (feature == decompose::LocaleBands::k_none) {
+                layer.colours.push_back(srgb(0xc9b8a0));
+                continue;
+            }
+            const auto weight = cell_centre(layer.detail, cell);
+            double distance = 0;
+            for (std::size_t i = 0; i < 3; ++i) distance += weight[i] * bands.distance[c[i]];
+            const auto last = bands.strength[feature].size() - 1;
+            layer.colours.push_back(colour(feature, std::min(static_cast<std::size_t>(distance / bands.width), last)));
+        }
+    }
+    return layer;
+}
+
+Image locales_picture(const Subject& subject, const View& view)
+{
+    return render({locale_layer(subject,
+                                [](std::uint32_t feature, std::size_t locale) {
+                                    const Rgb colour = part_colour(feature);
+                                    return locale % 2 == 0 ? colour : 0.55f * colour + 0.45f * srgb(0xffffff);
+                                })},
+                  view);
+}
+
+Image strength_picture(const Subject& subject, const View& view)
+{
+    constexpr double k_end = 2;  // a plane has 1
+    const std::vector<std::vector<double>>& strength = subject.section_three->locales.strength;
+    return with_scale({locale_layer(subject,
+                                    [&](std::uint32_t feature, std::size_t locale) {
+                                        const double s = strength[feature][locale] / k_end;
+                                        return diverging_colour(static_cast<float>(std::clamp(s, -1., 1.)));
+                                    })},
+                      view,
+                      {.title = {"boundary", "strength", "(plane: 1)"},
+                       .colour = diverging_colour,
+                       .low = -1,
+                       .ticks = {{-1, "< -2"}, {-0.5f, "-1"}, {0, "0"}, {0.5f, "1"}, {1, "> 2"}}});
+}
+
+Image hyperbolic_picture(const Subject& subject, const View& view)
+{
+    const Rgb hyperbolic = srgb(0x2456d6), other = srgb(0xe8e4dc);
+    Layer layer{.mesh = subject.mesh};
+    for (const double k : subject.section_three->found.curvature) layer.colours.push_back(k < 0 ? hyperbolic : other);
+    return with_scale({std::move(layer)}, view,
+                      {.title = {"curvature", "(eq. 6)"},
+                       .colour = nullptr,
+                       .ticks = {},
+                       .swatches = {{hyperbolic, "negative"}, {other, "not"}}});
+}
+
+Image curvature_picture(const Subject& subject, const View& view)
+{
+    const std::vector<double>& k = subject.section_three->found.curvature;
+    std::vector<double> size;
+    for (const double v : k) size.push_back(std::abs(v) * subject.r_max * subject.r_max);
+    const auto cut = size.begin() + static_cast<std::ptrdiff_t>((size.size() - 1) * 95 / 100);
+    std::nth_element(size.begin(), cut, size.end());
+    const double end = round_step(std::max(*cut, 1e-12));
+    // Square roots spread the small values, among which are the saddles that cuts follow.
+    const auto spread = [&](double v) {
+        return static_cast<float>(std::copysign(std::sqrt(std::min(std::abs(v) / end, 1.0)), v));
+    };
+    Layer layer{.mesh = subject.mesh};
+    for (const double v : k) layer.colours.push_back(diverging_colour(spread(v * subject.r_max * subject.r_max)));
+    Scale scale{.title = {"Gaussian", "curvature", "x R_max^2"}, .colour = diverging_colour, .low = -1, .ticks = {}};
+    for (const double t : {-0.2, 0.0, 0.2}) scale.ticks.push_back({spread(t * end), shortened(t * end)});
+    scale.ticks.push_back({-1, "< " + shortened(-end)});
+    scale.ticks.push_back({1, "> " + shortened(end)});
+    return with_scale({std::move(layer)}, view, scale);
+}
+
 }  // namespace
 
 Image plain_picture(const Subject& subject, const View& view)
@@ -109,37 +215,14 @@ Image superquadrics_picture(const Subject& subject, const View& view)
     return render(layers, view);
 }
 
-Image protrusion_picture(const Subject& subject, const View& view)
+Image section_three_picture(const Subject& subject, const std::string& kind, const View& view)
 {
-    const std::vector<double> p = decompose::decompose_with_diagnostics(subject.mesh).protrusion;
-    const auto [low, high] = std::minmax_element(p.begin(), p.end());
-    Layer layer{.mesh = subject.mesh};
-    for (const double v : p)
-        layer.colours.push_back(sequential_colour(static_cast<float>((v - *low) / std::max(*high - *low, 1e-300))));
-    return with_scale(
-        std::move(layer), view,
-        {.title = {"protrusion", "over its mean"}, .colour = sequential_colour, .ticks = round_ticks(*low, *high, 0)});
-}
-
-Image curvature_picture(const Subject& subject, const View& view)
-{
-    const std::vector<double> k = decompose::decompose_with_diagnostics(subject.mesh).curvature;
-    std::vector<double> size;
-    for (const double v : k) size.push_back(std::abs(v) * subject.r_max * subject.r_max);
-    const auto cut = size.begin() + static_cast<std::ptrdiff_t>((size.size() - 1) * 95 / 100);
-    std::nth_element(size.begin(), cut, size.end());
-    const double end = round_step(std::max(*cut, 1e-12));
-    // Square roots spread the small values, among which are the saddles that cuts follow.
-    const auto spread = [&](double v) {
-        return static_cast<float>(std::copysign(std::sqrt(std::min(std::abs(v) / end, 1.0)), v));
-    };
-    Layer layer{.mesh = subject.mesh};
-    for (const double v : k) layer.colours.push_back(diverging_colour(spread(v * subject.r_max * subject.r_max)));
-    Scale scale{.title = {"Gaussian", "curvature", "x R_max^2"}, .colour = diverging_colour, .low = -1, .ticks = {}};
-    for (const double t : {-0.2, 0.0, 0.2}) scale.ticks.push_back({spread(t * end), shortened(t * end)});
-    scale.ticks.push_back({-1, "< " + shortened(-end)});
-    scale.ticks.push_back({1, "> " + shortened(end)});
-    return with_scale(std::move(layer), view, scale);
+    SQMAP_ASSERT(subject.section_three.has_value());
+    if (kind == "locales") return locales_picture(subject, view);
+    if (kind == "strength") return strength_picture(subject, view);
+    if (kind == "curvature") return curvature_picture(subject, view);
+    if (kind == "hyperbolic") return hyperbolic_picture(subject, view);
+    return protrusion_picture(subject, kind == "features", view);
 }
 
 Image error_picture(const Subject& subject, const View& view)
@@ -174,7 +257,7 @@ Image error_picture(const Subject& subject, const View& view)
                 .ticks = {{0, "< 0.01"}, {0.25f, "0.03"}, {0.5f, "0.1"}, {0.75f, "0.3"}, {1, "> 1"}}};
     if (is_solid) scale.swatches.push_back({missed, "missed"});
     scale.swatches.push_back({unknown, is_solid ? "too thin" : "no surface"});
-    return with_scale(std::move(layer), view, scale);
+    return with_scale({std::move(layer)}, view, scale);
 }
 
 }  // namespace sqmap::app

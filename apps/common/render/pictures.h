@@ -4,6 +4,8 @@
 #include "common/render/raycast.h"
 #include "common/render/subject.h"
 
+#include <string>
+
 namespace sqmap::app {
 
 /// The triangles alone.
@@ -12,10 +14,11 @@ namespace sqmap::app {
 [[nodiscard]] Image parts_picture(const Subject& subject, const View& view);
 /// The same, paler, under its translucent superquadrics.
 [[nodiscard]] Image superquadrics_picture(const Subject& subject, const View& view);
-/// p of eq. 4 over its mean.
-[[nodiscard]] Image protrusion_picture(const Subject& subject, const View& view);
-/// Gaussian curvature of eq. 6 times R_max squared, capped at the 95th percentile.
-[[nodiscard]] Image curvature_picture(const Subject& subject, const View& view);
+/// A picture of a field of section 3: protrusion (p of eq. 4 over its mean), features (the same with the salient features),
+/// locales (bands about the nearest of them), strength (Boundary Strength of these), curvature (of eq. 6, times R_max squared,
+/// capped at the 95th percentile) or hyperbolic (where it is negative). @pre kind is one of these, the subject's section_three is
+/// there
+[[nodiscard]] Image section_three_picture(const Subject& subject, const std::string& kind, const View& view);
 /// Error of Layer 3 just below the surface: of the depth at points 1 % of R_max inside, or along the projection (eq. 35)
 /// where the model is a surface without inside. @pre the subject has a model
 [[nodiscard]] Image error_picture(const Subject& subject, const View& view);

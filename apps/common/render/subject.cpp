@@ -60,10 +60,17 @@ Subject bare_subject(const mesh::Mesh& mesh)
     return subject;
 }
 
-Subject subject_of_mesh(const mesh::Mesh& mesh)
+SectionThree section_three_of(const Subject& subject, const decompose::DecomposeOptions& options)
+{
+    SectionThree out{.found = decompose::decompose_with_diagnostics(subject.mesh, options), .locales = {}};
+    out.locales = decompose::locale_bands(subject.mesh, out.found, options);
+    return out;
+}
+
+Subject subject_of_mesh(const mesh::Mesh& mesh, const decompose::DecomposeOptions& options)
 {
     Subject subject = bare_subject(mesh);
-    const decompose::Partition partition = decompose::decompose(subject.mesh);
+    const decompose::Partition partition = decompose::decompose(subject.mesh, options);
     subject.part_of_triangle = partition.part_of_triangle;
     std::vector<std::vector<std::uint32_t>> triangles(partition.part_count);
     for (std::uint32_t t = 0; t < subject.part_of_triangle.size(); ++t) triangles[subject.part_of_triangle[t]].push_back(t);

@@ -1,6 +1,7 @@
 // The subject of a picture, from a mesh or a model: triangles, their parts, superquadrics.
 #pragma once
 
+#include "sqmap/decompose/locales.h"
 #include "sqmap/mesh/mesh.h"
 #include "sqmap/paper/model_file.h"
 #include "sqmap/shape/superquadric.h"
@@ -12,6 +13,12 @@
 
 namespace sqmap::app {
 
+/// What section 3 finds on a mesh before it cuts.
+struct SectionThree {
+    decompose::Decomposition found;
+    decompose::LocaleBands locales;
+};
+
 /// Model space throughout.
 struct Subject {
     mesh::Mesh mesh;                                  ///< the drawn triangles
@@ -19,6 +26,7 @@ struct Subject {
     std::vector<std::uint32_t> part_of_triangle;      ///< #triangles
     std::vector<shape::Superquadricd> superquadrics;  ///< #parts
     std::optional<paper::MappedModel> model;          ///< when it was drawn from a model
+    std::optional<SectionThree> section_three{};      ///< once it was computed
 };
 
 /// A picture that was asked of the wrong input.
@@ -32,7 +40,10 @@ public:
 
 /// A mesh's own decomposition (section 3) and the superquadrics that bound its parts, before baking refines either.
 /// mesh: validated, mesh units.
-[[nodiscard]] Subject subject_of_mesh(const mesh::Mesh& mesh);
+[[nodiscard]] Subject subject_of_mesh(const mesh::Mesh& mesh, const decompose::DecomposeOptions& options);
+
+/// Fields of section 3 on the subject's mesh.
+[[nodiscard]] SectionThree section_three_of(const Subject& subject, const decompose::DecomposeOptions& options);
 
 /// A model's parts. mesh (mesh units; may be null) is drawn instead of the model's own triangles, and is needed where the
 /// model was baked without its exact layer: each triangle then goes to the part that owns the surface nearest to it.

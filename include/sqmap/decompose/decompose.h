@@ -61,6 +61,8 @@ struct DecomposeOptions {
     double boundary_concavity = 0.3;        ///< least mean concavity of a salient boundary (radius times bending per
                                             ///< length, at most 1), unless the part is twice the protrusion ratio tall
     double curvature_window = 2.0;          ///< window of the Gaussian curvature, of sqrt(triangle area)
+    double curvature_floor = 1.25e-4;       ///< least triangle area that the window counts with, of the surface area:
+                                            ///< detail below it is noise; 0: as printed
     double hyperbolic_share = 0.35;         ///< k_h: least share of a locale's area that is hyperbolic
     double hyperbolic_curvature = 3.0;      ///< t_h: least |mean curvature of hyperbolic points| times their area since
                                             ///< the last cut: twice the angle by which a tube may turn, 4 pi for a torus
@@ -70,8 +72,9 @@ struct DecomposeOptions {
     std::uint32_t max_parts = 24;           ///< no more cuts beyond this
     Cutting cutting = Cutting::Passes;
     CurvatureMean curvature_mean = CurvatureMean::Area;  ///< Printed
-    double printed_strength = 3;     ///< Printed: least difference of the areas of consecutive locales; on a plane it is 1
-    double printed_curvature = 300;  ///< Printed: t_h, least |mean curvature of hyperbolic points| times the surface area
+    double printed_strength = 0.2;   ///< Printed: least rise of Boundary Strength from one locale to the next; where a
+                                     ///< cylinder meets a plane it rises from 0 to 1
+    double printed_curvature = 250;  ///< Printed: t_h, least |mean curvature of hyperbolic points| times the surface area
 };
 
 /// Findings of decompose(), for pictures and reports.

@@ -1,4 +1,5 @@
 #include "sqmap/decompose/decompose.h"
+#include "sqmap/decompose/locales.h"
 
 #include "sqmap/mesh/mesh.h"
 #include "sqmap/mesh/shapes.h"
@@ -327,8 +328,7 @@ INSTANTIATE_TEST_SUITE_P(Animals, SharedMesh,
 
 std::uint32_t printed_parts(const mesh::Mesh& m, double strength, double curvature, CurvatureMean mean = CurvatureMean::Area)
 {
-    DecomposeOptions options;
-    options.cutting = Cutting::Printed;
+    DecomposeOptions options = printed_cuts();
     options.printed_strength = strength;
     options.printed_curvature = curvature;
     options.curvature_mean = mean;
@@ -346,9 +346,9 @@ TEST(PrintedCuts, EitherTestAloneCutsAndNoneCutsNothing)
 {
     const mesh::Mesh m = model_space(beast());
     EXPECT_EQ(printed_parts(m, k_never, k_never), 1u);
-    EXPECT_GE(printed_parts(m, 2, k_never), 3u) << "where limbs meet the body locales grow";
-    EXPECT_GE(printed_parts(m, k_never, 300), 3u) << "and the surface is hyperbolic";
-    EXPECT_EQ(printed_parts(model_space(mesh::sphere(1, 4)), 3, 300), 1u);
+    EXPECT_GE(printed_parts(m, 0.2, k_never), 3u) << "where limbs meet the body Boundary Strength rises";
+    EXPECT_GE(printed_parts(m, k_never, 250), 3u) << "and the surface is hyperbolic";
+    EXPECT_EQ(printed_parts(model_space(mesh::sphere(1, 4)), 0.2, 250), 1u);
 }
 
 // Section 3.3: a trunk, whose locales are all alike, is cut by curvature alone.
@@ -358,8 +358,8 @@ TEST(PrintedCuts, ABentTubeIsCutByCurvatureAlone)
         {{{{-1, 0, 0}, {0, 0, 0}, 0.2, 0.2}, {{0, 0, 0}, {0.4, 0, 0.3}, 0.2, 0.2}, {{0.4, 0, 0.3}, {0.5, 0, 1.3}, 0.2, 0.2}},
          0.03},
         0.05));
-    EXPECT_EQ(printed_parts(tube, 3, k_never), 1u);
-    EXPECT_GE(printed_parts(tube, 3, 10), 2u);
+    EXPECT_EQ(printed_parts(tube, 0.7, k_never), 1u);
+    EXPECT_GE(printed_parts(tube, 0.7, 10), 2u);
 }
 
 // A mean over points is pulled to where triangles are small; by area it is not.
