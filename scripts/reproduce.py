@@ -212,6 +212,23 @@ def draw_pictures(models, out, images):
                     "430x340", *(["--azimuth", subject.azimuth] if subject.azimuth else []), "-o", rows[-1])
     docs_images.stacked([out / "fig04.png"], images / "fig04.png")
     docs_images.stacked(rows, images / "fig10.png")
+    draw_section_three(models, out, images)
+
+
+def draw_section_three(models, out, images):
+    """The fields of section 3 on the elephant, and the cuts as printed of all models, before any other cut."""
+    def drawn(subject, kinds, size, name):
+        picture = out / name
+        measure.run("render", subject.mesh, "--what", kinds, "--cuts", "printed", "--up", subject.up, "--size", size,
+                    *(["--azimuth", subject.azimuth] if subject.azimuth else []), "-o", picture)
+        return picture
+
+    elephant = next(m for m in models if m.role == "Elephant")
+    rows = [drawn(elephant, kinds, "320x260", f"section3.{i}.png")
+            for i, kinds in enumerate(("features,locales,strength", "curvature,hyperbolic,parts"))]
+    docs_images.stacked(rows, images / "section3.png")
+    parts = [drawn(m, "parts", "320x260", f"printed.{m.role}.png") for m in models]
+    docs_images.sheet(parts, 3, images / "fig10_printed.png")
 
 
 # --- What is made of it ------------------------------------------------------------------------------------------------

@@ -13,7 +13,7 @@
 
 namespace sqmap::app {
 
-/// What section 3 finds on a mesh before it cuts.
+/// Fields that section 3 computes on a mesh before it cuts.
 struct SectionThree {
     decompose::Decomposition found;
     decompose::LocaleBands locales;
