@@ -175,7 +175,7 @@ Model made(const std::filesystem::path& folder, std::size_t number, bool printed
     options.bake.target_error = 100;
     const BakedModel baked = bake_mesh(path, options);
     const decompose::Partition partition =
-        printed ? decompose::decompose(baked.mesh, decompose::printed_cuts()) : baked.report.partition;
+        printed ? decompose::decompose(baked.mesh.mesh, decompose::printed_cuts()) : baked.report.partition;
     m.parts = app::polygon_labels(m.soup, baked.mesh, partition.part_of_triangle);
     std::vector<std::uint32_t> groups;
     for (const std::uint32_t part : partition.part_of_triangle)
