@@ -16,7 +16,7 @@ import time
 import unittest
 import zipfile
 
-from support import PROGRAM, BatchTest, children, ellipsoids, rows, take_number
+from support import COARSE, PROGRAM, BatchTest, children, ellipsoids, rows, take_number
 
 ITEMS = take_number(40)
 UNREADABLE, REFUSED, TIMEOUT, MEMORY = ("unreadable",), ("refused",), ("timeout",), ("memory",)
@@ -125,7 +125,7 @@ class Hostile(BatchTest):
 
     def test_a_process_that_does_nothing_is_ended_by_the_clock(self):
         ellipsoids("meshes", 3)
-        driver = subprocess.Popen([PROGRAM, "batch", "meshes", "-o", "out", "--jobs", "2", "--time", "1"], stderr=subprocess.DEVNULL)
+        driver = subprocess.Popen([PROGRAM, "batch", "meshes", "-o", "out", "--jobs", "2", "--time", "1", *COARSE], stderr=subprocess.DEVNULL)
         worker = self.first_worker(driver)
         os.kill(worker, signal.SIGSTOP)
         self.assertEqual(driver.wait(), 0)
@@ -146,7 +146,7 @@ class Hostile(BatchTest):
     def test_a_process_that_is_killed_again_and_again_is_a_row(self):
         """As the kernel does it where memory runs out."""
         ellipsoids("meshes", 1)
-        driver = subprocess.Popen([PROGRAM, "batch", "meshes", "-o", "out"], stderr=subprocess.DEVNULL)
+        driver = subprocess.Popen([PROGRAM, "batch", "meshes", "-o", "out", *COARSE], stderr=subprocess.DEVNULL)
         while driver.poll() is None:
             for worker in children(driver.pid):
                 with contextlib.suppress(ProcessLookupError):

@@ -13,7 +13,7 @@ import tarfile
 import unittest
 import zipfile
 
-from support import BAKED, PROGRAM, BatchTest, digests, ellipsoid, ellipsoids, rows, run
+from support import BAKED, COARSE, PROGRAM, BatchTest, digests, ellipsoid, ellipsoids, rows, run
 
 
 class Manifests(BatchTest):
@@ -166,7 +166,7 @@ class Keys(BatchTest):
 
     def test_a_model_is_that_of_bake_without_the_name_of_its_file(self):
         ellipsoids("meshes", 1)
-        self.bake("meshes", "-o", "out")
+        self.assertEqual(run("batch", "meshes", "-o", "out").returncode, 0)
         row = rows("out")["0000.off"]
         self.bake("extract", "out", row["key"], "-o", "a.sqmap")
         self.assertEqual(run("bake", "meshes/0000.off", "-o", "b.sqmap").returncode, 0)
@@ -318,7 +318,7 @@ class Shards(BatchTest):
     def test_items_of_a_shard_that_runs_are_listed(self):
         ellipsoids("meshes", 5)
         pathlib.Path("meshes/0000.off").write_text("OFF\n")
-        driver = subprocess.Popen([PROGRAM, "batch", "meshes", "-o", "out", "--progress", "json", "--jobs", "1"],
+        driver = subprocess.Popen([PROGRAM, "batch", "meshes", "-o", "out", "--progress", "json", "--jobs", "1", *COARSE],
                                   stdout=subprocess.PIPE, text=True)
         done = [json.loads(driver.stdout.readline()) for _ in range(2)]
         driver.kill()
@@ -348,13 +348,13 @@ class Shards(BatchTest):
     def test_shards_come_from_slurm_or_ranks(self):
         ellipsoids("meshes", 3)
         slurm = {"SLURM_ARRAY_TASK_ID": "4", "SLURM_ARRAY_TASK_MIN": "3", "SLURM_ARRAY_TASK_MAX": "5", "SLURM_ARRAY_TASK_COUNT": "3"}
-        done = run("batch", "meshes", "-o", "out", env={**os.environ, **slurm})
+        done = run("batch", "meshes", "-o", "out", *COARSE, env={**os.environ, **slurm})
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(list(rows("out")), ["0001.off"])
         self.bake("meshes", "-o", "out", "--rank", "2", "--world-size", "3")
         self.assertEqual(list(rows("out")), ["0001.off", "0002.off"])
         self.bake("meshes", "-o", "out", "--shard", "0/4", code=2)
-        gaps = run("batch", "meshes", "-o", "out", env={**os.environ, **slurm, "SLURM_ARRAY_TASK_MAX": "9"})
+        gaps = run("batch", "meshes", "-o", "out", *COARSE, env={**os.environ, **slurm, "SLURM_ARRAY_TASK_MAX": "9"})
         self.assertEqual(gaps.returncode, 64)
 
     def test_an_archive_of_paper_models_is_verified_and_extracted(self):
