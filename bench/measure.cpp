@@ -29,6 +29,11 @@ constexpr auto k_cloth = &measure_cloth;
 #else
 constexpr int (*k_cloth)(int, char**) = nullptr;
 #endif
+#ifdef SQMAP_MEASURE_DRESSED
+constexpr auto k_dressed = &measure_dressed;
+#else
+constexpr int (*k_dressed)(int, char**) = nullptr;
+#endif
 #ifdef SQMAP_MEASURE_CGAL
 constexpr auto k_wrap = &measure_wrap, k_invariance = &measure_invariance;
 #else
@@ -50,6 +55,11 @@ constexpr Topic k_topics[] = {
      "How many contacts of two meshes have no vertex in them, at each depth of pressing; or along a path of MESH_B, the time of\n"
      "complete contacts beside that of vertices and of FCL's pairs of triangles.",
      k_contacts, "libfcl-dev"},
+    {"dressed", "[--seconds S] [--vertices N] [--garment shirt|poncho|skirt]... [--fabric NAME]...",
+     "Skin that is seen where cloth should hide it, and depth of cloth in the body: garments on the walking figure, pulled to 30 "
+     "N,\n"
+     "seams opened, every tenth frame from four sides. Default: 6 s, 3000 vertices, three garments of three fabrics.",
+     k_dressed, "libbullet-dev"},
     {"first-touch", "SAMPLE_QUERIES",
      "First touch of points and triangles, edges and edges, on a clone of\n"
      "github.com/Continuous-Collision-Detection/Sample-Queries: verdicts and time.",

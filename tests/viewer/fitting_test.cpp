@@ -71,7 +71,7 @@ TEST(Fitting, DressesPullsPinsAndChanges)
     for (std::size_t i = 0; i < first.vertices(); ++i) ASSERT_LT(norm(first.at(i)), 3);
     const auto shapes = fitting.shapes();
     ASSERT_NE(shapes, nullptr);
-    EXPECT_EQ(shapes->substr(0, 4), "SQC1");
+    EXPECT_EQ(shapes->substr(0, 4), "SQC2");
 
     // The lowest vertex, pulled down by 0.2 m, goes there and pulls up.
     std::size_t low = 0;

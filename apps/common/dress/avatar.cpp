@@ -11,6 +11,7 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <utility>
 
 namespace sqmap::app {
 namespace {
@@ -54,6 +55,7 @@ void take_mesh(const std::filesystem::path& path, SkinnedBody& body)
         positions.try_emplace({p.x, p.y, p.z}, v);
     }
     body.bound = admitted.mesh;
+    body.drawn = admitted.mesh.vertices;
     for (const Vec3d& p : admitted.mesh.vertices) {
         const auto found = positions.find({p.x, p.y, p.z});
         if (found == positions.end())
@@ -125,21 +127,39 @@ Avatar still_avatar(const std::filesystem::path& path)
 Avatar walking_avatar(double height, const sim::Gait& gait, double spacing, double target_error,
                       const std::function<void(std::size_t done, std::size_t of)>& progress)
 {
-    const auto bones = std::make_shared<std::vector<sim::Bone>>(sim::capsule_human(height));
+    constexpr std::size_t k_stages = 3;
+    const auto done = [&](std::size_t stages) {
+        if (progress) progress(stages, k_stages);
+    };
+    done(0);
+    Person made = person(height, spacing);
     Avatar avatar;
-    avatar.parts.reserve(bones->size());
-    for (const sim::Bone& bone : *bones) {
-        if (progress) progress(avatar.parts.size(), bones->size());
-        mesh::CapsuleSolid solid;
-        solid.blend = 0.15 * spacing;
-        for (const sim::BoneCapsule& c : bone.flesh) solid.capsules.push_back({c.a, c.b, c.radius_a, c.radius_b});
-        AvatarPart& part = avatar.parts.emplace_back();
-        part.name = bone.name;
-        part.mesh = mesh::polygonized(solid, spacing);
-        part.bytes = bake_mesh(part.mesh, {.bake = {.target_error = target_error}}).bytes();
-        take_model(part);
-    }
-    avatar.pose = [bones, gait](double time, std::span<sqmap::Pose> poses) { sim::walk(*bones, gait, time, poses); };
+    avatar.skin = std::make_unique<SkinnedBody>();
+    SkinnedBody& body = *avatar.skin;
+    body.bound = made.mesh;
+    body.drawn = made.skin;
+    body.influences = std::move(made.influences);
+    body.maps.resize(made.bones.size());
+    done(1);
+    AvatarPart& part = avatar.parts.emplace_back();
+    part.name = "figure";
+    part.mesh = body.bound;
+    part.bytes = bake_mesh(part.mesh, {.bake = {.target_error = target_error}}).bytes();
+    take_model(part);
+    done(2);
+    body.lattice = bake::skin_lattice(body.bound, body.influences);
+    body.lattice.bones = static_cast<std::uint32_t>(made.bones.size());
+    body.moving = std::make_unique<query::MovingSkin>(body.lattice);
+    for (const sim::Bone& bone : made.bones) avatar.joints.push_back(bone.name);
+    avatar.pose = [&body, bones = std::move(made.bones), gait](double time, std::span<sqmap::Pose> poses) {
+        poses[0] = {};
+        sim::walk(bones, gait, time, poses.subspan(1));
+        for (std::size_t b = 0; b < bones.size(); ++b) body.maps[b] = {poses[1 + b].rotation, poses[1 + b].translation};
+        (void)body.moving->step(body.maps);
+    };
+    // Both ends of the first step are where it stands.
+    std::vector<sqmap::Pose> first(1 + avatar.joints.size());
+    avatar.pose(0, first);
     avatar.height = height_of(avatar);
     return avatar;
 }

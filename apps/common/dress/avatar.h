@@ -1,6 +1,7 @@
 // The figure that is dressed: solids that stand still or ride bones, or one whose bones blend.
 #pragma once
 
+#include "common/dress/person.h"
 #include "sqmap/io/read_skin.h"
 #include "sqmap/mesh/mesh.h"
 #include "sqmap/mesh/skin.h"
@@ -31,14 +32,15 @@ struct AvatarPart {
 /// A skinned file's surface, with what carries cloth's points back to the pose that it was bound in.
 struct SkinnedBody {
     io::SkinnedSoup file;
-    mesh::Mesh bound;  ///< as its part's mesh
+    mesh::Mesh bound;          ///< as its part's mesh: what cloth touches
+    std::vector<Vec3d> drawn;  ///< #vertices of it: where they are seen, on it or a little below
     mesh::Influences influences;
     query::SkinLattice lattice;
     std::unique_ptr<query::MovingSkin> moving;
     std::vector<Affine> maps;  ///< of the pose that it is in
 
-    /// The vertices in that pose.
-    [[nodiscard]] std::vector<Vec3d> posed() const { return mesh::skinned(bound.vertices, influences, maps); }
+    /// The vertices in that pose, as they are seen.
+    [[nodiscard]] std::vector<Vec3d> posed() const { return mesh::skinned(drawn, influences, maps); }
 };
 
 struct Avatar {
@@ -59,8 +61,10 @@ public:
 /// @throw io::ModelFileError for a file that is no model, or one without its exact layer (there is nothing to show then)
 [[nodiscard]] Avatar still_avatar(const std::filesystem::path& model);
 
-/// The capsule human, each bone baked on the spot. spacing: of its meshes, m; target_error: percent of each bone's R_max.
-/// progress: called before each bone, with how many are done of how many; what it throws ends it.
+constexpr double k_figure_spacing = 0.022, k_figure_error = 0.3;  ///< of the figure in walking_avatar's arguments: m, percent
+
+/// The person of person.h, baked on the spot. spacing: of its mesh, m; target_error: percent of R_max.
+/// progress: called before each stage, with how many are done of how many; what it throws ends it.
 [[nodiscard]] Avatar walking_avatar(double height, const sim::Gait& gait, double spacing, double target_error,
                                     const std::function<void(std::size_t done, std::size_t of)>& progress = {});
 

@@ -101,8 +101,8 @@ Avatar avatar_of(const DressArguments& a)
     sim::Gait gait;
     if (!a.walk) gait.lower_at = gait.walk_at = INFINITY;
     if (a.avatar.empty())
-        return walking_avatar(a.walker, gait, 0.022 * a.walker / 1.75, 0.3, [](std::size_t done, std::size_t of) {
-            show_progress("bone", static_cast<double>(done), static_cast<double>(of));
+        return walking_avatar(a.walker, gait, k_figure_spacing, k_figure_error, [](std::size_t done, std::size_t of) {
+            show_progress("stage", static_cast<double>(done), static_cast<double>(of));
         });
     return is_gltf(a.avatar) ? skinned_avatar(a.avatar, a.walk, a.animation, 0.3) : still_avatar(a.avatar);
 }
@@ -254,7 +254,7 @@ void Dressing::write()
         scene[p].colour = {c.r, c.g, c.b};
         scene[p].times = times_;
         // A figure that stands still has no animation.
-        if (a_.walker <= 0 && !(avatar_.skin && a_.walk)) scene[p].times.clear(), scene[p].keys.clear(), scene[p].shapes.clear();
+        if (!(avatar_.skin && a_.walk)) scene[p].times.clear(), scene[p].keys.clear(), scene[p].shapes.clear();
         if (avatar_.skin && !a_.walk) scene[p].positions = avatar_.skin->posed();
     }
     for (std::size_t g = 0; g < worn_.size(); ++g) {

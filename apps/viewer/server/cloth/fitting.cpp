@@ -1,6 +1,7 @@
 #include "viewer/server/cloth/fitting.h"
 
 #include "common/dress/avatar.h"
+#include "common/dress/costumes.h"
 #include "common/dress/handling.h"
 #include "common/dress/tool.h"
 #include "sqmap/sim/cloth.h"
@@ -35,31 +36,6 @@ constexpr std::size_t k_max_seams = 24;  // cuts are seams that are open
 /// The closing of a program ends the baking of the figure.
 struct Ended {};
 
-struct Costume {
-    sim::Garment garment;
-    std::string waist_bone;
-};
-
-/// Patterns of the capsule human; examples/garments has the same.
-Costume costume(const std::string& name)
-{
-    if (name == "skirt")
-        return {sim::skirt({.centre = {0, 1.08, 0}, .waist_radius = 0.155, .length = 0.5, .vertices = k_vertices}), "pelvis"};
-    if (name == "poncho")
-        return {sim::sheet(
-                    {.centre = {0, 1.56, 0}, .width = 1.1, .depth = 1.1, .hole_x = 0.13, .hole_z = 0.13, .vertices = k_vertices}),
-                ""};
-    return {sim::shirt({.collar = {0, 1.53, 0},
-                        .chest = 0.52,
-                        .length = 0.62,
-                        .span = 1.0,
-                        .sleeve = 0.24,
-                        .neck = 0.24,
-                        .gap = 0.14,
-                        .vertices = k_vertices}),
-            ""};
-}
-
 }  // namespace
 
 struct Fitting::Work {
@@ -77,7 +53,7 @@ struct Fitting::Work {
     app::Avatar avatar;
     std::vector<sqmap::Pose> poses;
     std::vector<sim::Collider> solids;
-    Costume worn;
+    app::Costume worn;
     sim::Fabric fabric{};
     std::string garment_name, fabric_name;
     std::unique_ptr<sim::Cloth> cloth;
@@ -136,14 +112,16 @@ void Fitting::Work::dress(bool anew, std::vector<Vec3d> start)
     }
     for (std::size_t s = 0; s < sewn.size() && !anew; ++s) garment.seams[s].sewn = sewn[s] != 0;
     cloth = std::make_unique<sim::Cloth>(garment, fabric);
+    cloth->expect(avatar.skin->lattice);
     held = false;
     if (anew) {
         pinned.clear();
         sewn.clear();
         for (const sim::Seam& s : garment.seams) sewn.push_back(s.sewn ? 1 : 0);
     }
-    for (std::uint32_t p = 0; p < avatar.parts.size(); ++p)
-        if (avatar.parts[p].name == worn.waist_bone) cloth->pin(worn.garment.waist, p, poses[p]);
+    const auto first = static_cast<std::uint32_t>(avatar.parts.size());
+    for (std::uint32_t j = 0; j < avatar.joints.size(); ++j)
+        if (avatar.joints[j] == worn.waist_bone) cloth->pin(worn.garment.waist, first + j, poses[first + j]);
     for (const std::uint32_t n : pinned) {
         const std::uint32_t bone = bone_near(cloth->positions()[n]);
         cloth->pin({&n, 1}, bone, bone == sim::Cloth::k_world ? sqmap::Pose{} : poses[bone]);
@@ -154,18 +132,18 @@ void Fitting::Work::dress(bool anew, std::vector<Vec3d> start)
 void Fitting::Work::publish_shapes()
 {
     ++number;
-    Bytes out("SQC1");
-    out.count(number);
-    out.count(avatar.parts.size());
-    out.count(cloth->size());
-    out.count(cloth->triangles().size());
-    for (const app::AvatarPart& part : avatar.parts) {
-        out.count(part.mesh.vertices.size());
-        out.count(part.mesh.triangles.size());
-        for (const Vec3d& v : part.mesh.vertices) out.point(cast<float>(v));
-        for (const auto& t : part.mesh.triangles)
-            for (const std::uint32_t v : t) out.put(v);
-    }
+    const app::SkinnedBody& body = *avatar.skin;
+    Bytes out("SQC2");
+    for (const std::size_t n : {static_cast<std::size_t>(number), body.maps.size(), cloth->size(), cloth->triangles().size(),
+                                body.drawn.size(), body.bound.triangles.size()})
+        out.count(n);
+    for (const Vec3d& v : body.drawn) out.point(cast<float>(v));
+    for (const auto& t : body.bound.triangles)
+        for (const std::uint32_t v : t) out.put(v);
+    for (const auto& joints : body.influences.joints)
+        for (const std::uint16_t j : joints) out.count(j);
+    for (const auto& weights : body.influences.weights)
+        for (const double w : weights) out.put(static_cast<float>(w));
     for (const auto& t : cloth->triangles())
         for (const std::uint32_t v : t) out.put(v);
     for (const Vec3d& v : worn.garment.flat) out.point(cast<float>(v));
@@ -201,15 +179,20 @@ std::vector<std::uint32_t> Fitting::Work::within(std::uint32_t node, double radi
     return out;
 }
 
+/// The collider that carries what is pinned at a point: the joint that moves the skin there most; the world where the skin is
+/// far.
 std::uint32_t Fitting::Work::bone_near(Vec3d p) const
 {
+    const app::SkinnedBody& body = *avatar.skin;
     std::uint32_t best = sim::Cloth::k_world;
     double least = k_near_body * k_near_body;
-    for (std::uint32_t b = 0; b < avatar.parts.size(); ++b) {
-        const sqmap::Pose to = sqmap::inverse(poses[b]);
-        const Vec3d local = to.rotation * p + to.translation;
-        for (const Vec3d& v : avatar.parts[b].mesh.vertices)
-            if (norm_sq(v - local) < least) least = norm_sq(v - local), best = b;
+    const std::vector<Vec3d> now = body.posed();
+    for (std::size_t v = 0; v < now.size(); ++v) {
+        if (!(norm_sq(now[v] - p) < least)) continue;
+        least = norm_sq(now[v] - p);
+        const auto& w = body.influences.weights[v];
+        const auto most = static_cast<std::size_t>(std::max_element(w.begin(), w.end()) - w.begin());
+        best = static_cast<std::uint32_t>(avatar.parts.size()) + body.influences.joints[v][most];
     }
     return best;
 }
@@ -229,7 +212,7 @@ void Fitting::Work::take(const Message& m)
         walks = m.walks;
         if (other) {
             fabric = sim::fabric(fabric_name);
-            if (anew) worn = costume(garment_name);
+            if (anew) worn = app::costume(garment_name, k_vertices);
             dress(anew);
         }
         return;
@@ -277,7 +260,7 @@ void Fitting::Work::take(const Message& m)
             cut(m.line);
             break;
         case Handling::Restart:
-            worn = costume(garment_name);  // whole again
+            worn = app::costume(garment_name, k_vertices);  // whole again
             dress(true);
             break;
     }
@@ -305,7 +288,7 @@ void Fitting::Work::publish(const sim::StepReport& report, double speed, double 
     std::vector<float> out{2.f,
                            static_cast<float>(frames++ & 0xffff),
                            static_cast<float>(cloth->size()),
-                           static_cast<float>(poses.size()),
+                           static_cast<float>(avatar.skin->maps.size()),
                            static_cast<float>(report.status),
                            static_cast<float>(speed),
                            static_cast<float>(step_ms)};
@@ -316,10 +299,10 @@ void Fitting::Work::publish(const sim::StepReport& report, double speed, double 
          {tension.x, tension.y, tension.z, report.fastest, static_cast<double>(report.contacts), gap,
           static_cast<double>(pinned.size()), held ? 1.0 : 0.0, static_cast<double>(number), body.x, body.y, body.z})
         out.push_back(static_cast<float>(x));
-    for (const sqmap::Pose& pose : poses) {
-        for (int r = 0; r < 3; ++r)
-            for (int c = 0; c < 3; ++c) out.push_back(static_cast<float>(pose.rotation.row[r][c]));
-        for (int k = 0; k < 3; ++k) out.push_back(static_cast<float>(pose.translation[k]));
+    for (const Affine& map : avatar.skin->maps) {
+        for (const Vec3d& row : map.linear.row)
+            for (int c = 0; c < 3; ++c) out.push_back(static_cast<float>(row[c]));
+        for (int k = 0; k < 3; ++k) out.push_back(static_cast<float>(map.shift[k]));
     }
     for (const Vec3d& p : cloth->positions())
         for (int k = 0; k < 3; ++k) out.push_back(static_cast<float>(p[k]));
@@ -332,12 +315,15 @@ void Fitting::Work::publish(const sim::StepReport& report, double speed, double 
 void Fitting::Work::run()
 {
     (void)::setpriority(PRIO_PROCESS, 0, k_niceness);  // of this thread alone, as Linux has it
-    avatar = app::walking_avatar(k_height, {}, 0.03, 0.5, [this](std::size_t done, std::size_t of) {
-        if (quit) throw Ended{};
-        progress(static_cast<double>(done) / static_cast<double>(of));
-    });
-    poses.resize(avatar.parts.size());
-    for (const app::AvatarPart& part : avatar.parts) solids.push_back({&part.model, {}, {}});
+    avatar =
+        app::walking_avatar(k_height, {}, app::k_figure_spacing, app::k_figure_error, [this](std::size_t done, std::size_t of) {
+            if (quit) throw Ended{};
+            progress(static_cast<double>(done) / static_cast<double>(of));
+        });
+    poses.resize(avatar.parts.size() + avatar.joints.size());
+    solids.resize(poses.size());
+    solids[0].model = &avatar.parts[0].model;
+    solids[0].skin = avatar.skin->moving.get();
     pose(true);
     made = true;
     Clock::time_point next = Clock::now(), since = next;

@@ -11,7 +11,7 @@
 
 namespace sqmap::viewer {
 
-/// Runs from construction to destruction. The figure, capsules on 13 bones, is baked first: some seconds.
+/// Runs from construction to destruction. The figure, a person on 13 bones, is baked first: some seconds.
 class Fitting {
 public:
     /// progress: called by the thread with what share of the figure is baked; trouble: with what made it end.
@@ -27,10 +27,11 @@ public:
     /// The newest frame, once; null where there is none since. 32-bit floats: 2, frame, #vertices, #bones, StepReport::status
     /// bits, seconds simulated a second, ms of CPU time a step, tension on the tool (3, N), speed of the fastest vertex (m/s),
     /// #contacts, largest distance of a pair of any seam, m (0 where none), #pinned, held (0 or 1), garment's number; then 12 a
-    /// bone (rows of the turn, shift); 3 a vertex, m.
+    /// bone (rows of its map from rest, shift); 3 a vertex, m.
     [[nodiscard]] std::shared_ptr<const std::string> frame();
-    /// "SQC1", garment's number, #bones, #vertices, #triangles of the cloth; a bone: #vertices, #triangles, positions at rest,
-    /// corners; the cloth's corners; its flat pattern (3 floats a vertex). Null before there is any.
+    /// "SQC2", garment's number, #bones, #vertices, #triangles of the cloth, #vertices, #triangles of the figure; the figure's
+    /// positions at rest, corners, four bones a vertex, four weights a vertex; the cloth's corners; its flat pattern (3 floats a
+    /// vertex). Null before there is any.
     [[nodiscard]] std::shared_ptr<const std::string> shapes();
     /// The figure is made: messages take effect at once.
     [[nodiscard]] bool ready() const;

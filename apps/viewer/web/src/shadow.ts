@@ -36,8 +36,9 @@ export class GroundShadow {
 
   set seen(yes: boolean) { this.plane.visible = yes && this.drawn; }
 
+  /// reach: m above the ground at which a surface darkens it by a third of the most.
   /// Draws the surfaces from below, so that the one nearest to the ground counts, then smooths the picture.
-  draw(surfaces: THREE.Mesh[], box: THREE.Box3, ground: number): void {
+  draw(surfaces: THREE.Mesh[], box: THREE.Box3, ground: number, reach = 0.06): void {
     this.drawn = surfaces.length > 0 && !box.isEmpty();
     if (!this.drawn) return;
     const size = box.getSize(new THREE.Vector3()), middle = box.getCenter(new THREE.Vector3()), half = 0.62 * Math.max(size.x, size.z) + 0.03;
@@ -47,6 +48,7 @@ export class GroundShadow {
     this.camera.lookAt(middle.x, ground + 1, middle.z);
     this.camera.updateProjectionMatrix();
     this.near.uniforms.ground.value = ground;
+    this.near.uniforms.reach.value = reach;
     const group = new THREE.Scene();
     for (const s of surfaces) { const copy = new THREE.Mesh(s.geometry, this.near); copy.raycast = () => {}; group.add(copy); }
     const before = this.renderer.getClearAlpha(), colour = this.renderer.getClearColor(new THREE.Color());

@@ -215,6 +215,20 @@ export class World {
     this.shadows.forEach((shadow, i) => shadow.draw((seen[i] ?? []).map((object) => this.objects.surfaceOf(object)), this.objects.box(), this.objects.low - 0.001));
     this.redraw();
   }
+  private figureShadow: GroundShadow | null = null;
+  private figureShaded = 0;
+  /// Draws the shadow of the figure that is dressed, on the ground at 0; in software a few times a second, else for each frame.
+  shadeFigure(surfaces: THREE.Mesh[]): void {
+    const now = performance.now();
+    if (!this.renderer || now - this.figureShaded < (this.software ? 500 : 30)) return;
+    this.figureShaded = now;
+    this.figureShadow ??= new GroundShadow(this.scene, this.renderer);
+    const box = new THREE.Box3();
+    for (const mesh of surfaces) { mesh.geometry.computeBoundingBox(); box.union(mesh.geometry.boundingBox!); }
+    this.figureShadow.draw(surfaces, box, 0, 0.35);
+    this.figureShadow.seen = true;
+  }
+  hideFigureShadow(): void { if (this.figureShadow) this.figureShadow.seen = false; }
   private showShadow(view: number): void { this.shadows.forEach((shadow, i) => { shadow.seen = i === view; }); }
 
   /// Brings all objects, or one, into sight. from: the direction of the eye; by default the front, and a little above.

@@ -14,10 +14,52 @@ import { card } from './controls';
 const GARMENTS: [string, string][] = [['shirt', 'Shirt'], ['skirt', 'Skirt'], ['poncho', 'Poncho']];
 const FABRICS: [string, string, number][] = [['cotton', 'Cotton', 0x3b6ea5], ['silk', 'Silk', 0xb08ad0], ['denim', 'Denim', 0x2b4a78], ['wool', 'Wool', 0xb5563c], ['leather', 'Leather', 0x6b4a32]];
 
+const SKIN = 0xd9b99b;
 const MOST_LINE = 64, LINE_STEP = 0.012;  // points that the program takes; m between two of them
 
 /// A point that moves with the cloth: the shares of a triangle's corners 1 and 2.
 interface OnCloth { triangle: number; u: number; v: number; }
+
+/// The figure's skin: each vertex follows up to four bones.
+class Figure {
+  readonly mesh: THREE.Mesh;
+  private rest: Float32Array;
+  private bones: Uint32Array;
+  private weights: Float32Array;
+
+  constructor(data: ArrayBuffer, at: number, vertices: number, triangles: number) {
+    const [rest, corners] = trianglesAt(data, at, vertices, triangles);
+    const more = at + 12 * vertices + 12 * triangles;
+    this.rest = rest;
+    this.bones = new Uint32Array(data, more, 4 * vertices);
+    this.weights = new Float32Array(data, more + 16 * vertices, 4 * vertices);
+    this.mesh = new THREE.Mesh(geometryOf(rest.slice(), corners), new THREE.MeshStandardMaterial({ color: SKIN, roughness: 0.75 }));
+    this.mesh.frustumCulled = false;
+  }
+
+  /// poses: 12 numbers a bone, the rows of its map and the shift.
+  pose(poses: Float32Array): void {
+    const attribute = this.mesh.geometry.getAttribute('position') as THREE.BufferAttribute, out = attribute.array as Float32Array;
+    for (let v = 0; 3 * v < out.length; ++v) {
+      const x = this.rest[3 * v], y = this.rest[3 * v + 1], z = this.rest[3 * v + 2];
+      let px = 0, py = 0, pz = 0;
+      for (let k = 4 * v; k < 4 * v + 4; ++k) {
+        const w = this.weights[k];
+        if (w === 0) continue;
+        const m = 12 * this.bones[k];
+        px += w * (poses[m] * x + poses[m + 1] * y + poses[m + 2] * z + poses[m + 9]);
+        py += w * (poses[m + 3] * x + poses[m + 4] * y + poses[m + 5] * z + poses[m + 10]);
+        pz += w * (poses[m + 6] * x + poses[m + 7] * y + poses[m + 8] * z + poses[m + 11]);
+      }
+      out[3 * v] = px;
+      out[3 * v + 1] = py;
+      out[3 * v + 2] = pz;
+    }
+    attribute.needsUpdate = true;
+    this.mesh.geometry.computeVertexNormals();
+    this.mesh.geometry.boundingSphere = null;
+  }
+}
 
 class Costume {
   readonly element: HTMLElement;
@@ -29,7 +71,7 @@ class Costume {
   private pulls = h('input', { type: 'radio', name: 'grip', id: 'grip-pull', checked: true });
   private seams = h('div', { class: 'row wrap', role: 'group', 'aria-label': 'Seams' });
   private facts = h('dl', { class: 'numbers', id: 'cloth-facts' });
-  private bones: THREE.Mesh[] = [];
+  private figure: Figure | null = null;
   private cloth: THREE.Mesh | null = null;
   private number = -1;
   private loading = false;
@@ -90,6 +132,7 @@ class Costume {
     this.endCut(false);
     world.tool.showArrow(null);
     world.extra.visible = false;
+    world.hideFigureShadow();
     world.groundUnder();
     link.say({ say: 'undress' });
   }
@@ -108,7 +151,7 @@ class Costume {
   async glb(): Promise<ArrayBuffer | null> {
     if (!this.cloth) return null;
     const group = new THREE.Group();
-    for (const mesh of [...this.bones, this.cloth]) { const copy = mesh.clone(false); copy.name = mesh === this.cloth ? this.garment.value : `bone ${group.children.length + 1}`; group.add(copy); }
+    for (const mesh of [this.figure!.mesh, this.cloth]) { const copy = mesh.clone(false); copy.name = mesh === this.cloth ? this.garment.value : 'figure'; group.add(copy); }
     return (await new GLTFExporter().parseAsync(group, { binary: true })) as ArrayBuffer;
   }
 
@@ -134,11 +177,7 @@ class Costume {
     if (!this.cloth || this.cloth.geometry.getAttribute('position').count * 3 !== f.positions.length) return;
     ++this.frames;
     this.last = f;
-    this.bones.forEach((bone, b) => {
-      const p = f.poses.subarray(12 * b, 12 * b + 12);
-      bone.matrix.set(p[0], p[1], p[2], p[9], p[3], p[4], p[5], p[10], p[6], p[7], p[8], p[11], 0, 0, 0, 1);
-      bone.matrixWorldNeedsUpdate = true;
-    });
+    this.figure?.pose(f.poses);
     const attribute = this.cloth.geometry.getAttribute('position') as THREE.BufferAttribute;
     (attribute.array as Float32Array).set(f.positions);
     attribute.needsUpdate = true;
@@ -147,14 +186,16 @@ class Costume {
     if (f.pinned === 0 && performance.now() - this.pinnedAt > 1500) this.pinned = [];
     this.pinMarks.visible = this.pinned.length > 0;
     if (this.pinMarks.visible) { this.pinMarks.geometry.dispose(); this.pinMarks.geometry = new THREE.BufferGeometry().setFromPoints(this.pinned.map((p) => this.placeOf(p))); }
-    const pull = vector(f.tension), size = pull.length(), body = vector(f.body), pushed = body.length();
-    world.tool.showArrow(f.held ? this.at : null, pull.add(body), 3);
-    showTag(pull.length(), this.at);
+    // The hand feels one force, of the cloth and of the body: one arrow, one number.
+    const pull = vector(f.tension).add(vector(f.body)), size = pull.length();
+    world.tool.showArrow(f.held ? this.at : null, pull, 3);
+    showTag(size, this.at);
+    if (this.figure) world.shadeFigure([this.figure.mesh, this.cloth]);
     world.redraw();
     if (performance.now() < this.factsDue) return;
     this.factsDue = performance.now() + 250;
     const rows: [string, string][] = [
-      ['Pull', f.held ? `${size.toFixed(2)} N by the cloth${pushed > 0.005 ? `, ${pushed.toFixed(2)} N by the body` : ''}` : 'nothing held'], ['Time', f.speed > 0.97 ? 'as it is' : `slowed to ${Math.round(100 * f.speed)} %`],
+      ['Pull', f.held ? `${size.toFixed(1)} N` : 'nothing held'], ['Time', f.speed > 0.97 ? 'as it is' : `slowed to ${Math.round(100 * f.speed)} %: the cloth costs more than this computer has`],
       ['A step', `${f.stepMs.toFixed(1)} ms of CPU time, ${f.contacts} contacts`], ['Fastest', `${f.fastest.toFixed(2)} m/s`], ['Pinned', `${f.pinned} vertices`]];
     if (f.status & 1) rows.push(['Trouble', 'a vertex was lost: put back']);
     this.facts.replaceChildren(...rows.flatMap(([k, v]) => [h('dt', {}, k), h('dd', {}, v)]));
@@ -169,21 +210,13 @@ class Costume {
     this.loading = true;
     try {
       const data = await fetchBytes('/api/fitting');
-      const head = new Uint32Array(data, 0, 5), [, number, bones, vertices, triangles] = head;
-      let at = 20;
+      const [, number, , vertices, triangles, skinVertices, skinTriangles] = new Uint32Array(data, 0, 7);
       const fresh = !this.cloth;
       this.endCut(false);  // the cut's points were on the triangles of the old cloth
-      for (const m of [...this.bones, ...(this.cloth ? [this.cloth] : [])]) { world.extra.remove(m); m.geometry.dispose(); }
-      this.bones = [];
-      for (let b = 0; b < bones; ++b) {
-        const [v, t] = new Uint32Array(data, at, 2);
-        const m = new THREE.Mesh(geometryOf(...trianglesAt(data, at + 8, v, t)), new THREE.MeshStandardMaterial({ color: 0xd9b99b, roughness: 0.8 }));
-        at += 8 + 12 * v + 12 * t;
-        m.matrixAutoUpdate = false;
-        m.frustumCulled = false;
-        this.bones.push(m);
-        world.extra.add(m);
-      }
+      for (const m of [this.figure?.mesh, this.cloth]) if (m) { world.extra.remove(m); m.geometry.dispose(); }
+      this.figure = new Figure(data, 28, skinVertices, skinTriangles);
+      world.extra.add(this.figure.mesh);
+      const at = 28 + 44 * skinVertices + 12 * skinTriangles;
       this.cloth = new THREE.Mesh(geometryOf(new Float32Array(3 * vertices), new Uint32Array(data, at, 3 * triangles).slice()), new THREE.MeshStandardMaterial({ roughness: 0.85, side: THREE.DoubleSide }));
       this.cloth.frustumCulled = false;
       world.extra.add(this.cloth);
@@ -202,7 +235,8 @@ class Costume {
     const p = hit.point, share = THREE.Triangle.getBarycoord(p, ...this.corners(hit.faceIndex), new THREE.Vector3());
     this.touched = share && { triangle: hit.faceIndex, u: Math.min(Math.max(share.y, 0), 1), v: Math.min(Math.max(share.z, 0), 1) };
     const eye = world.camera.position, far = p.distanceTo(eye);
-    for (const bone of this.bones) { const q = world.castMesh(this.cursor.x, this.cursor.y, bone)?.point; if (q && q.distanceTo(eye) < far - 0.01) return null; }
+    const q = this.figure && world.castMesh(this.cursor.x, this.cursor.y, this.figure.mesh)?.point;
+    if (q && q.distanceTo(eye) < far - 0.01) return null;
     return p;
   }
   private down(e: PointerEvent): void {
