@@ -1,7 +1,7 @@
 // A soft shadow of the objects on the ground, drawn once for a scene; it is darker under surface that is near the ground.
 import * as THREE from 'three';
 
-const SIZE = 512, BLUR = 0.008, DARK = 0.5;  // pixels along each side; share of the side; opacity, 0 to 1
+const BLUR = 0.008, DARK = 0.5;  // share of the side; opacity, 0 to 1
 
 const FULL = 'varying vec2 at; void main() { at = uv; gl_Position = vec4(2.0 * uv - 1.0, 0.0, 1.0); }';
 const SMOOTH = `varying vec2 at; uniform sampler2D picture; uniform vec2 step;
@@ -15,7 +15,7 @@ void main() {
 export class GroundShadow {
   private plane: THREE.Mesh;
   private drawn = false;  ///< an object throws a shadow
-  private targets = [0, 1].map(() => new THREE.WebGLRenderTarget(SIZE, SIZE));
+  private targets: THREE.WebGLRenderTarget[];
   private camera = new THREE.OrthographicCamera();
   private near = new THREE.ShaderMaterial({
     vertexShader: 'varying float height; uniform float ground; void main() { vec4 p = modelMatrix * vec4(position, 1.0); height = p.y - ground; gl_Position = projectionMatrix * viewMatrix * p; }',
@@ -25,7 +25,9 @@ export class GroundShadow {
   private smooth = new THREE.ShaderMaterial({ vertexShader: FULL, fragmentShader: SMOOTH, uniforms: { picture: { value: null }, step: { value: new THREE.Vector2() } }, depthTest: false, depthWrite: false });
   private screen = new THREE.Mesh(new THREE.PlaneGeometry(1, 1), this.smooth);
 
-  constructor(scene: THREE.Scene, private renderer: THREE.WebGLRenderer) {
+  /// size: pixels along each side of its picture.
+  constructor(scene: THREE.Scene, private renderer: THREE.WebGLRenderer, size = 512) {
+    this.targets = [0, 1].map(() => new THREE.WebGLRenderTarget(size, size));
     this.plane = new THREE.Mesh(new THREE.PlaneGeometry(1, 1).rotateX(-Math.PI / 2), new THREE.MeshBasicMaterial({ map: this.targets[0].texture, transparent: true, depthWrite: false }));
     this.plane.visible = false;
     this.plane.renderOrder = -1;

@@ -220,9 +220,9 @@ export class World {
   /// Draws the shadow of the figure that is dressed, on the ground at 0; in software a few times a second, else for each frame.
   shadeFigure(surfaces: THREE.Mesh[]): void {
     const now = performance.now();
-    if (!this.renderer || now - this.figureShaded < (this.software ? 500 : 30)) return;
+    if (!this.renderer || now - this.figureShaded < (this.software ? 1000 : 30)) return;
     this.figureShaded = now;
-    this.figureShadow ??= new GroundShadow(this.scene, this.renderer);
+    this.figureShadow ??= new GroundShadow(this.scene, this.renderer, this.software ? 96 : 512);
     const box = new THREE.Box3();
     for (const mesh of surfaces) { mesh.geometry.computeBoundingBox(); box.union(mesh.geometry.boundingBox!); }
     this.figureShadow.draw(surfaces, box, 0, 0.35);
