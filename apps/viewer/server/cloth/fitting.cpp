@@ -191,8 +191,8 @@ std::uint32_t Fitting::Work::bone_near(Vec3d p) const
         if (!(norm_sq(now[v] - p) < least)) continue;
         least = norm_sq(now[v] - p);
         const auto& w = body.influences.weights[v];
-        const auto most = static_cast<std::size_t>(std::max_element(w.begin(), w.end()) - w.begin());
-        best = static_cast<std::uint32_t>(avatar.parts.size()) + body.influences.joints[v][most];
+        const auto largest = static_cast<std::size_t>(std::max_element(w.begin(), w.end()) - w.begin());
+        best = static_cast<std::uint32_t>(avatar.parts.size()) + body.influences.joints[v][largest];
     }
     return best;
 }
