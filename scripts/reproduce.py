@@ -201,7 +201,8 @@ def draw_pictures(models, out, images):
     bench("sampling", "-o", out / "fig03.csv")
     spheres, model = out / "two_spheres.obj", out / "two_spheres.sqmap"
     two_spheres(spheres)
-    measure.run("bake", spheres, "-o", model, "--projection", "normal", "--max-parts", "1", "--no-exact", "--target-error", "0.2")
+    measure.run("bake", spheres, "-o", model, "--projection", "normal", "--max-parts", "1", "--no-exact", "--grid", "100x200",
+                "--subdivisions", "0")
     measure.run("render", model, spheres, "--what", "parts,superquadrics,map", "--up", "z", "--size", "560x400",
                 "-o", out / "fig04.png")
     rows = []
@@ -216,13 +217,14 @@ def draw_pictures(models, out, images):
 
 
 def draw_section_three(models, out, images):
-    """The fields of section 3 on the elephant, and the cuts as printed of all models, before any other cut."""
-    def drawn(subject, kinds, size, name):
+    """Fig. 1, the fields of section 3 on the elephant, and the cuts as printed of all models, before any other cut."""
+    def drawn(subject, kinds, size, name, cuts="printed"):
         picture = out / name
-        measure.run("render", subject.mesh, "--what", kinds, "--cuts", "printed", "--up", subject.up, "--size", size,
+        measure.run("render", subject.mesh, "--what", kinds, "--cuts", cuts, "--up", subject.up, "--size", size,
                     *(["--azimuth", subject.azimuth] if subject.azimuth else []), "-o", picture)
         return picture
 
+    docs_images.stacked([drawn(models[0], "parts,superquadrics", "400x330", "fig01.png", "passes")], images / "fig01.png")
     elephant = next(m for m in models if m.role == "Elephant")
     rows = [drawn(elephant, kinds, "320x260", f"section3.{i}.png")
             for i, kinds in enumerate(("features,locales,strength", "curvature,hyperbolic,parts"))]
