@@ -203,7 +203,7 @@ def door_wasm(cases):
     said += compare_bakes(cases, "wasm", lambda model, mesh, *options: run("node", PROGRAMS / "bake.mjs", package, mesh, model, *options))
     for test in ("package_test", "arguments"):
         said += run("node", PROGRAMS / f"{test}.mjs", package).splitlines()[-1:]
-    return said
+    return [*said, *run("node", PROGRAMS / "guide_test.mjs", package, ROOT / "docs/guide/javascript.md").splitlines()[-1:]]
 
 
 def can_build_page():

@@ -25,7 +25,7 @@ REPAIRS = {"auto": 0, "none": 1, "safe": 2, "close": 3, "wrap": 4}
 UNITS = {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "dm": 0.1, "m": 1.0, "km": 1e3, "in": 0.0254, "ft": 0.3048}
 SOLIDS = {"as-is": 0, "outer": 1}
 CURES = ("", "closed", "wrapped")
-DEFAULT_OPTIONS = query_options()
+DEFAULT_OPTIONS = ctypes.byref(query_options())
 _IS_IN = np.array([False]), np.array([True])
 FORMATS = {"urdf": 1, "mjcf": 2, "sdf": 3, "srdf": 4, "spheres": 5, "json": 6, "obj": 7, "glb": 8}
 SHAPES = {"box": 1, "sphere": 2, "ellipsoid": 3, "capsule": 4, "cylinder": 5, "hull": 6, "superquadric": 7}
@@ -435,14 +435,15 @@ class Model(Owned):
         xyz = rows(points)
         if len(xyz) == 1 and threads is None:
             one = self._one_distance(xyz, band, "length")
-            answer = -one.distance
+            answer = np.empty(1)
+            answer[0] = -one.number.value
             give_back(one)
             return answer
         distance = np.empty(len(xyz))
         self._distances(xyz, band, None, threads, c.Distances(distance=address(distance)))
         return np.negative(distance, out=distance)
 
-    def _one(self, function: str, xyz: np.ndarray, options: c.QueryOptions, answer: str) -> OnePoint:
+    def _one(self, function: str, xyz: np.ndarray, options: Any, answer: str) -> OnePoint:
         """The answer of a function of one point, to be given back."""
         one = taken(xyz)
         with self._lock:  # as use does, without an object of its own
@@ -450,7 +451,7 @@ class Model(Owned):
                 raise self._refusal()
             self._users += 1
         try:
-            if getattr(c.library, function)(self._handle, one.points, ctypes.byref(options), getattr(one, answer)) != 0:
+            if getattr(c.library, function)(self._handle, one.points, options, getattr(one, answer)) != 0:
                 raise c.last_error(function)
         finally:
             self._leave()
@@ -501,7 +502,7 @@ class Model(Owned):
     def _contains(self, xyz: np.ndarray, threads: Optional[int], element: str) -> np.ndarray:
         if len(xyz) == 1 and threads is None:
             one = self._one_distance(xyz, None, "length")
-            distance = one.distance.item()
+            distance = one.number.value
             give_back(one)
             if distance != distance:
                 raise self._not_finite(element, 0)

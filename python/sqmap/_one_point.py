@@ -21,7 +21,8 @@ class OnePoint:
         self.known, self.status = np.empty(1, np.uint8), np.empty(1, np.uint8)
         at = {name: array.ctypes.data for name, array in vars(self).items()}
         self.points = ctypes.byref(c.Points(xyz=at["xyz"], count=1))
-        self.length = ctypes.byref(c.Distances(distance=at["distance"]))
+        self.number = ctypes.c_double()  # read in a tenth of the time that an array takes
+        self.length = ctypes.byref(c.Distances(distance=ctypes.addressof(self.number)))
         self.distances = ctypes.byref(c.Distances(distance=at["distance"], gradient=at["direction"], closest=at["closest"], part=at["part"],
                                                   known=at["known"], status=at["status"], triangle=at["triangle"]))
         self.nearest = ctypes.byref(c.Closest(closest=at["closest"], distance=at["distance"], triangle=at["triangle"]))
