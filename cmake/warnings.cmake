@@ -10,6 +10,11 @@ target_compile_options(sqmap_options INTERFACE
 if(SQMAP_UNITY AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   target_compile_options(sqmap_options INTERFACE -Wno-subobject-linkage)  # GCC takes each source of a unity source for a header
 endif()
+# GCC collects garbage each time its heap has doubled. Most sources fit into half a gibibyte without, in a tenth less time. A compiler
+# cache takes another option for another compilation, and so keeps the default.
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  target_compile_options(sqmap_options INTERFACE --param=ggc-min-heapsize=524288)
+endif()
 if(SQMAP_WERROR)
   target_compile_options(sqmap_options INTERFACE -Werror)
 endif()

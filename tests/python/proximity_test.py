@@ -240,7 +240,7 @@ class Sources(unittest.TestCase):
             loose = vertices[triangles].reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3)  # as STL has them
             shuffled = rng.permutation(len(vertices))
             for given in ((vertices, triangles), (vertices, turned[order]), loose, (vertices[shuffled], np.argsort(shuffled)[triangles])):
-                model = sqmap.bake(given)
+                model = sqmap.bake(given, target_error=5)  # of the maps, which answer nothing here
                 centres = given[0][given[1]].mean(1)
                 expected = np.arange(len(given[1]))
                 np.testing.assert_array_equal(model.source_triangle[model.distances(centres).triangle], expected)
