@@ -80,12 +80,12 @@ check("closest points", () => {
   const c = model.closestPoints([[3, 0, 0]]);
   assert.ok(Math.abs(c.distance[0] - 2) < 1e-6 && Math.abs(c.closest[0] - 1) < 1e-6);
 });
-check("face centres name the faces that were given: as given, reordered, each face with corners of its own, vertices reordered", () => {
+check("face centres and contacts name what was given: as given, reordered, each face with corners of its own, vertices reordered", () => {
   const round = (p, r) => p.map((x) => (x * r) / Math.hypot(...p)), turned = ([x, y, z], a) => [x * Math.cos(a) - y * Math.sin(a), x * Math.sin(a) + y * Math.cos(a), z];
   const bends = [(p) => p, (p) => round(p, 1), (p) => round(p, 1e-3), ([x, y, z]) => [3 * x, y, z / 2], ([x, y, z]) => [x + z / 2, y, z],
                  (p) => turned(p, p[2] / 3), ([x, y, z]) => [x * (1.5 + z / 2), y, z], ([x, y, z]) => [x + 100, y - 300, z + 7],
                  (p) => round(p, 1 + p[2] / 4), ([x, y, z]) => [x, y, z + (x * x) / 3]];
-  let state = 1, named = 0;
+  let state = 1, named = 0, touched = 0;
   const random = (n) => (state = (state * 48271) % 2147483647) % n;
   const permutation = (n) => Array.from({length: n}, (_, i) => [random(1e9), i]).sort(([a], [b]) => a - b).map(([, i]) => i);
   for (const bend of bends) {
@@ -103,10 +103,19 @@ check("face centres name the faces that were given: as given, reordered, each fa
         triangle.forEach((found, i) => assert.equal(sources.triangles[found], i));
       sources.vertices.forEach((own, v) => assert.deepEqual([...mesh.vertices.slice(3 * v, 3 * v + 3)], given.vertices[own]));
       named += centres.length;
+      const size = model.facts.rMax, step = [0.011, 0.017, 0.007].map((x) => x * size), probe = sqmap.probe(mesh.vertices);
+      const {contacts} = model.probe(probe, {layer: "exact", probePose: [1, 0, 0, step[0], 0, 1, 0, step[1], 0, 0, 1, step[2], 0, 0, 0, 1]});
+      for (const {index, point, depth} of contacts) {
+        const own = given.vertices[sources.vertices[index]];
+        assert.ok(Math.abs(Math.hypot(...[0, 1, 2].map((k) => own[k] + step[k] - point[k])) - depth) < 1e-5 * size);
+      }
+      touched += contacts.length;
+      probe.close();
       model.close();
     }
   }
   assert.equal(named, 10 * 4 * 48);
+  assert.ok(touched > 200, `${touched} contacts`);
 });
 check("bytes and back", () => {
   const again = sqmap.open(model.toBytes());

@@ -166,7 +166,54 @@ std::vector<mesh::Mesh> forms_of(const mesh::Mesh& mesh, std::mt19937_64& random
     return {mesh, reordered, loose, shuffled};
 }
 
-TEST(CapiSources, FaceCentresNameTheFacesThatWereGiven)
+/// Contacts of a model's own triangles with themselves, moved by a little: the vertices and edges that they name, by their
+/// numbers in the mesh that was given, hold the witness points. Returns how many were named.
+std::size_t contacts_named(sqmap_model model, const mesh::Mesh& given)
+{
+    sqmap_facts facts{};
+    facts.size = sizeof facts;
+    EXPECT_EQ(sqmap_model_facts(model, &facts), SQMAP_OK);
+    std::vector<std::int64_t> source(facts.vertices), corners;
+    std::vector<Vec3d> baked(facts.vertices);
+    std::vector<std::uint32_t> triangles(3 * std::size_t{facts.triangles});
+    EXPECT_EQ(sqmap_sources(model, nullptr, source.data()), SQMAP_OK);
+    EXPECT_EQ(sqmap_triangles(model, &baked[0].x, triangles.data(), nullptr), SQMAP_OK);
+    corners.assign(triangles.begin(), triangles.end());
+    const sqmap_mesh mesh{sizeof mesh, &baked[0].x, baked.size(), corners.data(), facts.triangles};
+    sqmap_probe probe{};
+    EXPECT_EQ(sqmap_make_solid_probe(&mesh, &probe), SQMAP_OK) << sqmap_last_error()->message;
+    const Vec3d step = facts.r_max * Vec3d{0.011, 0.017, 0.007};
+    const sqmap_pose moved{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {step.x, step.y, step.z}};
+    const sqmap_bodies bodies{sizeof bodies, {model, probe, nullptr}, {model, probe, &moved}};
+    sqmap_workspace workspace{};
+    EXPECT_EQ(sqmap_make_workspace(4096, &workspace), SQMAP_OK);
+    sqmap_surface_list list{};
+    list.size = sizeof list;
+    EXPECT_EQ(sqmap_query_contacts(&bodies, nullptr, workspace, &list), SQMAP_OK);
+    std::size_t named = 0;
+    const auto check = [&](int feature, std::uint32_t index, const double* witness, Vec3d by) {
+        if (feature == SQMAP_FACE) return;
+        const auto at = [&](std::size_t corner) {
+            return given.vertices[static_cast<std::size_t>(source[triangles[corner]])] + by;
+        };
+        const Vec3d p{witness[0], witness[1], witness[2]};
+        const std::size_t k = index % 3, next = index - k + (k + 1) % 3;
+        const Vec3d from = feature == SQMAP_EDGE ? at(index) : given.vertices[static_cast<std::size_t>(source[index])] + by;
+        const Vec3d to = feature == SQMAP_EDGE ? at(next) : from;
+        EXPECT_NEAR(norm(p - from) + norm(p - to), norm(to - from), 1e-5 * facts.r_max);
+        ++named;
+    };
+    for (std::size_t i = 0; i < list.count; ++i) {
+        const sqmap_surface_contact& c = list.contacts[i];
+        check(c.feature_a, c.index_a, c.on_a, {});
+        check(c.feature_b, c.index_b, c.on_b, step);
+    }
+    EXPECT_EQ(sqmap_close_workspace(workspace), SQMAP_OK);
+    EXPECT_EQ(sqmap_close_probe(probe), SQMAP_OK);
+    return named;
+}
+
+TEST(CapiSources, FaceCentresAndContactsNameWhatWasGiven)
 {
     std::mt19937_64 random(3);
     shape::Superquadricd bent{};
@@ -181,7 +228,7 @@ TEST(CapiSources, FaceCentresNameTheFacesThatWereGiven)
                                  mesh::dumbbell({.segments = 10}),
                                  mesh::dumbbell({.bar_radius = 0.8, .segments = 14}),
                                  mesh::superquadric_surface(bent, 5)};
-    std::size_t named = 0;
+    std::size_t named = 0, touched = 0;
     for (const mesh::Mesh& mesh : meshes)
         for (const mesh::Mesh& given : forms_of(mesh, random)) {
             std::vector<std::int64_t> corners;
@@ -223,9 +270,11 @@ TEST(CapiSources, FaceCentresNameTheFacesThatWereGiven)
                 const Vec3d own = given.vertices[static_cast<std::size_t>(vertex_source[v])];
                 ASSERT_EQ(std::memcmp(&baked[v], &own, sizeof own), 0);
             }
+            touched += contacts_named(model, given);
             EXPECT_EQ(sqmap_close_model(model), SQMAP_OK);
         }
     EXPECT_GT(named, 5000u);
+    EXPECT_GT(touched, 1000u);
 }
 
 TEST_F(Capi, ProbesAndPairsHaveTheBitsOfTheLibrary)
