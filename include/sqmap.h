@@ -58,6 +58,9 @@ typedef struct sqmap_error {
 
 /// The error of this thread's last call that failed; valid until the next one that fails. Never null.
 SQMAP_API const sqmap_error* sqmap_last_error(void);
+/// Its cure, in which settings and functions are named as one of sqmap_words writes them; for another number as C does. Valid as
+/// long as the error. Never null.
+SQMAP_API const char* sqmap_last_cure(int32_t words);
 /// "0.2.0". Any thread.
 SQMAP_API const char* sqmap_version(void);
 /// Format version of the models that are read and written. Any thread.
@@ -107,7 +110,7 @@ typedef enum sqmap_solid {
 /// Called with a stage's name and how much of it is done, 0 to 1, on the thread that bakes. Not zero: stop.
 typedef int32_t (*sqmap_progress)(void* context, const char* stage, double done);
 
-/// The language whose names of settings stand in notes and cures; programs in C leave it at zero.
+/// The language whose names of settings and functions stand in notes and cures; programs in C leave it at zero.
 enum sqmap_words { SQMAP_WORDS_C = 0, SQMAP_WORDS_PYTHON = 1, SQMAP_WORDS_JAVASCRIPT = 2 };
 
 /// How to bake. Zero: the default of sqmap bake.

@@ -15,6 +15,7 @@ const projections = new Map([["central", 0], ["normal", 1]]);
 const layers = new Map([[1, 1], [2, 2], [3, 3], ["exact", 4], ["auto", 5]]);
 const modes = new Map([["direct", 1], ["proxy", 2], ["coupled", 3]]);
 const units = new Map([["um", 1e-6], ["mm", 1e-3], ["cm", 1e-2], ["dm", 0.1], ["m", 1], ["km", 1e3], ["in", 0.0254], ["ft", 0.3048]]);
+const ownWords = 2;  // sqmap_words: messages name these options
 const cures = ["", "closed", "wrapped"];
 const solids = new Map([["as-is", 0], ["outer", 1]]);
 const repairs = new Map([["wrap", 4], ["close", 3], ["safe", 2], ["none", 1]]);
@@ -158,11 +159,11 @@ class Call {
     const at = this.library._sqmap_last_error();
     const word = (what) => this.library.UTF8ToString(this.read("error", at, what));
     throw new SqmapError(word("name"), argumentOf(word("element")), word("message"),
-                         word("cure").replace("without_exact = 0", "exact: true").replace("without_input = 0", "keepInput: true"));
+                         this.library.UTF8ToString(this.library._sqmap_last_cure(ownWords)));
   }
   /** A text that the library writes. */
   written(name, handle) {
-    const text = this.struct("text", {words: 2});
+    const text = this.struct("text", {words: ownWords});
     this.run(name, handle, text);
     const needed = this.read("text", text, "needed");
     const space = this.space(needed);
@@ -479,7 +480,7 @@ class Sqmap {
       projection: member(projections, projection, "options.projection"), repair: member(repairs, repair, "options.repair"),
       acceptsSurface: flag(surface, "options.surface"), withoutExact: 1 - flag(exact, "options.exact"),
       withoutInput: 1 - flag(keepInput, "options.keepInput"), threads: 1, progress: called,
-      source: source === undefined ? 0 : c.text(source), words: 2,  // names of these options in messages
+      source: source === undefined ? 0 : c.text(source), words: ownWords,
       unit: metresPer(unit), solid: member(solids, solid, "options.solid"), gap: number(gap, "options.gap"),
       wrapTolerance: number(wrapTolerance, "options.wrapTolerance"),
     });

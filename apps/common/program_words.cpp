@@ -2,11 +2,26 @@
 
 namespace sqmap::app {
 
-const mesh::SettingNames k_program_settings{
-    .names = {"--repair", "--max-filled", "--surface", "--thickness", "sqmap bake --thickness", "--unit", "--max-bytes",
-              "--max-faces", "--max-components", "--max-cured-faces", "--max-wrapped-faces", "--wrap-tolerance", "--max-cells",
-              "--max-parts", "--target-error", "--exact"},
-};
+using mesh::Setting;
+
+const mesh::SettingNames k_program_settings({{Setting::Repair, "--repair"},
+                                             {Setting::MaxFilled, "--max-filled"},
+                                             {Setting::Surface, "--surface"},
+                                             {Setting::Thickness, "--thickness"},
+                                             {Setting::PlateThickness, "sqmap bake --thickness"},
+                                             {Setting::Unit, "--unit"},
+                                             {Setting::MaxBytes, "--max-bytes"},
+                                             {Setting::MaxFaces, "--max-faces"},
+                                             {Setting::MaxComponents, "--max-components"},
+                                             {Setting::MaxCuredFaces, "--max-cured-faces"},
+                                             {Setting::MaxWrappedFaces, "--max-wrapped-faces"},
+                                             {Setting::WrapTolerance, "--wrap-tolerance"},
+                                             {Setting::MaxCells, "--max-cells"},
+                                             {Setting::MaxParts, "--max-parts"},
+                                             {Setting::TargetError, "--target-error"},
+                                             {Setting::Exact, "--exact"},
+                                             {Setting::Packages, "--package"}},
+                                            " ");
 
 std::string report(const AdmittedMesh& mesh)
 {

@@ -39,7 +39,12 @@ int run(const ExportArguments& o)
     const collider::Format format = format_of(o);
     io::refuse_to_replace(o.output, {o.model});
     io::refuse_to_replace(o.report, {o.model});
+    if (collider::holds_spheres_alone(format) && o.shape.spheres == 0 && o.shape.kind != collider::Kind::Sphere)
+        throw mesh::InvalidInput(std::string("--as ") + name_of(format) +
+                                 " holds spheres alone: take --shape sphere or spheres:N");
     const paper::MappedModel file(o.model);
+    if (!model::has_exact(file.view()))
+        throw mesh::InvalidInput("the model was baked without its triangles, which say what a part is; bake it with --exact");
     collider::Pieces pieces = collider::pieces_of(file.view(), fs::path(o.model).stem().string());
     const collider::Colliders made = collider::colliders_of(pieces, o.shape, o.threads);
     std::vector<collider::ExportFile> files = collider::files_of(made, format, o.output);

@@ -1,4 +1,5 @@
 #include "commands.h"
+#include "common/program_words.h"
 #include "load_options.h"
 #include "shape_options.h"
 #include "sqmap/collider/export.h"
@@ -73,17 +74,18 @@ std::string report_json(const robot::Rewritten& made)
     const auto known = [](double v) { return v >= 0 ? ordered_json(v) : ordered_json(nullptr); };
     ordered_json out = ordered_json::array();
     for (const robot::RewrittenMesh& m : made.meshes)
-        out.push_back({{"link", m.link},
-                       {"mesh", m.filename},
-                       {"line", m.line},
-                       {"triangles", m.triangles},
-                       {"verdict", m.verdict},
-                       {"shapes", m.shapes},
-                       {"volume_ratio", known(m.figures.volume_ratio)},
-                       {"support_excess", known(m.figures.support_excess)},
-                       {"protrusion", known(m.figures.protrusion)},
-                       {"coverage", m.figures.coverage},
-                       {"problem", m.problem.empty() ? ordered_json(nullptr) : ordered_json(m.problem)}});
+        out.push_back(
+            {{"link", m.link},
+             {"mesh", m.filename},
+             {"line", m.line},
+             {"triangles", m.triangles},
+             {"verdict", m.verdict},
+             {"shapes", m.shapes},
+             {"volume_ratio", known(m.figures.volume_ratio)},
+             {"support_excess", known(m.figures.support_excess)},
+             {"protrusion", known(m.figures.protrusion)},
+             {"coverage", m.figures.coverage},
+             {"problem", m.problem.empty() ? ordered_json(nullptr) : ordered_json(m.problem.text(k_program_settings))}});
     return out.dump(2, ' ', false, ordered_json::error_handler_t::replace) + '\n';
 }
 
@@ -104,7 +106,7 @@ int run(const UrdfArguments& o)
         if (m.problem.empty()) continue;
         ++left;
         std::fprintf(stderr, "%s:%zu: link '%s' keeps its collision element: %s\n", o.robot.c_str(), m.line, m.link.c_str(),
-                     m.problem.c_str());
+                     m.problem.text(k_program_settings).c_str());
     }
     std::printf("wrote %s: %zu of %zu collision meshes replaced\n", o.output.c_str(),
                 made.meshes.size() - static_cast<std::size_t>(left), made.meshes.size());

@@ -1,5 +1,6 @@
 #include "urdf_sweep.h"
 
+#include "common/program_words.h"
 #include "sqmap/collider/export.h"
 #include "sqmap/io/replace_file.h"
 
@@ -57,7 +58,7 @@ void print_sweep(const robot::Sweep& swept)
         const std::string proven = p.verdict == PairVerdict::Free ? millimetres(p.bound, true) : "-";
         const std::string seen = is_adjacent || (p.cells == 0 && p.pose.empty() && !p.fixed) ? "-" : millimetres(p.seen, false);
         std::printf("%-20s %-20s %-10s %12s %12s  %s\n", p.a.c_str(), p.b.c_str(), robot::name_of(p.verdict), proven.c_str(),
-                    seen.c_str(), (p.reason.empty() && !is_adjacent ? pose_words(p) : p.reason).c_str());
+                    seen.c_str(), (p.reason.empty() && !is_adjacent ? pose_words(p) : p.reason.text(k_program_settings)).c_str());
     }
     std::printf("%zu pairs: %zu colliding, %zu free, %zu adjacent, %zu open\n", swept.pairs.size(), count[0], count[1], count[3],
                 count[2]);
@@ -71,7 +72,7 @@ std::string sweep_json(const robot::Sweep& swept)
         links.push_back({{"name", l.name},
                          {"triangles", l.triangles},
                          {"verdict", text_or_null(l.verdict)},
-                         {"problem", text_or_null(l.problem)}});
+                         {"problem", text_or_null(l.problem.text(k_program_settings))}});
     for (const SweptPair& p : swept.pairs) {
         ordered_json pose = ordered_json::object();
         for (const SweptPair::Position& at : p.pose) pose[at.joint] = at.value;
@@ -85,7 +86,7 @@ std::string sweep_json(const robot::Sweep& swept)
                          {"fixed", p.fixed},
                          {"cells", p.cells},
                          {"open_share", p.verdict == PairVerdict::Open ? ordered_json(p.left) : ordered_json(nullptr)},
-                         {"reason", text_or_null(p.reason)}});
+                         {"reason", text_or_null(p.reason.text(k_program_settings))}});
     }
     const ordered_json out{{"links", links}, {"pairs", pairs}};
     return out.dump(2, ' ', false, ordered_json::error_handler_t::replace) + '\n';
@@ -125,7 +126,7 @@ int run_sweep(const SweepArguments& arguments, const std::string& text, const Sw
         if (!link.problem.empty()) {
             is_whole = false;
             std::fprintf(stderr, "%s: link '%s' is not swept whole: %s\n", files.robot.c_str(), link.name.c_str(),
-                         link.problem.c_str());
+                         link.problem.text(k_program_settings).c_str());
         }
     return is_whole ? 0 : 2;
 }

@@ -275,29 +275,29 @@ def _load() -> ctypes.CDLL:
         function = getattr(library, name)
         function.argtypes, function.restype = parameters, c_int32
     library.sqmap_last_error.argtypes, library.sqmap_last_error.restype = [], POINTER(ErrorStruct)
+    library.sqmap_last_cure.argtypes, library.sqmap_last_cure.restype = [c_int32], c_char_p
     library.sqmap_version.argtypes, library.sqmap_version.restype = [], c_char_p
     library.sqmap_format_version.argtypes, library.sqmap_format_version.restype = [], c_uint32
     return library
 
 
 library = _load()
+#: sqmap_words: names of settings in messages are those of this package.
+WORDS = 1
 
 
 def last_error(function: str) -> Error:
     """The exception that this thread's last failed call stands for, in the words of the package."""
     e = library.sqmap_last_error().contents
-    name, element, message, cure = (text.decode("utf-8", "replace") for text in (e.name, e.element, e.message, e.cure))
-    return BY_CODE[e.code](name, argument_of(function, element), message, cure.replace("without_exact = 0", "exact=True").replace("without_input = 0", "keep_input=True"))
+    name, element, message, cure = (text.decode("utf-8", "replace")
+                                    for text in (e.name, e.element, e.message, library.sqmap_last_cure(WORDS)))
+    return BY_CODE[e.code](name, argument_of(function, element), message, cure)
 
 
 def call(name: str, *arguments: Any) -> None:
     """Calls a function of the library; raises what it fails with."""
     if getattr(library, name)(*arguments) != 0:
         raise last_error(name)
-
-
-#: sqmap_words: names of settings in messages are those of this package.
-WORDS = 1
 
 
 def text_of(name: str, handle: Handle) -> str:

@@ -83,7 +83,7 @@ std::string in_arrays(const std::string& element, std::int32_t words)
 
 std::shared_ptr<Model> baked(const MeshInput& input, const sqmap_bake_options& o)
 {
-    const mesh::SettingNames& names = names_of(o.words, "options.words");
+    (void)names_of(o.words, "options.words");
     try {
         BakeMeshOptions options{.bake = bake_options(o), .provenance = {.made_by = "libsqmap " SQMAP_VERSION}};
         options.mesh.admit = admit_options(o);
@@ -93,8 +93,8 @@ std::shared_ptr<Model> baked(const MeshInput& input, const sqmap_bake_options& o
     } catch (const mesh::RefusedMesh& e) {
         const mesh::Diagnosis& d = e.diagnosis();
         const bool is_file = std::holds_alternative<std::filesystem::path>(input);
-        throw Failure{SQMAP_E_MESH, is_file ? d.element : in_arrays(d.element, o.words), d.message, d.cure.text(names),
-                      mesh::name_of(d.code)};
+        throw Failure{SQMAP_E_MESH, is_file ? d.element : in_arrays(d.element, o.words), d.message, d.cure, mesh::name_of(d.code),
+                      o.words};
     } catch (const Cancelled&) {
         throw Failure{SQMAP_E_CANCELLED, "progress", "the callback stopped the bake", "bake again"};
     }

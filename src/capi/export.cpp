@@ -51,8 +51,10 @@ sqmap_code sqmap_export(sqmap_model model, const char* path, const sqmap_export_
         const collider::ExportOptions wanted{
             .format = capi::format_of(o, file), .shape = capi::shape_of(o), .threads = capi::checked_threads(o)};
         if (!model::has_exact(m.view()))
-            throw capi::Failure{SQMAP_E_MISSING, "model", "was baked without its triangles",
-                                "bake it with the exact layer: without_exact = 0"};
+            throw capi::Failure{SQMAP_E_MISSING,
+                                "model",
+                                "was baked without its triangles",
+                                {"bake it with the exact layer: ", mesh::Setting::Exact}};
         try {
             const collider::Colliders made = collider::export_model(m.view(), file, wanted);
             if (report != nullptr) capi::give_text(report, collider::report_json(made), "report");

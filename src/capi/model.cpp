@@ -54,8 +54,10 @@ io::MappedBytes mapped(const char* path, std::string_view key)
 mesh::Mesh mesh_of(const model::ModelView& view)
 {
     if (!model::has_exact(view))
-        throw Failure{SQMAP_E_MISSING, "model", "was baked without its triangles",
-                      "bake it with the exact layer: without_exact = 0"};
+        throw Failure{SQMAP_E_MISSING,
+                      "model",
+                      "was baked without its triangles",
+                      {"bake it with the exact layer: ", mesh::Setting::Exact}};
     mesh::Mesh mesh = bake::baked_mesh(view);
     for (std::size_t v = 0; v < mesh.vertices.size(); ++v) mesh.vertices[v] = model::mesh_vertex(view, v);
     return mesh;
@@ -202,7 +204,8 @@ sqmap_code sqmap_sources(sqmap_model model, int64_t* triangles, int64_t* vertice
     return guarded([&] {
         const model::InputArrays<model::ArrayView>& input = capi::model_of(model)->view().input;
         if (input.source_vertex.empty())
-            throw capi::Failure{SQMAP_E_MISSING, "model", "was baked without its input", "bake it again with without_input = 0"};
+            throw capi::Failure{
+                SQMAP_E_MISSING, "model", "was baked without its input", {"bake it again with ", mesh::Setting::KeepInput}};
         const auto number = [](std::uint32_t source) { return source == model::k_no_source ? -1 : std::int64_t{source}; };
         if (triangles != nullptr) std::transform(input.source_triangle.begin(), input.source_triangle.end(), triangles, number);
         if (vertices != nullptr) std::transform(input.source_vertex.begin(), input.source_vertex.end(), vertices, number);

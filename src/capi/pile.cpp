@@ -89,7 +89,8 @@ sqmap_code sqmap_add_body(sqmap_pile pile, const sqmap_body* body, uint32_t* num
         if (in.model.id != 0) kept.model = capi::model_of(in.model, "body.model");
         kept.probe = capi::probes().find(in.probe.id, "body.probe");
         if (kept.probe->triangles().size() == 0)
-            throw capi::Failure{SQMAP_E_MISSING, "body.probe", "has no triangles", "make it by sqmap_make_solid_probe"};
+            throw capi::Failure{SQMAP_E_MISSING, "body.probe", "has no triangles",
+                                mesh::Words("take a probe with triangles").with(": ", mesh::Setting::SolidProbe)};
         const Pose pose = capi::pose_of(in.pose, "body.pose");
         p.kept.reserve(p.kept.size() + 1);
         out = p.pile.add(kept.model != nullptr ? &kept.model->view() : nullptr, kept.probe.get(), pose);

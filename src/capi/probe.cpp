@@ -84,7 +84,8 @@ private:
     {
         if (body.probe == nullptr) refuse_handle(0, 2, names.probe);
         if (body.probe->triangles().size() == 0)
-            throw Failure{SQMAP_E_MISSING, names.probe, "has no triangles", "make it by sqmap_make_solid_probe"};
+            throw Failure{SQMAP_E_MISSING, names.probe, "has no triangles",
+                          mesh::Words("take a probe with triangles").with(": ", mesh::Setting::SolidProbe)};
     }
 };
 
@@ -111,7 +112,9 @@ void refuse_fault(const query::TriangleFault& fault)
     switch (fault.kind) {
         case Kind::Open:
             throw Failure{SQMAP_E_MESH, element, "has no neighbour at the side that begins at its corner " + side,
-                          "close the mesh: sqmap_bake does, and sqmap_triangles gives what it closed"};
+                          mesh::Words("close the mesh")
+                              .with(": ", mesh::Setting::Bake, "", " does")
+                              .with(", and ", mesh::Setting::BakedMesh, "", " gives what it closed")};
         case Kind::TurnedRound:
             throw Failure{SQMAP_E_MESH, element, "runs as its neighbour does along the side that begins at its corner " + side,
                           "turn one of both round, so that all are counter-clockwise seen from outside"};

@@ -19,7 +19,6 @@ namespace sqmap::capi {
 namespace {
 
 constexpr double k_period = 1e-3;
-constexpr int k_sphere_divisions = 2;  // 162 points of a ball with the paper's force
 
 /// A number of the caller's, or the default for zero.
 double or_default(double value, double standard, double max, const char* element)
@@ -89,16 +88,9 @@ haptic::Tool tool_of(const sqmap_session_options& o, bool is_paper_force)
     z.damping = checked(o.damping, 0, 1e4, "options.damping");
     z.layer = layer_of(o.layer);
     if (z.mode == haptic::Mode::Coupled) haptic::choose_coupling(z, device_of(o));
-    if (is_paper_force) {
-        haptic::ToolDescription tool{.force = paper::with_paper_force(z), .shape = haptic::ToolShape::Point};
-        if (radius > 0) {
-            tool.shape = haptic::ToolShape::Surface;
-            tool.points = mesh::sphere(radius, k_sphere_divisions).vertices;
-        }
-        return haptic::Tool(std::move(tool));
-    }
-    return haptic::Tool(
-        {.force = z, .shape = radius > 0 ? haptic::ToolShape::Ball : haptic::ToolShape::Point, .ball_radius = radius});
+    haptic::ToolDescription tool{.force = is_paper_force ? paper::with_paper_force(z) : z};
+    paper::take_ball(tool, radius);
+    return haptic::Tool(std::move(tool));
 }
 
 /// A number that is 0 for its default and below it for none.

@@ -4,9 +4,11 @@
 
 #include "sqmap.h"
 #include "sqmap/math/pose.h"
+#include "sqmap/mesh/words.h"
 #include "sqmap/query/options.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <cstring>
 #include <span>
 #include <string>
@@ -18,8 +20,10 @@ namespace sqmap::capi {
 /// Thrown inside the library, and by nothing else.
 struct Failure {
     sqmap_code code;
-    std::string element, message, cure;
-    std::string name{};  ///< where it is another than the code's own
+    std::string element, message;
+    mesh::Words cure;
+    std::string name{};                  ///< where it is another than the code's own
+    std::int32_t words = SQMAP_WORDS_C;  ///< sqmap_words of sqmap_error::cure
 };
 
 /// Refuses a null pointer to an element that is required.

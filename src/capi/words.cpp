@@ -3,7 +3,6 @@
 
 #include "structs.h"
 
-#include <array>
 #include <cctype>
 #include <string>
 #include <string_view>
@@ -11,43 +10,67 @@
 namespace sqmap::capi {
 namespace {
 
-/// Members of sqmap_bake_options, in the order of mesh::Setting.
-constexpr std::array<const char*, mesh::k_settings> k_members{
-    "repair", nullptr, "accepts_surface", "thickness",      "thickness", "unit",      nullptr,        nullptr,
-    nullptr,  nullptr, nullptr,           "wrap_tolerance", nullptr,     "max_parts", "target_error", "without_exact = 0"};
+using mesh::Setting;
 
 /// The enumerators of sqmap_repair, and units as numbers.
-std::string c_value(mesh::Setting setting, std::string_view word)
+std::string c_value(Setting setting, std::string_view word)
 {
-    if (setting == mesh::Setting::Unit && word == "mm") return "0.001";
-    if (setting != mesh::Setting::Repair) return std::string(word);
+    if (setting == Setting::Unit && word == "mm") return "0.001";
+    if (setting != Setting::Repair) return std::string(word);
     std::string out = "SQMAP_REPAIR_";
     for (const char c : word) out += static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
     return out;
 }
 
-const mesh::SettingNames k_c_settings{.names = k_members, .equals = " = ", .value = c_value};
-
 /// Texts stand in quotes in Python and JavaScript.
-std::string quoted(mesh::Setting setting, std::string_view word)
+std::string quoted(Setting setting, std::string_view word)
 {
-    const bool is_text = setting == mesh::Setting::Repair || setting == mesh::Setting::Unit;
+    const bool is_text = setting == Setting::Repair || setting == Setting::Unit;
     return is_text ? '"' + std::string(word) + '"' : std::string(word);
 }
 
-const mesh::SettingNames k_python_settings{
-    .names = {"repair", nullptr, "surface=True", "thickness", "thickness", "unit", nullptr, nullptr, nullptr, nullptr, nullptr,
-              "wrap_tolerance", nullptr, "max_parts", "target_error", "exact=True"},
-    .equals = "=",
-    .value = quoted,
-};
+/// Members of sqmap_bake_options and functions of sqmap.h.
+const mesh::SettingNames k_c_settings({{Setting::Repair, "repair"},
+                                       {Setting::Surface, "accepts_surface"},
+                                       {Setting::Thickness, "thickness"},
+                                       {Setting::PlateThickness, "thickness"},
+                                       {Setting::Unit, "unit"},
+                                       {Setting::WrapTolerance, "wrap_tolerance"},
+                                       {Setting::MaxParts, "max_parts"},
+                                       {Setting::TargetError, "target_error"},
+                                       {Setting::Exact, "without_exact = 0"},
+                                       {Setting::KeepInput, "without_input = 0"},
+                                       {Setting::SolidProbe, "sqmap_make_solid_probe"},
+                                       {Setting::Bake, "sqmap_bake"},
+                                       {Setting::BakedMesh, "sqmap_triangles"}},
+                                      " = ", c_value);
 
-const mesh::SettingNames k_javascript_settings{
-    .names = {"repair", nullptr, "surface: true", "thickness", "thickness", "unit", nullptr, nullptr, nullptr, nullptr, nullptr,
-              "wrapTolerance", nullptr, "maxParts", "targetError", "exact: true"},
-    .equals = ": ",
-    .value = quoted,
-};
+const mesh::SettingNames k_python_settings({{Setting::Repair, "repair"},
+                                            {Setting::Surface, "surface=True"},
+                                            {Setting::Thickness, "thickness"},
+                                            {Setting::PlateThickness, "thickness"},
+                                            {Setting::Unit, "unit"},
+                                            {Setting::WrapTolerance, "wrap_tolerance"},
+                                            {Setting::MaxParts, "max_parts"},
+                                            {Setting::TargetError, "target_error"},
+                                            {Setting::Exact, "exact=True"},
+                                            {Setting::KeepInput, "keep_input=True"},
+                                            {Setting::SolidProbe, "Probe(points, triangles)"},
+                                            {Setting::Bake, "sqmap.bake"},
+                                            {Setting::BakedMesh, "Model.mesh"}},
+                                           "=", quoted);
+
+const mesh::SettingNames k_javascript_settings({{Setting::Repair, "repair"},
+                                                {Setting::Surface, "surface: true"},
+                                                {Setting::Thickness, "thickness"},
+                                                {Setting::PlateThickness, "thickness"},
+                                                {Setting::Unit, "unit"},
+                                                {Setting::WrapTolerance, "wrapTolerance"},
+                                                {Setting::MaxParts, "maxParts"},
+                                                {Setting::TargetError, "targetError"},
+                                                {Setting::Exact, "exact: true"},
+                                                {Setting::KeepInput, "keepInput: true"}},
+                                               ": ", quoted);
 
 }  // namespace
 

@@ -109,7 +109,9 @@ Piece Pieces::whole() const
 Pieces pieces_of(const model::ModelView& model, const std::string& name)
 {
     if (!model::has_exact(model))
-        throw mesh::InvalidInput("the model was baked without its triangles, which say what a part is; bake it with --exact");
+        throw mesh::InvalidInput(mesh::Words("the model was baked without its triangles, which say what a part is; bake it with ",
+                                             mesh::Setting::Exact)
+                                     .text());
     Pieces out{.name = name, .surface = bake::baked_mesh(model), .is_solid = model.header.solid != 0};
     decompose::Partition partition;
     partition.part_count = static_cast<std::uint32_t>(model.parts.size());

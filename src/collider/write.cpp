@@ -213,11 +213,9 @@ void glb(Draft& d)
 
 std::vector<ExportFile> files_of(const Colliders& colliders, Format format, const fs::path& path)
 {
-    if (format == Format::Srdf || format == Format::Spheres)
-        for (const Colliders::Item& item : colliders.items)
-            if (item.shape.kind != Kind::Sphere)
-                throw mesh::InvalidInput(std::string("--as ") + name_of(format) +
-                                         " holds spheres alone: take --shape sphere or spheres:N");
+    for (const Colliders::Item& item : colliders.items)
+        if (holds_spheres_alone(format) && item.shape.kind != Kind::Sphere)
+            throw mesh::InvalidInput(std::string("the format ") + name_of(format) + " holds spheres alone: take spheres");
     constexpr void (*k_writers[])(Draft&) = {urdf, mjcf, sdf, srdf, spheres, json, obj, glb};
     Draft draft{colliders, path};
     k_writers[static_cast<std::size_t>(format)](draft);

@@ -123,7 +123,7 @@ MappedBytes::MappedBytes(const std::filesystem::path& path, std::uint64_t offset
 {
     const platform::Mapping file = platform::map_file(path, offset, size);
     if (file.error == std::errc::invalid_argument)
-        throw ModelFileError(path.string() + " is empty or not a file: bake a model with 'sqmap bake MESH -o MODEL'");
+        throw ModelFileError(path.string() + " is empty or not a file: give a model, which a bake makes of a mesh");
     if (file.error == std::errc::result_out_of_range || offset % 8 != 0) {
         platform::unmap(file);
         throw ModelFileError(path.string() + ": no model stands at byte " + std::to_string(offset) +
@@ -147,7 +147,7 @@ void check(model::ParseStatus status, const std::filesystem::path& path)
 {
     if (status == model::ParseStatus::Ok) return;
     throw ModelFileError(path.string() + ": " + model::to_string(status) +
-                         (status == model::ParseStatus::NotAModel ? ": bake a mesh with 'sqmap bake MESH -o MODEL'" : ""));
+                         (status == model::ParseStatus::NotAModel ? ": bake a mesh first" : ""));
 }
 
 MappedModel::MappedModel(const std::filesystem::path& path) : file_(path) { check(model::parse(bytes(), view_), path); }

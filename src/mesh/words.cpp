@@ -55,22 +55,34 @@ const char* name_of(Admission admission) noexcept
     return "REFUSED";
 }
 
-const SettingNames k_cpp_settings{
-    .names = {"AdmitOptions::repair", "AdmitOptions::max_filled", "AdmitOptions::accept_surface", "AdmitOptions::thickness",
-              "AdmitOptions::thickness", "AdmitOptions::unit", "ReadLimits::max_bytes", "ReadLimits::max_faces",
-              "AdmitOptions::max_components", "AdmitOptions::max_cured_faces", "WrapOptions::max_triangles",
-              "WrapOptions::tolerance", "WrapOptions::max_cells", "BakeOptions::max_parts", "BakeOptions::target_error",
-              "BakeOptions::exact"},
-    .equals = " = ",
-    .value =
-        [](Setting setting, std::string_view word) {
-            std::string out(word);
-            if (setting == Setting::Unit) return std::string(word == "mm" ? "1e-3" : word);
-            if (setting != Setting::Repair || out.empty()) return out;
-            out[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(out[0])));
-            return "Repair::" + out;
-        },
-};
+const SettingNames k_cpp_settings({{Setting::Repair, "AdmitOptions::repair"},
+                                   {Setting::MaxFilled, "AdmitOptions::max_filled"},
+                                   {Setting::Surface, "AdmitOptions::accept_surface"},
+                                   {Setting::Thickness, "AdmitOptions::thickness"},
+                                   {Setting::PlateThickness, "AdmitOptions::thickness"},
+                                   {Setting::Unit, "AdmitOptions::unit"},
+                                   {Setting::MaxBytes, "ReadLimits::max_bytes"},
+                                   {Setting::MaxFaces, "ReadLimits::max_faces"},
+                                   {Setting::MaxComponents, "AdmitOptions::max_components"},
+                                   {Setting::MaxCuredFaces, "AdmitOptions::max_cured_faces"},
+                                   {Setting::MaxWrappedFaces, "WrapOptions::max_triangles"},
+                                   {Setting::WrapTolerance, "WrapOptions::tolerance"},
+                                   {Setting::MaxCells, "WrapOptions::max_cells"},
+                                   {Setting::MaxParts, "BakeOptions::max_parts"},
+                                   {Setting::TargetError, "BakeOptions::target_error"},
+                                   {Setting::Exact, "BakeOptions::exact"},
+                                   {Setting::KeepInput, "BakeOptions::keep_input"},
+                                   {Setting::Packages, "RewriteOptions::packages"},
+                                   {Setting::SolidProbe, "query::Probe(points, triangles)"},
+                                   {Setting::Bake, "bake_mesh"},
+                                   {Setting::BakedMesh, "bake::baked_mesh"}},
+                                  " = ", [](Setting setting, std::string_view word) {
+                                      std::string out(word);
+                                      if (setting == Setting::Unit) return std::string(word == "mm" ? "1e-3" : word);
+                                      if (setting != Setting::Repair || out.empty()) return out;
+                                      out[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(out[0])));
+                                      return "Repair::" + out;
+                                  });
 
 std::string Words::text(const SettingNames& names) const
 {
@@ -85,7 +97,7 @@ std::string Words::text(const SettingNames& names) const
             const std::string_view values = c.value;
             for (std::size_t at = 0; at < values.size();) {
                 const std::size_t end = std::min(values.find(k_or, at), values.size());
-                out += (at == 0 ? names.equals : k_or.data()) + names.value(*c.setting, values.substr(at, end - at));
+                out += (at == 0 ? names.equals() : k_or.data()) + names.value(*c.setting, values.substr(at, end - at));
                 at = end == values.size() ? end : end + k_or.size();
             }
         }

@@ -252,9 +252,9 @@ const char* to_string(ParseStatus status) noexcept
         case ParseStatus::NotAModel:
             return "not a .sqmap file";
         case ParseStatus::PaperModel:
-            return "a paper model (--projection normal): open it with sqmap::paper";
+            return "a paper model: open it with sqmap::paper";
         case ParseStatus::WrongVersion:
-            return "made by another format version: bake it again with 'sqmap bake MESH -o MODEL'";
+            return "made by another format version: bake the mesh again";
         case ParseStatus::BadHash:
             return "content differs from what was written";
         case ParseStatus::BadStructure:

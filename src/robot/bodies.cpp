@@ -95,7 +95,7 @@ LinkShape::LinkShape(const Link& link, const std::filesystem::path& robot_file, 
         try {
             add_mesh(m, mesh_path(m.filename, robot_file, packages), options);
         } catch (const mesh::RefusedMesh& e) {
-            add_problem(std::string(e.what()) + " (" + e.diagnosis().cure.text(mesh::k_cpp_settings) + ")");
+            add_problem(mesh::Words(e.what()) + " (" + e.diagnosis().cure + ")");
         }
     }
     for (const CollisionSolid& s : link.solids) add_solid(s);
@@ -104,7 +104,11 @@ LinkShape::LinkShape(const Link& link, const std::filesystem::path& robot_file, 
     split(0, 0, static_cast<std::uint32_t>(triangles_.size()));
 }
 
-void LinkShape::add_problem(const std::string& words) { problem += (problem.empty() ? "" : "; ") + words; }
+void LinkShape::add_problem(const mesh::Words& words)
+{
+    if (!problem.empty()) problem += "; ";
+    problem += words;
+}
 
 void LinkShape::add_mesh(const CollisionMesh& mesh, const std::filesystem::path& path, const MeshOptions& options)
 {

@@ -42,7 +42,8 @@ public:
     [[nodiscard]] std::span<const Vec3d> samples() const { return samples_; }
     /// True for a point within a solid of the link; balls have none, their triangles say it.
     [[nodiscard]] bool inside(Vec3d p) const;
-    std::string verdict{}, problem{};
+    std::string verdict{};
+    mesh::Words problem{};
 
 private:
     struct Filled {
@@ -53,7 +54,7 @@ private:
     void add_solid(const CollisionSolid& solid);
     void add_triangles(const mesh::Mesh& mesh, double reach);
     void add_filled(mesh::Mesh mesh, std::span<const std::uint8_t> crossed);
-    void add_problem(const std::string& words);
+    void add_problem(const mesh::Words& words);
     void split(std::uint32_t branch, std::uint32_t first, std::uint32_t count);
 
     std::vector<GrownTriangle> triangles_;

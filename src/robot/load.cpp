@@ -53,13 +53,13 @@ mesh::Mesh fans_of(const io::PolygonSoup& soup)
 
 LinkMesh load_mesh(const fs::path& path, const CollisionMesh& as, const MeshOptions& options)
 {
-    const auto refuse = [&](mesh::Refusal code, const std::string& message, const char* cure) {
-        throw mesh::RefusedMesh({code, path.string(), message, cure});
+    const auto refuse = [&](mesh::Refusal code, const std::string& message, mesh::Words cure) {
+        throw mesh::RefusedMesh({code, path.string(), message, std::move(cure)});
     };
     std::error_code ignored;
     if (!fs::is_regular_file(path, ignored))
         refuse(mesh::Refusal::Format, "there is no such file",
-               "correct the name, or give its package's folder: --package NAME=DIR");
+               mesh::Words("correct the name").with(", or give its package's folder: ", mesh::Setting::Packages, "NAME=DIR"));
     io::ReadResult read = io::read_mesh_file(path, options.limits);
     if (read.error) refuse(mesh::Refusal::Format, read.error->message, "give a mesh that 'sqmap check' reads");
     io::PolygonSoup& soup = read.soup;

@@ -59,7 +59,7 @@ void make_shapes(Task& task, const fs::path& robot_file, const RewriteOptions& o
         task.row.shapes = task.colliders.items.size();
         task.row.figures = task.colliders.whole;
     } catch (const mesh::RefusedMesh& e) {
-        task.row.problem = std::string(e.what()) + " (" + e.diagnosis().cure.text(mesh::k_cpp_settings) + ")";
+        task.row.problem = mesh::Words(e.what()) + " (" + e.diagnosis().cure + ")";
     } catch (const mesh::Error& e) {
         task.row.problem = e.what();
     }

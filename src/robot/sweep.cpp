@@ -169,17 +169,18 @@ private:
         if (row.left > 0) {
             row.reason = search.finished() ? "clearances are within rounding in " : "the time ended the search; open are ";
             row.reason += percent_words(row.left) + " % of the joints' range";
-        } else if (const std::string words = missing(task); !words.empty()) {
-            row.reason = "what is there is free, but " + words;
+        } else if (const mesh::Words words = missing(task); !words.empty()) {
+            row.reason = mesh::Words("what is there is free, but ") + words;
         } else {
             row.verdict = PairVerdict::Free;
             row.bound = search.bound();
         }
     }
-    [[nodiscard]] std::string missing(const PairTask& task) const
+    [[nodiscard]] mesh::Words missing(const PairTask& task) const
     {
         for (const std::size_t link : {task.a, task.b})
-            if (!shapes_[link]->problem.empty()) return "link '" + robot_.links[link].name + "': " + shapes_[link]->problem;
+            if (!shapes_[link]->problem.empty())
+                return mesh::Words("link '" + robot_.links[link].name + "': ") + shapes_[link]->problem;
         return {};
     }
 

@@ -600,6 +600,30 @@ TEST_F(Capi, NotesStandInTheFileInTheWordsOfWhoAsks)
     EXPECT_EQ(sqmap_close_model(opened), SQMAP_OK);
 }
 
+TEST_F(Capi, ACureStandsInTheWordsOfWhoAsks)
+{
+    std::vector<std::int64_t> corners;
+    for (const mesh::Triangle& t : torus_.triangles) corners.insert(corners.end(), t.begin(), t.end());
+    const sqmap_mesh in{sizeof in, &torus_.vertices[0].x, torus_.vertices.size(), corners.data(), torus_.triangles.size()};
+    sqmap_bake_options options{};
+    options.size = sizeof options;
+    options.without_exact = options.without_input = 1;
+    sqmap_model bare{};
+    ASSERT_EQ(sqmap_bake(&in, &options, &bare), SQMAP_OK) << sqmap_last_error()->message;
+    expect_refused(sqmap_triangles(bare, nullptr, nullptr, nullptr), SQMAP_E_MISSING, "model");
+    EXPECT_STREQ(sqmap_last_error()->cure, "bake it with the exact layer: without_exact = 0");
+    EXPECT_STREQ(sqmap_last_cure(SQMAP_WORDS_PYTHON), "bake it with the exact layer: exact=True");
+    EXPECT_STREQ(sqmap_last_cure(SQMAP_WORDS_JAVASCRIPT), "bake it with the exact layer: exact: true");
+    expect_refused(sqmap_sources(bare, nullptr, nullptr), SQMAP_E_MISSING, "model");
+    EXPECT_STREQ(sqmap_last_cure(SQMAP_WORDS_C), "bake it again with without_input = 0");
+    EXPECT_STREQ(sqmap_last_cure(SQMAP_WORDS_PYTHON), "bake it again with keep_input=True");
+    EXPECT_STREQ(sqmap_last_cure(SQMAP_WORDS_JAVASCRIPT), "bake it again with keepInput: true");
+    for (const std::int32_t none : {-1, 3, 1 << 30}) EXPECT_STREQ(sqmap_last_cure(none), sqmap_last_error()->cure);
+    EXPECT_EQ(sqmap_close_model(bare), SQMAP_OK);
+    expect_refused(sqmap_close_model(bare), SQMAP_E_HANDLE, "model");  // a cure that names no setting is the same for all
+    EXPECT_STREQ(sqmap_last_cure(SQMAP_WORDS_PYTHON), sqmap_last_error()->cure);
+}
+
 TEST_F(Capi, AUnitMakesMetres)
 {
     std::vector<std::int64_t> corners;

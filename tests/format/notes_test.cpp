@@ -42,7 +42,7 @@ TEST(Notes, SurviveTheFile)
     model::ModelView view;
     ASSERT_EQ(model::parse(bytes.span(), view), ParseStatus::Ok);
     EXPECT_EQ(model::content_hash(view), model::content_hash(torus_model().view()));
-    for (const mesh::SettingNames& names : {mesh::k_cpp_settings, mesh::SettingNames{}})
+    for (const mesh::SettingNames& names : {mesh::k_cpp_settings, mesh::SettingNames({}, " ")})
         EXPECT_EQ(words(notes_of(model::notes_of(bytes.span())), names), words(notes, names));
     EXPECT_EQ(paper::notes_of(bytes.span()).data(), model::notes_of(bytes.span()).data());
 }

@@ -1,7 +1,6 @@
 // The tool of a touch: a sphere, a point, a mesh, or a hand on a glove.
 #include "common/hash_text.h"
 #include "common/program_words.h"
-#include "sqmap/mesh/shapes.h"
 #include "sqmap/model/model.h"
 #include "sqmap/paper/force.h"
 #include "sqmap/paper/model.h"
@@ -77,12 +76,9 @@ void TouchSetup::load_tool(const std::filesystem::path& beside)
         options_.zone.blend_time = blend_time;
     }
     if (is_shape(options_.tool, "sphere", max, tool.ball_radius)) {
-        if (options_.paper_force) {
-            tool.points = mesh::sphere(tool.ball_radius, 2).vertices;
-            reach_ = tool.ball_radius;
-        } else {
-            tool.shape = haptic::ToolShape::Ball;
-        }
+        tool.force = options_.zone;
+        paper::take_ball(tool, tool.ball_radius);
+        if (options_.paper_force) reach_ = tool.ball_radius;
     } else if (is_shape(options_.tool, "point", max, smoothing.radius)) {
         tool.shape = haptic::ToolShape::Point;
         if (!options_.paper_force) point_ = std::make_unique<query::Probe>(std::vector<Vec3d>{{}});

@@ -35,6 +35,12 @@ enum class Format : std::uint8_t {
 /// The format that a file's ending says: ".urdf", ".mjcf", ".sdf", ".srdf", ".json", ".obj" or ".glb". Nothing for another.
 [[nodiscard]] std::optional<Format> format_by_ending(const std::filesystem::path& path);
 
+/// True of a format in which files_of() writes spheres and nothing else.
+[[nodiscard]] constexpr bool holds_spheres_alone(Format format) noexcept
+{
+    return format == Format::Srdf || format == Format::Spheres;
+}
+
 /// A shape for each part, or balls for the whole.
 struct ShapeChoice {
     Kind kind = Kind::Hull;

@@ -1,4 +1,4 @@
-// Words about a mesh that name settings. A mesh comes in through C++, C, Python, JavaScript, the program or the page, and each of
+// Words that name settings. Meshes and models come in through C++, C, Python, JavaScript, the program or the page, and each of
 // these doors writes the same setting its own way: it gives its table of names when it asks for the words.
 // Plain data and pure functions: any number of threads.
 #pragma once
@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -13,7 +14,7 @@
 
 namespace sqmap::mesh {
 
-/// A setting that words about a mesh can name.
+/// A setting, or a call, that words can name.
 enum class Setting : std::uint8_t {
     Repair,
     MaxFilled,
@@ -31,21 +32,45 @@ enum class Setting : std::uint8_t {
     MaxParts,
     TargetError,
     Exact,
+    KeepInput,
+    Packages,
+    SolidProbe,  ///< a probe with triangles
+    Bake,
+    BakedMesh,  ///< the mesh that a model was baked from
 };
-/// Number of settings: every door's table has a name for each, or null.
-inline constexpr std::size_t k_settings = static_cast<std::size_t>(Setting::Exact) + 1;
+/// Number of settings.
+inline constexpr std::size_t k_settings = static_cast<std::size_t>(Setting::BakedMesh) + 1;
+
+/// A door's name of a setting.
+struct SettingName {
+    Setting setting;
+    const char* name;
+};
 
 /// How one door writes its settings.
-struct SettingNames {
-    std::array<const char*, k_settings> names{};  ///< in the order of Setting; null where the door has no such setting
-    const char* equals = " ";                     ///< between a name and a value
+class SettingNames {
+public:
     /// A value as the door writes it; word: "close", "mm", "T" for a length that the reader has to choose.
-    std::string (*value)(Setting setting, std::string_view word) = [](Setting, std::string_view word) {
-        return std::string(word);
-    };
+    using Value = std::string (*)(Setting setting, std::string_view word);
 
+    /// given: the settings that the door has. equals: between a name and a value. writes: null for the word itself.
+    constexpr SettingNames(std::initializer_list<SettingName> given, const char* equals, Value writes = nullptr)
+        : equals_(equals), value_(writes)
+    {
+        for (const SettingName& s : given) names_[static_cast<std::size_t>(s.setting)] = s.name;
+    }
     /// The door's name of a setting; null where the door has no such setting.
-    [[nodiscard]] const char* name(Setting setting) const { return names[static_cast<std::size_t>(setting)]; }
+    [[nodiscard]] const char* name(Setting setting) const { return names_[static_cast<std::size_t>(setting)]; }
+    [[nodiscard]] const char* equals() const { return equals_; }
+    [[nodiscard]] std::string value(Setting setting, std::string_view word) const
+    {
+        return value_ == nullptr ? std::string(word) : value_(setting, word);
+    }
+
+private:
+    std::array<const char*, k_settings> names_{};
+    const char* equals_;
+    Value value_;
 };
 
 /// The names of C++: AdmitOptions::repair = Repair::Close.
@@ -78,6 +103,7 @@ public:
     }
     friend Words operator+(Words a, const Words& b) { return a += b; }
 
+    [[nodiscard]] bool empty() const { return clauses_.empty(); }
     /// Empty where there are no clauses, or none that the door has settings for.
     [[nodiscard]] std::string text(const SettingNames& names = k_cpp_settings) const;
 

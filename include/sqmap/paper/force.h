@@ -1,7 +1,9 @@
-// The paper's force on a paper model (section 6). Plain data: any number of threads may read it.
+// The paper's force on a paper model (section 6), and balls that feel it. Plain data: any number of threads may read it.
 #pragma once
 
+#include "sqmap/haptic/tool.h"
 #include "sqmap/haptic/zone.h"
+#include "sqmap/mesh/shapes.h"
 
 namespace sqmap::paper {
 
@@ -25,6 +27,18 @@ namespace sqmap::paper {
 {
     material.friction = Friction::Paper;
     return material;
+}
+
+/// Makes the tool a ball of this radius, m, as its force can feel one: the smoothed map of a paper model gives forces at points
+/// alone, so under tool.force.smoothed_map these are 162 points of the ball's surface. Radius 0: a point.
+/// @throw std::bad_alloc
+inline void take_ball(haptic::ToolDescription& tool, double radius)
+{
+    tool.ball_radius = radius;
+    tool.shape = radius > 0 ? haptic::ToolShape::Ball : haptic::ToolShape::Point;
+    if (!tool.force.smoothed_map || tool.shape == haptic::ToolShape::Point) return;
+    tool.shape = haptic::ToolShape::Surface;
+    tool.points = mesh::sphere(radius, 2).vertices;
 }
 
 }  // namespace sqmap::paper

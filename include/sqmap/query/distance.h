@@ -39,10 +39,10 @@ struct [[nodiscard]] SignedDistance {
 /// where the point is farther away than the object is large. band: how far on either side it is to be exact; beyond, a lower
 /// bound suffices, but an exact distance may be given. Real-time callers pass k_baked_band. Farther than 1e15 model units it is a
 /// bound whatever the band. Without the exact layer it is approximate within the baked band (status k_no_exact). A paper model
-/// knows distances by its triangles; without them all it gives is a lower bound by the object's sphere (paper::k_not_given). A
-/// point or a pose that is not finite: distance 0, LowerBound, k_not_finite. A body without a model is nowhere: the greatest
-/// double, LowerBound. Total, noexcept, no allocation, the same bits on every instruction set; thread-safe. Cost: about a
-/// microsecond within the band, a fifth of it beyond.
+/// knows distances by its triangles; without them all it gives is a lower bound by the object's sphere, with a status bit
+/// of its own. A point or a pose that is not finite: distance 0, LowerBound, k_not_finite. A body without a model is nowhere: the
+/// greatest double, LowerBound. Total, noexcept, no allocation, the same bits on every instruction set; thread-safe. Cost: about
+/// a microsecond within the band, a fifth of it beyond.
 /// @pre touched.model came from model::parse (not checked)
 [[nodiscard]] SignedDistance distance(const Body& touched, Vec3d point, double band = k_everywhere) noexcept;
 

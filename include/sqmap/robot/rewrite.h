@@ -30,7 +30,7 @@ struct RewrittenMesh {
     std::string verdict;  ///< of admission: "ACCEPT", "WRAPPED"; of a mesh that bounds no solid its code, "E_OPEN"
     std::size_t shapes = 0;
     collider::Figures figures{};  ///< metres, beside the mesh in the link's frame
-    std::string problem{};        ///< not empty: the collision element was left as it was, and why
+    mesh::Words problem{};        ///< not empty: the collision element was left as it was, and why
 };
 
 /// A robot file made anew.

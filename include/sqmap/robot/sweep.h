@@ -48,7 +48,7 @@ struct SweptPair {
     double left = 0;               ///< Open: share of the joints' range that no proof covers
     std::uint64_t cells = 0;       ///< of that range which were judged
     bool fixed = false;            ///< no joint moves one against the other
-    std::string reason{};          ///< of Open
+    mesh::Words reason{};          ///< of Open
 };
 
 /// A link's shapes, as swept.
@@ -56,7 +56,7 @@ struct SweptLink {
     std::string name;
     std::size_t triangles = 0;
     std::string verdict{};  ///< of admission of its meshes: "ACCEPT", "WRAPPED, E_OPEN"
-    std::string problem{};  ///< not empty: a shape is missing from it, and why; its pairs are open unless they collide
+    mesh::Words problem{};  ///< not empty: a shape is missing from it, and why; its pairs are open unless they collide
 };
 
 /// A robot, swept.

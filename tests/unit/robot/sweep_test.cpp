@@ -149,9 +149,9 @@ TEST(Sweep, OnlyWhatIsProvenBecomesSrdf)
     std::map<std::string, const SweptPair*> by_name;
     for (const SweptPair& p : result.pairs) by_name[p.a + p.b] = &p;
     EXPECT_EQ(by_name.at("roota")->verdict, PairVerdict::Open);
-    EXPECT_NE(by_name.at("roota")->reason.find("'float' has no limits"), std::string::npos);
+    EXPECT_NE(by_name.at("roota")->reason.text().find("'float' has no limits"), std::string::npos);
     EXPECT_EQ(by_name.at("ce")->verdict, PairVerdict::Open);
-    EXPECT_NE(by_name.at("ce")->reason.find("gone.obj"), std::string::npos);
+    EXPECT_NE(by_name.at("ce")->reason.text().find("gone.obj"), std::string::npos);
     EXPECT_EQ(by_name.at("rootd")->verdict, PairVerdict::Adjacent);
     const SweptPair& fixed = *by_name.at("de");
     EXPECT_EQ(fixed.verdict, PairVerdict::Free);

@@ -14,10 +14,9 @@
 namespace sqmap::viewer {
 namespace {
 
-constexpr double k_static = 1.33;      // mu_static over mu_dynamic
-constexpr int k_sphere_divisions = 2;  // 162 points of a ball with the paper's force
-constexpr double k_stiffen = 0.1;      // s, time constant in which a spring under load takes a new stiffness
-constexpr double k_hold = 0.005;       // m of the hand's path in which a proxy takes another side
+constexpr double k_static = 1.33;  // mu_static over mu_dynamic
+constexpr double k_stiffen = 0.1;  // s, time constant in which a spring under load takes a new stiffness
+constexpr double k_hold = 0.005;   // m of the hand's path in which a proxy takes another side
 
 }  // namespace
 
@@ -57,11 +56,8 @@ Forces::Forces(std::vector<ObjectPtr> objects, const Settings& settings) : objec
     } else if (settings.smoothing > 0) {
         description.shape = haptic::ToolShape::Point;
         zone.smoothing.radius = settings.smoothing;
-    } else if (zone.smoothed_map) {
-        description.points = mesh::sphere(settings.tool_radius, k_sphere_divisions).vertices;
     } else {
-        description.shape = haptic::ToolShape::Ball;
-        description.ball_radius = settings.tool_radius;
+        paper::take_ball(description, settings.tool_radius);
     }
     for (const ObjectPtr& object : objects_)
         doubtful_ = doubtful_ || (object != nullptr && model::is_doubtful(object->metres.measured));
