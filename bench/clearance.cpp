@@ -5,8 +5,8 @@
 #include "measure.h"
 #include "setting.h"
 
+#include "math/random.h"
 #include "sqmap/bake_mesh.h"
-#include "sqmap/math/random.h"
 #include "sqmap/math/rotation.h"
 #include "sqmap/query/clearance.h"
 

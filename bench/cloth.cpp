@@ -5,12 +5,12 @@
 #include "clock.h"
 #include "distance_grid.h"
 #include "fcl_tree.h"
+#include "io/replace_file.h"
 #include "measure.h"
+#include "sim/walker.h"
 #include "sqmap/bake_mesh.h"
-#include "sqmap/io/replace_file.h"
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/query/pair.h"
-#include "sqmap/sim/walker.h"
 
 #include <fcl/narrowphase/collision.h>
 #include <nlohmann/json.hpp>

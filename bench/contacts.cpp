@@ -6,10 +6,11 @@
 #include "frames.h"
 #include "measure.h"
 #include "path.h"
+#include "query/probe/triangle_tree.h"
 #include "setting.h"
 
+#include "math/random.h"
 #include "sqmap/bake_mesh.h"
-#include "sqmap/math/random.h"
 #include "sqmap/mesh/bvh.h"
 #include "sqmap/query/contacts.h"
 

@@ -6,10 +6,10 @@
 #include "measure.h"
 #include "setting.h"
 
+#include "math/random.h"
+#include "parallel/for_each.h"
 #include "sqmap/bake_mesh.h"
-#include "sqmap/math/random.h"
 #include "sqmap/math/rotation.h"
-#include "sqmap/parallel/for_each.h"
 #include "sqmap/query/distance.h"
 
 #include <algorithm>

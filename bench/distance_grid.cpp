@@ -4,10 +4,10 @@
 #include "distance_grid.h"
 
 #include "clock.h"
+#include "io/replace_file.h"
 #include "method.h"
+#include "parallel/for_each.h"
 #include "sqmap/io/model_file.h"
-#include "sqmap/io/replace_file.h"
-#include "sqmap/parallel/for_each.h"
 
 #include <algorithm>
 #include <bit>

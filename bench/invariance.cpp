@@ -2,8 +2,8 @@
 // of the mesh as it is. CGAL's simplification is GPL: it is used by this bench and by nothing that is shipped.
 #include "measure.h"
 
+#include "math/random.h"
 #include "sqmap/bake_mesh.h"
-#include "sqmap/math/random.h"
 #include "sqmap/mesh/bvh.h"
 #include "sqmap/model/named_parts.h"
 

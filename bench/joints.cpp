@@ -5,7 +5,7 @@
 #include "measure.h"
 #include "skin_hand.h"
 
-#include "sqmap/bake/bake.h"
+#include "sqmap/bake/bake_types.h"
 #include "sqmap/bake/skin_lattice.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/io/read_skin.h"

@@ -1,12 +1,12 @@
 // sqmap_bench: the project's method beside its peers, in one process, on the same frames.
 #include "error.h"
 #include "frames.h"
+#include "io/replace_file.h"
 #include "make_path.h"
 #include "report.h"
 #include "reproduce.h"
-#include "sqmap/bake/bake.h"
+#include "sqmap/bake/bake_types.h"
 #include "sqmap/io/model_file.h"
-#include "sqmap/io/replace_file.h"
 #include "sqmap/mesh/error.h"
 
 #include <hwy/targets.h>

@@ -6,11 +6,11 @@
 #include "measure.h"
 #include "setting.h"
 
+#include "math/random.h"
+#include "parallel/for_each.h"
 #include "sqmap/bake_mesh.h"
 #include "sqmap/bulk/pile.h"
-#include "sqmap/math/random.h"
 #include "sqmap/math/rotation.h"
-#include "sqmap/parallel/for_each.h"
 #include "sqmap/query/clearance.h"
 
 #include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>

@@ -1,11 +1,11 @@
 // Poses of a gripper against an object: poses answered a second with minimum and derivative, beside every point by itself.
 #include "clock.h"
 #include "error.h"
+#include "math/random.h"
 #include "measure.h"
 #include "setting.h"
 #include "sqmap/bake_mesh.h"
 #include "sqmap/bulk/clearances.h"
-#include "sqmap/math/random.h"
 #include "sqmap/math/rotation.h"
 
 #include <algorithm>

@@ -4,9 +4,9 @@
 #include "error.h"
 #include "field_bytes.h"
 #include "frames.h"
+#include "io/replace_file.h"
 #include "paper_maps.h"
 #include "sqmap/bake/evaluate.h"
-#include "sqmap/io/replace_file.h"
 #include "sqmap/paper/model.h"
 #include "sqmap/shape/surface.h"
 

@@ -1,7 +1,7 @@
 // Cost of a scene's broad phase and of a pile in a frame: run under callgrind, whose counts do not depend on the machine's load.
+#include "math/random.h"
 #include "measure.h"
 #include "sqmap/bake_mesh.h"
-#include "sqmap/math/random.h"
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/query/scene.h"
 

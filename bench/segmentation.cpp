@@ -4,10 +4,10 @@
 #include "common/render/raycast.h"
 #include "measure.h"
 
+#include "decompose/locales.h"
+#include "io/replace_file.h"
 #include "sqmap/bake_mesh.h"
-#include "sqmap/decompose/locales.h"
 #include "sqmap/io/read.h"
-#include "sqmap/io/replace_file.h"
 #include "sqmap/model/named_parts.h"
 
 #include <zlib.h>

@@ -1,7 +1,7 @@
 #include "truth.h"
 
 #include "distance_grid.h"
-#include "sqmap/parallel/for_each.h"
+#include "parallel/for_each.h"
 
 namespace sqmap::bench {
 

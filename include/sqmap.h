@@ -116,10 +116,10 @@ enum sqmap_words { SQMAP_WORDS_C = 0, SQMAP_WORDS_PYTHON = 1, SQMAP_WORDS_JAVASC
 /// How to bake. Zero: the default of sqmap bake.
 typedef struct sqmap_bake_options {
     size_t size;
-    double target_error;      ///< percent of R_max, depth error of layer 3 at the 99th percentile; default 0.5
+    double target_error;      ///< percent of R_max, 0.001 to 100, depth error of layer 3 at the 99th percentile; default 0.5
     double band;              ///< percent of R_max within which signed distances are exact, to 100; default 5
     double thickness;         ///< above 0: open meshes become plates this thick, mesh units
-    uint32_t max_parts;       ///< default 24
+    uint32_t max_parts;       ///< 1 to 1000; default 24
     int32_t projection;       ///< 0 central, 1 the paper's normal projection
     int32_t repair;           ///< sqmap_repair
     int32_t accepts_surface;  ///< not zero: an open mesh is taken as a surface without inside

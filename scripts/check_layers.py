@@ -9,6 +9,7 @@
    or else it defines what the header declares. Modules of the Python package and of the page count one by one.
 3. Targets: a CMakeLists.txt compiles files of its own folder only, no file is compiled by two targets, and no two libraries
    link one another.
+4. Public headers: an include of "sqmap/..." names one that is there.
 usage: check_layers.py [ROOT]     exit 0 when all is in order, 1 with a list when not
 """
 import collections
@@ -274,6 +275,15 @@ def target_violations(root):
         yield "knot of targets: " + ", ".join(group)
 
 
+def lost_includes(root, tree):
+    for base in (*ROOTS, "tests", "bindings"):
+        for path in cpp_source.sources(root, base):
+            name = path.relative_to(root).as_posix()
+            for _, included in cpp_source.includes(path.read_text(encoding="utf-8")):
+                if included.startswith("sqmap/") and tree.resolve(name, included) is None:
+                    yield f"{name}: there is no public header {included} (src may have it)"
+
+
 def violations(root):
     page = root / "docs" / "architecture.md"
     tree = Tree(root)
@@ -281,6 +291,7 @@ def violations(root):
     yield from folder_knots(tree)
     yield from module_knots(root)
     yield from target_violations(root)
+    yield from lost_includes(root, tree)
 
 
 def main():

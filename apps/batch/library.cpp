@@ -1,7 +1,7 @@
 #include "batch/library.h"
 
+#include "io/replace_file.h"
 #include "sqmap/io/model_archive.h"
-#include "sqmap/io/replace_file.h"
 
 #include <nlohmann/json.hpp>
 

@@ -1,7 +1,7 @@
 // merge writes the archives into a folder of another name, which then replaces the library's.
 #include "batch/operations.h"
+#include "io/replace_file.h"
 #include "sqmap/io/model_archive.h"
-#include "sqmap/io/replace_file.h"
 
 #include <algorithm>
 #include <cstdio>

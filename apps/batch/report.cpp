@@ -2,8 +2,8 @@
 // when one of its items comes into sight.
 #include "batch/operations.h"
 #include "batch/text.h"
+#include "io/replace_file.h"
 #include "sqmap/io/model_file.h"
-#include "sqmap/io/replace_file.h"
 
 #include <nlohmann/json.hpp>
 

@@ -5,8 +5,8 @@
 #include "batch/member_stream.h"
 #include "batch/running.h"
 #include "batch/text.h"
+#include "io/replace_file.h"
 #include "sqmap/io/model_archive.h"
-#include "sqmap/io/replace_file.h"
 
 #include <poll.h>
 #include <sys/socket.h>

@@ -4,9 +4,9 @@
 #include "commands.h"
 #include "common/program_words.h"
 #include "common/reports.h"
+#include "io/replace_file.h"
 #include "load_options.h"
 #include "sqmap/io/model_file.h"
-#include "sqmap/io/replace_file.h"
 #include "sqmap/paper/bake.h"
 #include "sqmap/paper/model_file.h"
 

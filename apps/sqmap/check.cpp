@@ -1,7 +1,7 @@
 #include "commands.h"
 #include "common/program_words.h"
 #include "load_options.h"
-#include "sqmap/collider/figures.h"
+#include "sqmap/collider/shape.h"
 
 #include <unistd.h>
 #include <nlohmann/json.hpp>

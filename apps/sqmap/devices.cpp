@@ -1,6 +1,6 @@
 // sqmap devices: what there is on this machine to touch with.
 #include "commands.h"
-#include "sqmap/device/hand.h"
+#include "device/hand.h"
 #include "sqmap/device/open.h"
 #include "sqmap/device/simulated.h"
 

@@ -1,9 +1,9 @@
 #include "sqmap/collider/export.h"
 #include "commands.h"
 #include "export_labels.h"
+#include "io/replace_file.h"
 #include "shape_options.h"
 #include "sqmap/io/model_file.h"
-#include "sqmap/io/replace_file.h"
 #include "sqmap/mesh/error.h"
 #include "sqmap/paper/model_file.h"
 
@@ -45,8 +45,7 @@ int run(const ExportArguments& o)
     const paper::MappedModel file(o.model);
     if (!model::has_exact(file.view()))
         throw mesh::InvalidInput("the model was baked without its triangles, which say what a part is; bake it with --exact");
-    collider::Pieces pieces = collider::pieces_of(file.view(), fs::path(o.model).stem().string());
-    const collider::Colliders made = collider::colliders_of(pieces, o.shape, o.threads);
+    const collider::Colliders made = collider::colliders_of(file.view(), fs::path(o.model).stem().string(), o.shape, o.threads);
     std::vector<collider::ExportFile> files = collider::files_of(made, format, o.output);
     if (!o.report.empty()) files.insert(files.begin(), {o.report, collider::report_json(made) + '\n'});
     for (const collider::ExportFile& f : files) io::refuse_to_replace(f.path, {o.model});

@@ -1,9 +1,9 @@
 #include "export_labels.h"
 
 #include "common/polygon_labels.h"
+#include "io/replace_file.h"
 #include "load_options.h"
 #include "model_mesh.h"
-#include "sqmap/io/replace_file.h"
 #include "sqmap/model/named_parts.h"
 #include "sqmap/paper/model_file.h"
 

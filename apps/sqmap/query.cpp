@@ -2,11 +2,11 @@
 
 #include "commands.h"
 #include "common/layer_name.h"
-#include "sqmap/io/replace_file.h"
+#include "io/replace_file.h"
+#include "parallel/for_each.h"
 #include "sqmap/model/model.h"
 #include "sqmap/paper/model.h"
 #include "sqmap/paper/model_file.h"
-#include "sqmap/parallel/for_each.h"
 #include "sqmap/query/distance.h"
 
 #include <algorithm>

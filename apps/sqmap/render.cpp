@@ -3,8 +3,8 @@
 #include "commands.h"
 #include "common/program_words.h"
 #include "common/render/pictures.h"
+#include "io/replace_file.h"
 #include "load_options.h"
-#include "sqmap/io/replace_file.h"
 #include "sqmap/paper/model_file.h"
 
 #include <algorithm>

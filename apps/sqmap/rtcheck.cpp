@@ -1,6 +1,6 @@
 // sqmap rtcheck: what this machine can hold of a 1 kHz loop, and what to do about it.
 #include "commands.h"
-#include "sqmap/device/jitter.h"
+#include "device/jitter.h"
 
 #include <nlohmann/json.hpp>
 
@@ -16,6 +16,7 @@ using device::Jitter;
 using nlohmann::ordered_json;
 
 constexpr int k_priority = 80;
+constexpr const char* k_take_priority = "sqmap touch --priority 80";
 
 ordered_json as_json(const std::optional<Jitter>& j)
 {
@@ -50,7 +51,7 @@ void report(const device::Machine& m, const Jitter& plain, const std::optional<J
     std::printf("%s\n", holds == Holds::Steadily ? "holds 1 kHz steadily"
                         : holds == Holds::Mostly ? "holds 1 kHz mostly: some ticks will be answered from the last contacts"
                                                  : "does not hold 1 kHz: the safety filter will often ramp down or start anew");
-    for (const std::string& line : device::advice(m, plain, fifo)) std::printf("- %s\n", line.c_str());
+    for (const std::string& line : device::advice(m, plain, fifo, k_take_priority)) std::printf("- %s\n", line.c_str());
     std::printf(
         "This is measured without work and for as long as asked: a longer run finds worse. Each tick's own work is bounded "
         "apart from this; a late tick is never unsafe, see docs/realtime.md.\n");
@@ -89,7 +90,7 @@ void add_rtcheck(CommandLine& line)
                                    {"other", as_json(plain)},
                                    {"fifo", as_json(fifo)},
                                    {"holds", word(holds)},
-                                   {"advice", device::advice(m, plain, fifo)}};
+                                   {"advice", device::advice(m, plain, fifo, k_take_priority)}};
             std::printf("%s\n", out.dump(2, ' ', false, ordered_json::error_handler_t::replace).c_str());
         } else {
             report(m, plain, fifo, holds);

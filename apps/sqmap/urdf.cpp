@@ -1,10 +1,10 @@
 #include "commands.h"
 #include "common/program_words.h"
+#include "io/replace_file.h"
 #include "load_options.h"
 #include "shape_options.h"
 #include "sqmap/collider/export.h"
 #include "sqmap/io/model_file.h"
-#include "sqmap/io/replace_file.h"
 #include "sqmap/robot/rewrite.h"
 #include "urdf_sweep.h"
 

@@ -1,8 +1,8 @@
 #include "urdf_sweep.h"
 
 #include "common/program_words.h"
+#include "io/replace_file.h"
 #include "sqmap/collider/export.h"
-#include "sqmap/io/replace_file.h"
 
 #include <nlohmann/json.hpp>
 

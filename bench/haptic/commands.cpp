@@ -3,8 +3,8 @@
 #include "../measure.h"
 #include "common/layer_name.h"
 #include "hand.h"
+#include "io/replace_file.h"
 #include "slide.h"
-#include "sqmap/io/replace_file.h"
 
 #include <CLI/CLI.hpp>
 

@@ -1,9 +1,10 @@
 #include "slide.h"
 
 #include "../frames.h"
+#include "haptic/stencil.h"
+#include "math/random.h"
 #include "sqmap/haptic/safety.h"
 #include "sqmap/haptic/tool.h"
-#include "sqmap/math/random.h"
 #include "sqmap/paper/force.h"
 
 #include <algorithm>

@@ -8,7 +8,7 @@
 
 #include "sqmap/bake/notes.h"
 #include "sqmap/io/read.h"
-#include "sqmap/mesh/admit.h"
+#include "sqmap/mesh/admission.h"
 #include "sqmap/paper/bake.h"
 
 #include <cstddef>

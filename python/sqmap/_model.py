@@ -574,7 +574,7 @@ def bake(mesh: Any, *, target_error: float = 0.5, max_parts: int = 24, band: flo
     """Bakes a closed triangle mesh into a Model.
 
     mesh: a path (OFF, OBJ, STL, PLY, glTF, GLB), a pair (vertices (v, 3), triangles (t, 3)), or an object with vertices and
-    faces or triangles (trimesh, Open3D). target_error: percent of R_max. band: percent of R_max within which signed distances
+    faces or triangles (trimesh, Open3D). target_error: percent of R_max, 0.001 to 100. max_parts: 1 to 1000. band: percent of R_max within which signed distances
     are baked exactly, above 0. projection: "central" or "normal". exact: keep the triangles. keep_input: keep their coordinates and
     numbers as given, up to 18 bytes a triangle, so that distances are in double. repair: "auto", "none", "safe",
     "close", "wrap". surface: take an open mesh as it is. thickness: make open meshes plates, units of the model.

@@ -1,5 +1,5 @@
 // Baking central models: their own steps of the pipeline.
-#include "sqmap/bake/bake.h"
+#include "bake/bake.h"
 
 #include "bake/evaluate/drafts.h"
 #include "pipeline.h"

@@ -7,13 +7,13 @@
 #include "bake/parts/bound_figures.h"
 #include "bake/parts/fit.h"
 #include "budget.h"
+#include "decompose/named_parts.h"
 #include "model/flags.h"
-#include "sqmap/decompose/named_parts.h"
+#include "parallel/for_each.h"
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/model/model.h"
 #include "sqmap/model/named_parts.h"
-#include "sqmap/parallel/for_each.h"
 
 #include <algorithm>
 #include <cmath>
@@ -78,14 +78,15 @@ void check(const decompose::DecomposeOptions& d)
 
 void check(const mesh::Mesh& mesh, const BakeOptions& options)
 {
-    if (!(options.target_error > 0)) throw mesh::InvalidInput("target error must be above zero");
-    if (options.max_parts < 1 || options.max_parts > 1000) throw mesh::InvalidInput("max parts must be from 1 to 1000");
+    if (!k_bake_ranges.target_error.holds(options.target_error))
+        throw mesh::InvalidInput("the target error must be from 0.001 to 100 percent of R_max");
+    if (!k_bake_ranges.max_parts.holds(options.max_parts)) throw mesh::InvalidInput("max parts must be from 1 to 1000");
     check(options.decompose);
     if (!options.locator && options.exact) throw mesh::InvalidInput("the exact layer needs the locator");
-    if (!(options.max_looseness >= 1))
-        throw mesh::InvalidInput("max looseness must be at least 1: no superquadric is smaller than what it holds");
-    if (!(options.max_q2_share >= 0)) throw mesh::InvalidInput("max Q2 share must not be negative");
-    if (!(options.band >= 0 && options.band <= 100)) throw mesh::InvalidInput("the band must be from 0 to 100 percent of R_max");
+    if (!k_bake_ranges.max_looseness.holds(options.max_looseness))
+        throw mesh::InvalidInput("max looseness must be from 1 to 1e6: no superquadric is smaller than what it holds");
+    if (!k_bake_ranges.max_q2_share.holds(options.max_q2_share)) throw mesh::InvalidInput("max Q2 share must be from 0 to 1");
+    if (!k_bake_ranges.band.holds(options.band)) throw mesh::InvalidInput("the band must be from 0 to 100 percent of R_max");
     if (!(options.split_gain >= 0 && options.split_gain < 1)) throw mesh::InvalidInput("split gain must be in [0, 1)");
     if (!options.cured.made_up.empty() && options.cured.made_up.size() != mesh.triangles.size())
         throw mesh::InvalidInput("what is made up is of another mesh");

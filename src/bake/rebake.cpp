@@ -6,13 +6,13 @@
 #include "bake/parts/fit.h"
 #include "bake/parts/part.h"
 #include "model/flags.h"
+#include "parallel/for_each.h"
 #include "pipeline.h"
 #include "sqmap/math/rotation.h"
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/solid.h"
 #include "sqmap/model/named_parts.h"
-#include "sqmap/parallel/for_each.h"
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 #include "sqmap/bake_mesh.h"
 
-#include "sqmap/io/replace_file.h"
+#include "io/replace_file.h"
 #include "sqmap/model/model.h"
 #include "sqmap/paper/model_file.h"
 

@@ -2,7 +2,7 @@
 // of a chunk go through it together, so that every round queries one batch of points.
 #include "sqmap/bulk/clearances.h"
 
-#include "sqmap/parallel/for_each.h"
+#include "parallel/for_each.h"
 
 #include <algorithm>
 #include <cmath>

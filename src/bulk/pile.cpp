@@ -1,7 +1,7 @@
 // The broad phase of a scene, then each pair by whichever thread is free; results are put together in the order of the pairs.
 #include "sqmap/bulk/pile.h"
 
-#include "sqmap/parallel/for_each.h"
+#include "parallel/for_each.h"
 
 #include <algorithm>
 #include <atomic>

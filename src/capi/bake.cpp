@@ -48,14 +48,18 @@ mesh::AdmitOptions admit_options(const sqmap_bake_options& o)
 
 bake::BakeOptions bake_options(const sqmap_bake_options& o)
 {
+    constexpr bake::BakeRanges ranges;
     bake::BakeOptions out;
     if (o.projection != 0 && o.projection != 1)
         throw Failure{SQMAP_E_ARGUMENT, "options.projection", "is " + std::to_string(o.projection), "take 0 or 1"};
     if (o.threads > 1024)
         throw Failure{SQMAP_E_ARGUMENT, "options.threads", "is " + std::to_string(o.threads), "give at most 1024"};
-    if (o.target_error != 0) out.target_error = checked(o.target_error, 1e-3, 100, "options.target_error");
-    if (o.band != 0) out.band = checked(o.band, 0, 100, "options.band");
-    if (o.max_parts != 0) out.max_parts = static_cast<std::uint32_t>(checked(o.max_parts, 1, 1000, "options.max_parts"));
+    if (o.target_error != 0)
+        out.target_error = checked(o.target_error, ranges.target_error.least, ranges.target_error.max, "options.target_error");
+    if (o.band != 0) out.band = checked(o.band, ranges.band.least, ranges.band.max, "options.band");
+    if (o.max_parts != 0)
+        out.max_parts =
+            static_cast<std::uint32_t>(checked(o.max_parts, ranges.max_parts.least, ranges.max_parts.max, "options.max_parts"));
     out.exact = o.without_exact == 0;
     out.keep_input = o.without_input == 0;
     out.threads = o.threads;

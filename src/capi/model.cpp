@@ -1,10 +1,10 @@
 // Models behind the C interface: opening, saving, facts.
 #include "sqmap/model/model.h"
+#include "io/replace_file.h"
 #include "objects.h"
 #include "sqmap/bake/notes.h"
 #include "sqmap/bake/rebake.h"
 #include "sqmap/io/model_archive.h"
-#include "sqmap/io/replace_file.h"
 #include "structs.h"
 #include "words.h"
 

@@ -153,13 +153,13 @@ public:
     /// For probes as large as these.
     [[nodiscard]] query::OverlapWorkspace& overlap(const query::Probe& a, const query::Probe& b)
     {
-        if (!overlap_ || !overlap_->holds(a.triangles(), b.triangles())) overlap_.emplace(a, b);
+        if (!overlap_ || !overlap_->holds(a, b)) overlap_.emplace(a, b);
         return *overlap_;
     }
     /// For probes as large as these.
     [[nodiscard]] query::SeparatingWorkspace& separating(const query::Probe& a, const query::Probe& b)
     {
-        if (!separating_ || !separating_->holds(a.triangles(), b.triangles())) separating_.emplace(a, b);
+        if (!separating_ || !separating_->holds(a, b)) separating_.emplace(a, b);
         return *separating_;
     }
 

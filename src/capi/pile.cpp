@@ -88,7 +88,7 @@ sqmap_code sqmap_add_body(sqmap_pile pile, const sqmap_body* body, uint32_t* num
         capi::KeptPile::Kept kept;
         if (in.model.id != 0) kept.model = capi::model_of(in.model, "body.model");
         kept.probe = capi::probes().find(in.probe.id, "body.probe");
-        if (kept.probe->triangles().size() == 0)
+        if (kept.probe->triangle_count() == 0)
             throw capi::Failure{SQMAP_E_MISSING, "body.probe", "has no triangles",
                                 mesh::Words("take a probe with triangles").with(": ", mesh::Setting::SolidProbe)};
         const Pose pose = capi::pose_of(in.pose, "body.pose");

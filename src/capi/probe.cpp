@@ -1,6 +1,7 @@
 // Probes and pairs behind the C interface: the library's own structs cross it, so that nothing is copied in a tick.
 #include "sqmap/query/probe.h"
 #include "objects.h"
+#include "query/probe/triangle_tree.h"
 #include "sqmap/query/clearance.h"
 #include "sqmap/query/contacts.h"
 #include "sqmap/query/first_touch.h"
@@ -83,7 +84,7 @@ private:
     static void check(const query::Body& body, const BodyNames& names)
     {
         if (body.probe == nullptr) refuse_handle(0, 2, names.probe);
-        if (body.probe->triangles().size() == 0)
+        if (body.probe->triangle_count() == 0)
             throw Failure{SQMAP_E_MISSING, names.probe, "has no triangles",
                           mesh::Words("take a probe with triangles").with(": ", mesh::Setting::SolidProbe)};
     }

@@ -1,7 +1,7 @@
 // Batches of points behind the C interface: contacts, signed distances, closest points.
+#include "math/triangle.h"
 #include "objects.h"
-#include "sqmap/math/triangle.h"
-#include "sqmap/parallel/for_each.h"
+#include "parallel/for_each.h"
 #include "sqmap/query/distance.h"
 #include "sqmap/query/point.h"
 #include "structs.h"

@@ -1,8 +1,9 @@
+#include "collider/pieces.h"
+#include "collider/spheres.h"
+#include "mesh/convex_hull.h"
+#include "parallel/for_each.h"
 #include "sqmap/collider/export.h"
-#include "sqmap/collider/spheres.h"
-#include "sqmap/mesh/convex_hull.h"
 #include "sqmap/mesh/error.h"
-#include "sqmap/parallel/for_each.h"
 
 #include <algorithm>
 #include <array>
@@ -100,9 +101,14 @@ Colliders colliders_of(const Pieces& pieces, const ShapeChoice& choice, unsigned
     return out;
 }
 
+Colliders colliders_of(const model::ModelView& model, const std::string& name, const ShapeChoice& choice, unsigned threads)
+{
+    return colliders_of(pieces_of(model, name), choice, threads);
+}
+
 Colliders export_model(const model::ModelView& model, const std::filesystem::path& path, const ExportOptions& options)
 {
-    Colliders out = colliders_of(pieces_of(model, path.stem().string()), options.shape, options.threads);
+    Colliders out = colliders_of(model, path.stem().string(), options.shape, options.threads);
     write(files_of(out, options.format, path));
     return out;
 }

@@ -3,9 +3,9 @@
 #include "collider/numbers.h"
 #include "collider/searches.h"
 #include "math/predicates.h"
+#include "mesh/convex_hull.h"
 #include "sqmap/collider/shape.h"
 #include "sqmap/math/box.h"
-#include "sqmap/mesh/convex_hull.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 // Both figures are greatest values of functions that are Lipschitz, found by branch and bound: a cell whose value at the middle,
 // plus the most by which it can rise within the cell, is not above the best value seen is left; others are halved.
-#include "sqmap/collider/figures.h"
+#include "sqmap/collider/shape.h"
 
 #include "sqmap/math/box.h"
 #include "sqmap/mesh/bvh.h"

@@ -1,4 +1,4 @@
-#include "sqmap/collider/pieces.h"
+#include "collider/pieces.h"
 
 #include "bake/parts/part.h"
 #include "bake/parts/refinement.h"
@@ -6,6 +6,7 @@
 #include "sqmap/mesh/bvh.h"
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/self_intersection.h"
+#include "sqmap/mesh/shapes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -20,15 +21,6 @@ shape::Superquadricd in_mesh_units(shape::Superquadricd sq, Vec3d origin, double
     sq.translation = unit * sq.translation + origin;
     sq.bend /= unit;
     return sq;
-}
-
-double volume_of(const mesh::Mesh& mesh)
-{
-    double six = 0;
-    const Vec3d on = mesh.vertices.front();  // far from the origin products would cancel
-    for (const mesh::Triangle& t : mesh.triangles)
-        six += dot(mesh.vertices[t[0]] - on, cross(mesh.vertices[t[1]] - on, mesh.vertices[t[2]] - on));
-    return six / 6;
 }
 
 /// Triangles that share no vertices, as a mesh.
@@ -69,7 +61,7 @@ Pieces uncut(const CutInput& input, const CutOptions& options)
         out.is_solid = true;
         out.crossed.assign(input.crossed.begin(), input.crossed.end());
         piece.points.insert(piece.points.end(), input.solid->vertices.begin(), input.solid->vertices.end());
-        piece.volume = volume_of(*input.solid);
+        piece.volume = mesh::volume(*input.solid);
     }
     if (options.superquadrics) {
         mesh::Mesh mesh = input.solid != nullptr ? *input.solid : soup_mesh(input.triangles);
@@ -102,7 +94,7 @@ Piece Pieces::whole() const
         out.points.insert(out.points.end(), p.points.begin(), p.points.end());
         out.volume += p.volume;
     }
-    if (is_solid) out.volume = volume_of(surface);
+    if (is_solid) out.volume = mesh::volume(surface);
     return out;
 }
 

@@ -1,7 +1,7 @@
 #include "sqmap/collider/shape.h"
 
+#include "mesh/convex_hull.h"
 #include "sqmap/fit/fit.h"
-#include "sqmap/mesh/convex_hull.h"
 #include "sqmap/mesh/shapes.h"
 
 #include <algorithm>
@@ -27,15 +27,6 @@ double dual_blend(double u, double v, double eps)
 double superquadric_support(const shape::Superquadricd& sq, Vec3d local)
 {
     return dual_blend(dual_blend(sq.a.x * local.x, sq.a.y * local.y, sq.eps2), sq.a.z * local.z, sq.eps1);
-}
-
-double mesh_volume(const mesh::Mesh& mesh)
-{
-    double six = 0;
-    const Vec3d on = mesh.vertices.front();  // far from the origin products would cancel
-    for (const mesh::Triangle& t : mesh.triangles)
-        six += dot(mesh.vertices[t[0]] - on, cross(mesh.vertices[t[1]] - on, mesh.vertices[t[2]] - on));
-    return six / 6;
 }
 
 }  // namespace
@@ -85,7 +76,7 @@ double volume(const Shape& s)
         case Kind::Cylinder:
             return 2 * k_pi * r * r * s.size.z;
         case Kind::Hull:
-            return mesh_volume(s.hull);
+            return mesh::volume(s.hull);
         case Kind::Superquadric:
             return fit::volume(s.superquadric);
     }

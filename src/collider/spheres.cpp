@@ -1,7 +1,7 @@
 // Greedy splitting of the cluster whose ball reaches out farthest, then rounds in the manner of S. Lloyd, "Least squares
 // quantization in PCM", 1982: cells go to the ball that has to grow least for them, where balls that reach out far count as
 // smaller than they are, and each ball becomes the smallest about its cells.
-#include "sqmap/collider/spheres.h"
+#include "collider/spheres.h"
 
 #include "collider/numbers.h"
 #include "collider/searches.h"

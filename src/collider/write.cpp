@@ -1,7 +1,7 @@
 #include "collider/elements.h"
 #include "collider/numbers.h"
+#include "io/replace_file.h"
 #include "sqmap/collider/export.h"
-#include "sqmap/io/replace_file.h"
 #include "sqmap/io/write_mesh.h"
 #include "sqmap/mesh/error.h"
 

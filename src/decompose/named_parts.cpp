@@ -1,7 +1,7 @@
 // Named parts by the minima rule: D. D. Hoffman, W. A. Richards, "Parts of recognition", Cognition 18, 1984: people cut where a
 // surface is concave. Regions are merged as in A. Golovinskiy, T. Funkhouser, "Randomized cuts for 3D mesh analysis", ACM
 // Trans. Graph. 27(5), 2008 (their hierarchical clustering), by the bend of their border.
-#include "sqmap/decompose/named_parts.h"
+#include "decompose/named_parts.h"
 
 #include "cut.h"
 #include "partition.h"

@@ -1,5 +1,5 @@
 // Locales, Boundary Strength and step 3 of section 3 as printed.
-#include "sqmap/decompose/locales.h"
+#include "decompose/locales.h"
 
 #include "cut.h"
 #include "partition.h"

@@ -1,8 +1,8 @@
 // Carries poses from a device's thread, which may wait for hardware, to the servo, which may not, and wrenches back.
 #pragma once
 
+#include "device/handover.h"
 #include "sqmap/device/device.h"
-#include "sqmap/device/handover.h"
 #include "sqmap/haptic/safety.h"
 
 #include <array>

@@ -1,4 +1,4 @@
-#include "sqmap/device/hand.h"
+#include "device/hand.h"
 
 #include "sqmap/math/assert.h"
 #include "sqmap/math/rotation.h"

@@ -1,4 +1,4 @@
-#include "sqmap/device/jitter.h"
+#include "device/jitter.h"
 
 #include "clock.h"
 #include "sqmap/math/assert.h"
@@ -107,11 +107,11 @@ Holds judge(const Jitter& j)
     return share < 0.01 ? Holds::Mostly : Holds::Not;
 }
 
-std::vector<std::string> advice(const Machine& m, const Jitter& plain, const std::optional<Jitter>& fifo)
+std::vector<std::string> advice(const Machine& m, const Jitter& plain, const std::optional<Jitter>& fifo, const char* priority)
 {
     std::vector<std::string> list;
     const Jitter& best = fifo && fifo->late <= plain.late ? *fifo : plain;
-    const char* const take_fifo = "run the servo with SCHED_FIFO: sqmap touch --priority 80, ServoOptions::priority in C++";
+    const std::string take_fifo = std::string("run the servo with SCHED_FIFO: ") + priority;
     if (judge(best) == Holds::Steadily) {
         if (&best != &plain && judge(plain) != Holds::Steadily) list.push_back(take_fifo);
         return list;

@@ -1,7 +1,7 @@
-#include "sqmap/device/own_process.h"
+#include "device/own_process.h"
 
 #include "clock.h"
-#include "sqmap/device/handover.h"
+#include "device/handover.h"
 
 #include <sys/mman.h>
 #include <sys/wait.h>

@@ -1,8 +1,8 @@
 #include "sqmap/device/servo.h"
 
 #include "clock.h"
+#include "device/handover.h"
 #include "servo_tick.h"
-#include "sqmap/device/handover.h"
 
 #include <pthread.h>
 #include <sys/mman.h>

@@ -1,6 +1,6 @@
 #include "sqmap/device/trace.h"
 
-#include "sqmap/device/handover.h"
+#include "device/handover.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>

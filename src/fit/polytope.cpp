@@ -1,10 +1,10 @@
 // Choosing few tangent planes of a convex hull: greedy maximum coverage (G. Nemhauser, L. Wolsey, M. Fisher, 1978, within
 // 1 - 1/e of the best choice) of points that should be cut off, then a pattern search of each plane's direction.
-#include "sqmap/fit/polytope.h"
+#include "fit/polytope.h"
 
+#include "mesh/convex_hull.h"
 #include "sqmap/fit/fit.h"
 #include "sqmap/mesh/bvh.h"
-#include "sqmap/mesh/convex_hull.h"
 
 #include <algorithm>
 #include <array>

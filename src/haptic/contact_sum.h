@@ -2,6 +2,7 @@
 // sphere.
 #pragma once
 
+#include "haptic/stencil.h"
 #include "sqmap/haptic/zone.h"
 
 #include <algorithm>

@@ -1,10 +1,10 @@
 // Everything that is made outside the loop and allocates: points of tools, textures, pads, states.
+#include "haptic/stencil.h"
+#include "math/random.h"
 #include "sqmap/haptic/patch.h"
-#include "sqmap/haptic/stencil.h"
 #include "sqmap/haptic/tactile.h"
 #include "sqmap/haptic/texture.h"
 #include "sqmap/math/assert.h"
-#include "sqmap/math/random.h"
 #include "zone_tick.h"
 
 #include <algorithm>

@@ -1,5 +1,7 @@
 #include "sqmap/haptic/tool.h"
 
+#include "haptic/stencil.h"
+
 #include <algorithm>
 #include <limits>
 #include <utility>

@@ -4,8 +4,8 @@
 #include "sqmap/haptic/safety.h"
 
 #include "haptic/sane.h"
+#include "math/trigonometry.h"
 #include "sqmap/math/rotation.h"
-#include "sqmap/math/trigonometry.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "sqmap/haptic/stencil.h"
+#include "haptic/stencil.h"
 
 #include "math/cube_root.h"
 

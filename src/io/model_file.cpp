@@ -1,9 +1,9 @@
 #include "sqmap/io/model_file.h"
 
+#include "io/replace_file.h"
 #include "model/notes_field.h"
 #include "model_table.h"
 #include "platform/files.h"
-#include "sqmap/io/replace_file.h"
 
 #include <cstring>
 #include <string>

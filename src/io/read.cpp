@@ -1,6 +1,7 @@
 #include "sqmap/io/read.h"
 
 #include "parse.h"
+#include "platform/child.h"
 
 #include <algorithm>
 #include <cctype>
@@ -128,14 +129,16 @@ const char* format_name(MeshFormat format)
 
 ReadResult read_mesh_bytes(std::span<const std::byte> bytes, const std::filesystem::path& name, const ReadLimits& limits)
 {
-    if (const auto format = format_of_name(name); format && *format <= MeshFormat::Glb)
+    if (const auto format = format_of_name(name); format && (*format <= MeshFormat::Glb || platform::k_starts_programs))
         return read_bytes(bytes, format, {}, limits);
     ReadResult result;
-    result.error = ReadError{"E_FORMAT",
-                             "name",
-                             "the name does not end in .off, .obj, .stl, .ply, .gltf or .glb",
-                             "save the mesh in one of these formats",
-                             {}};
+    result.error =
+        ReadError{"E_FORMAT",
+                  "name",
+                  platform::k_starts_programs ? "the name does not end in .off, .obj, .stl, .ply, .gltf, .glb, .dae, .3mf or .fbx"
+                                              : "the name does not end in .off, .obj, .stl, .ply, .gltf or .glb",
+                  "save the mesh in one of these formats",
+                  {}};
     return result;
 }
 

@@ -1,4 +1,4 @@
-#include "sqmap/io/replace_file.h"
+#include "io/replace_file.h"
 
 #include "platform/files.h"
 #include "sqmap/io/model_file.h"

@@ -1,6 +1,6 @@
 #include "sqmap/io/write_mesh.h"
 
-#include "sqmap/io/replace_file.h"
+#include "io/replace_file.h"
 #include "sqmap/math/box.h"
 
 #include <nlohmann/json.hpp>

@@ -1,6 +1,6 @@
 // The ladder of admission: the mesh as it is, repaired, closed, wrapped; the first rung that judge_surface takes. An outer solid
 // is made beside the ladder.
-#include "sqmap/mesh/admit.h"
+#include "sqmap/mesh/admission.h"
 
 #include "sqmap/mesh/wrap.h"
 

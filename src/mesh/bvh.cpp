@@ -1,8 +1,8 @@
 // Signed ray crossings: the degree of the surface.
 #include "sqmap/mesh/bvh.h"
 
+#include "math/triangle.h"
 #include "sqmap/math/box.h"
-#include "sqmap/math/triangle.h"
 
 #include <algorithm>
 #include <cmath>

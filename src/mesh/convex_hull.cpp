@@ -2,7 +2,7 @@
 // in place of his widened facets. Facets in whose plane a new point lies are replaced along with those that it sees. The facets
 // beyond the horizon then lie strictly below the point, so no edge of the horizon is in line with it, and no triangle without
 // area can arise.
-#include "sqmap/mesh/convex_hull.h"
+#include "mesh/convex_hull.h"
 
 #include "math/predicates.h"
 #include "sqmap/mesh/bvh.h"

@@ -1,6 +1,6 @@
 #include "sqmap/mesh/skin.h"
 
-#include "sqmap/mesh/admit.h"
+#include "sqmap/mesh/admission.h"
 
 namespace sqmap::mesh {
 

@@ -1,7 +1,7 @@
 #include "sqmap/mesh/solid.h"
 
+#include "math/triangle.h"
 #include "pieces.h"
-#include "sqmap/math/triangle.h"
 #include "sqmap/mesh/error.h"
 
 #include <algorithm>

@@ -4,7 +4,7 @@
 #include "sqmap/math/assert.h"
 #include "sqmap/math/box.h"
 #include "sqmap/math/vec.h"
-#include "sqmap/model/distance.h"
+#include "sqmap/model/arrays.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "sqmap/parallel/for_each.h"
+#include "parallel/for_each.h"
 
 #include <atomic>
 #include <exception>

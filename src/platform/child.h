@@ -10,6 +10,13 @@
 
 namespace sqmap::platform {
 
+/// True where this system's programs can be started.
+#ifdef __linux__
+inline constexpr bool k_starts_programs = true;
+#else
+inline constexpr bool k_starts_programs = false;
+#endif
+
 /// The program on PATH; empty where it is not installed, or where this system's programs are not started. Folders relative to
 /// the present one are not searched.
 [[nodiscard]] std::string program_on_path(std::string_view name);

@@ -1,9 +1,9 @@
 #include "robot/bodies.h"
 
 #include "math/triangle_crossing.h"
+#include "math/trigonometry.h"
 #include "query/contacts/triangle_gap.h"
 #include "sqmap/math/box.h"
-#include "sqmap/math/trigonometry.h"
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/robot/rewrite.h"

@@ -5,8 +5,8 @@
 // IEEE T-RO 21(3), 2005; here for each pair of branches of both trees, since what is near an axis moves little.
 #include "robot/pair_sweep.h"
 
-#include "sqmap/math/random.h"
-#include "sqmap/math/trigonometry.h"
+#include "math/random.h"
+#include "math/trigonometry.h"
 
 #include <algorithm>
 #include <cmath>

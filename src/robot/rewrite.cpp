@@ -2,9 +2,10 @@
 
 #include "collider/elements.h"
 #include "collider/numbers.h"
+#include "collider/pieces.h"
+#include "parallel/for_each.h"
 #include "robot/xml.h"
 #include "sqmap/mesh/error.h"
-#include "sqmap/parallel/for_each.h"
 
 #include <algorithm>
 #include <sstream>

@@ -1,9 +1,9 @@
 #include "sqmap/robot/sweep.h"
 
+#include "parallel/for_each.h"
 #include "robot/bodies.h"
 #include "robot/pair_sweep.h"
 #include "sqmap/mesh/error.h"
-#include "sqmap/parallel/for_each.h"
 
 #include <algorithm>
 #include <chrono>

@@ -1,7 +1,7 @@
 // Newton's method for eq. 20 with unknown y and distance. The paper rejects a multidimensional Newton iteration as
 // unstable (section 4.2.2); what makes it stable here is the start (a neighbouring sample), the step in the tangent plane
 // instead of in (eta, omega), and the fall back to the plain tangential step where the quadratic model has no minimum.
-#include "sqmap/shape/foot_point.h"
+#include "sqmap/shape/surface.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "sqmap/sim/walker.h"
+#include "sim/walker.h"
 
 #include "sqmap/math/assert.h"
 

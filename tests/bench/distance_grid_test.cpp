@@ -1,7 +1,7 @@
 #include "distance_grid.h"
 
 #include "settings.h"
-#include "sqmap/mesh/admit.h"
+#include "sqmap/mesh/admission.h"
 #include "support/baked_shapes.h"
 
 #include <gtest/gtest.h>

@@ -4,7 +4,7 @@
 // usage: capi_random_calls CALLS|SECONDSs [SEED]
 #include "sqmap.h"
 
-#include "sqmap/bake/bake.h"
+#include "bake/bake.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/mesh/shapes.h"
 

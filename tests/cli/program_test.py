@@ -81,7 +81,7 @@ class Program(Made):
         for value in ("-1", "0", "nan", "inf", "1e999", "wide"):
             result = run("bake", "sphere.obj", "-o", "x.sqmap", "--target-error", value)
             self.assertEqual(result.returncode, 64, value)
-            self.assertIn(f"--target-error: must be a number above zero, not '{value}'\n", result.stderr)
+            self.assertIn(f"--target-error: must be a number from 0.001 to 100, not '{value}'\n", result.stderr)
         result = run("touch", "--object", "sphere.sqmap", "--tool", "sphere", "--mu-static", "-1")
         self.assertEqual(result.returncode, 64)
         self.assertIn("--mu-static: must be a number not below zero, not '-1'", result.stderr)

@@ -1,4 +1,5 @@
 // Bytes of a model that are damaged, missing or absurd: nothing of them is followed.
+#include "bake/bake.h"
 #include "queried_model.h"
 
 #include "model/locator_cells.h"

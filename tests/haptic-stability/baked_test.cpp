@@ -1,5 +1,6 @@
 // Stability on baked models: what the haptic step makes of them, felt by every hand through every delay, at the stiffness that
 // check_stiffness offers.
+#include "haptic/stencil.h"
 #include "loop.h"
 #include "open_positions.h"
 #include "sqmap/haptic/step.h"

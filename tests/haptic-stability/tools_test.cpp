@@ -1,8 +1,9 @@
 // Stability of every kind of tool and mode on baked models: ball, point, hand and glove, followed directly, by a proxy or through
 // a coupling, and of touches that come before the filter's ramp has ended.
+#include "device/hand.h"
+#include "haptic/stencil.h"
 #include "loop.h"
 #include "open_positions.h"
-#include "sqmap/device/hand.h"
 #include "sqmap/haptic/step.h"
 #include "sqmap/haptic/stiffness.h"
 #include "support/parsed.h"

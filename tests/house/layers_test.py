@@ -20,6 +20,8 @@ CASES = [
     ("an app that includes another", {"apps/common/a.cpp": '#include "sqmap/touch.h"\n'}, "apps/common/ must not include apps/sqmap/"),
     ("a bench that includes an app", {"bench/a.cpp": '#include "apps/sqmap/touch.h"\n', "bench/b.cpp": '#include "layer.h"\n'}, None),
     ("the same by a path that is found", {"bench/a.cpp": '#include "../apps/sqmap/touch.h"\n'}, "bench/ must not include apps/sqmap/"),
+    ("a public header that is gone", {"src/sim/a.cpp": '#include "sqmap/shape/gone.h"\n'}, "there is no public header sqmap/shape/gone.h"),
+    ("the same in a test", {"tests/a.cpp": '#include "sqmap/shape/gone.h"\n'}, "tests/a.cpp: there is no public header"),
     ("no list of the order", {"docs/architecture.md": "nothing\n"}, "no list of the order"),
     ("an order among sub-folders", {"docs/architecture.md": "```\nmath < query\nquery/chart < query/scene\n```\n", "src/io/soup.h": "",
                                     "src/query/chart/a.h": '#include "query/scene/b.h"\n', "src/query/scene/b.h": ""},

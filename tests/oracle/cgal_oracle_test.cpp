@@ -1,7 +1,7 @@
 // The exact layer, and the oracle that everything else is measured with, against CGAL: side by exact predicates,
 // distance by its own tree.
 #include "bake/parts/part.h"
-#include "sqmap/mesh/convex_hull.h"
+#include "mesh/convex_hull.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/solid.h"
 #include "sqmap/mesh/wrap.h"

@@ -1,4 +1,5 @@
 // Separating translations against CGAL's exact triangles: a little farther nothing meets, a little nearer something does.
+#include "query/probe/triangle_tree.h"
 #include "sqmap/query/overlap.h"
 #include "sqmap/query/separating.h"
 #include "support/bodies.h"

@@ -1,5 +1,7 @@
 // The real-time contract (docs/realtime.md): after a model is parsed no query allocates, and none raises a
 // floating-point exception that would stop a program that traps them.
+#include "bake/bake.h"
+#include "haptic/stencil.h"
 #include "sqmap/bake/skin_lattice.h"
 #include "sqmap/haptic/step.h"
 #include "sqmap/io/model_file.h"

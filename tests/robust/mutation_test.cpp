@@ -1,7 +1,7 @@
 // Damaged files, thousands of them, from a fixed seed: whatever the bytes, there is an answer, and a mesh that is let
 // through keeps the promises of mesh/mesh.h.
 #include "sqmap/io/read.h"
-#include "sqmap/mesh/admit.h"
+#include "sqmap/mesh/admission.h"
 
 #include <gtest/gtest.h>
 

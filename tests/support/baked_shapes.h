@@ -1,11 +1,11 @@
 // Small baked models that tests ask, each with the mesh it came from.
 #pragma once
 
-#include "sqmap/bake/bake.h"
+#include "bake/bake.h"
+#include "math/random.h"
 #include "sqmap/bake/evaluate.h"
 #include "sqmap/io/read.h"
-#include "sqmap/math/random.h"
-#include "sqmap/mesh/admit.h"
+#include "sqmap/mesh/admission.h"
 #include "sqmap/mesh/shapes.h"
 #include "support/shared_folder.h"
 

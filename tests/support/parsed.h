@@ -3,8 +3,9 @@
 // until one of the libraries is linked anew.
 #pragma once
 
+#include "bake/bake.h"
+#include "io/replace_file.h"
 #include "sqmap/io/model_file.h"
-#include "sqmap/io/replace_file.h"
 #include "sqmap/math/pose.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/solid.h"

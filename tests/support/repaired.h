@@ -1,7 +1,7 @@
 // How often the mesh gate repaired something.
 #pragma once
 
-#include "sqmap/mesh/admit.h"
+#include "sqmap/mesh/admission.h"
 
 #include <cstdint>
 

@@ -1,7 +1,7 @@
 // A hand of tubes about the bones of device::hand_joints, skinned to one joint each: a HandMesh with known answers.
 #pragma once
 
-#include "sqmap/device/hand.h"
+#include "device/hand.h"
 
 #include <array>
 #include <cmath>

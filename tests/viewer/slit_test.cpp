@@ -1,7 +1,7 @@
 // Cuts along a line: what hangs together is counted by brute force, areas are the pattern's.
 #include "viewer/server/cloth/slit.h"
 
-#include "sqmap/math/triangle.h"
+#include "math/triangle.h"
 
 #include <gtest/gtest.h>
 

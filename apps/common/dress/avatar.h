@@ -2,13 +2,13 @@
 #pragma once
 
 #include "common/dress/person.h"
+#include "sim/walker.h"
 #include "sqmap/io/read_skin.h"
 #include "sqmap/mesh/mesh.h"
 #include "sqmap/mesh/skin.h"
 #include "sqmap/paper/model_file.h"
 #include "sqmap/query/probe.h"
 #include "sqmap/query/skin.h"
-#include "sqmap/sim/walker.h"
 
 #include <cstddef>
 #include <filesystem>

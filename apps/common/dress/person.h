@@ -2,9 +2,9 @@
 // Pure functions: any number of threads.
 #pragma once
 
+#include "sim/walker.h"
 #include "sqmap/mesh/mesh.h"
 #include "sqmap/mesh/skin.h"
-#include "sqmap/sim/walker.h"
 
 #include <vector>
 

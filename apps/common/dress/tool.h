@@ -2,8 +2,8 @@
 #pragma once
 
 #include "common/dress/garment_file.h"
+#include "device/handover.h"
 #include "sqmap/device/device.h"
-#include "sqmap/device/handover.h"
 #include "sqmap/device/servo.h"
 #include "sqmap/haptic/safety.h"
 #include "sqmap/haptic/step.h"

@@ -1,7 +1,7 @@
 #include "common/render/image.h"
 
+#include "io/replace_file.h"
 #include "sqmap/io/model_file.h"
-#include "sqmap/io/replace_file.h"
 
 #include <algorithm>
 #include <array>

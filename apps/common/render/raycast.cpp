@@ -2,9 +2,9 @@
 // so that it has no noise), lines at outlines and between groups, translucent layers composited front to back.
 #include "common/render/raycast.h"
 
+#include "parallel/for_each.h"
 #include "sqmap/math/box.h"
 #include "sqmap/mesh/bvh.h"
-#include "sqmap/parallel/for_each.h"
 
 #include <algorithm>
 #include <cmath>

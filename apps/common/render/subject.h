@@ -1,7 +1,7 @@
 // The subject of a picture, from a mesh or a model: triangles, their parts, superquadrics.
 #pragma once
 
-#include "sqmap/decompose/locales.h"
+#include "decompose/locales.h"
 #include "sqmap/mesh/mesh.h"
 #include "sqmap/paper/model_file.h"
 #include "sqmap/shape/superquadric.h"

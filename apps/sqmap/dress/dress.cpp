@@ -6,8 +6,8 @@
 #include "common/render/raycast.h"
 #include "dress/held_tool.h"
 #include "dress/worn.h"
+#include "io/replace_file.h"
 #include "sqmap/io/model_file.h"
-#include "sqmap/io/replace_file.h"
 #include "sqmap/io/write_mesh.h"
 #include "sqmap/sim/cloth.h"
 

@@ -1,7 +1,7 @@
 // A skinned hand out of a glTF file whose joints have WebXR's names.
 #pragma once
 
-#include "sqmap/device/hand.h"
+#include "device/hand.h"
 
 #include <filesystem>
 #include <optional>

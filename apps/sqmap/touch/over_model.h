@@ -1,8 +1,8 @@
 // Devices that need the model: scripted paths over it, and simulated devices in a hand that follows one.
 #pragma once
 
+#include "device/hand.h"
 #include "sqmap/device/device.h"
-#include "sqmap/device/hand.h"
 #include "sqmap/device/open.h"
 #include "sqmap/device/simulated.h"
 #include "touch/setup.h"

@@ -1,7 +1,7 @@
 // sqmap replay: computes the forces of a recording anew and compares them with what was recorded, to the bit.
 #include "commands.h"
+#include "parallel/for_each.h"
 #include "sqmap/device/trace.h"
-#include "sqmap/parallel/for_each.h"
 #include "touch/page_replay.h"
 #include "touch/replayed.h"
 #include "touch/setup.h"

@@ -1,6 +1,6 @@
 #include "touch/run.h"
 
-#include "sqmap/device/handover.h"
+#include "device/handover.h"
 
 #include <poll.h>
 #include <time.h>

@@ -1,7 +1,7 @@
 // The setup of a touch, the same for touching and for replaying: the solids, the tool, the state of the forces.
 #pragma once
 
-#include "sqmap/device/hand.h"
+#include "device/hand.h"
 #include "sqmap/device/trace.h"
 #include "sqmap/haptic/step.h"
 #include "sqmap/haptic/stiffness.h"

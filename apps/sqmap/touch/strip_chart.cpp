@@ -2,8 +2,8 @@
 
 #include "touch/setup.h"
 
+#include "io/replace_file.h"
 #include "sqmap/device/trace.h"
-#include "sqmap/io/replace_file.h"
 
 #include <algorithm>
 #include <cmath>

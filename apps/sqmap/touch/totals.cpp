@@ -1,6 +1,6 @@
 #include "touch/totals.h"
 
-#include "sqmap/device/hand.h"
+#include "device/hand.h"
 
 #include <algorithm>
 #include <cstdio>

@@ -1,8 +1,8 @@
 // sqmap touch: a device, real or scripted, touches models; every tick can be recorded.
 #include "commands.h"
-#include "sqmap/device/hand.h"
+#include "device/hand.h"
+#include "device/own_process.h"
 #include "sqmap/device/open.h"
-#include "sqmap/device/own_process.h"
 #include "sqmap/device/path.h"
 #include "sqmap/device/servo.h"
 #include "sqmap/device/trace.h"

@@ -31,6 +31,18 @@ struct SourceNumbers {
     std::span<const std::uint32_t> vertex{};    ///< #vertices, the same; both empty: the mesh's own numbers
 };
 
+/// The least and the greatest value of an option; NaN is never held.
+struct OptionRange {
+    double least, max;
+    /// True within the range, its ends included.
+    [[nodiscard]] constexpr bool holds(double value) const noexcept { return value >= least && value <= max; }
+};
+/// Ranges of the members of BakeOptions, which bake() checks and every door names.
+struct BakeRanges {
+    OptionRange target_error{1e-3, 100}, max_parts{1, 1000}, max_looseness{1, 1e6}, max_q2_share{0, 1}, band{0, 100};
+};
+inline constexpr BakeRanges k_bake_ranges{};
+
 /// How bake() works. The defaults are those of `sqmap bake`.
 struct BakeOptions {
     double target_error = 0.5;  ///< percent of R_max: layer-3 depth error, 99th percentile

@@ -1,7 +1,7 @@
 // A baked model whose mesh has moved in some regions: only what that reaches is baked anew.
 #pragma once
 
-#include "sqmap/bake/bake.h"
+#include "sqmap/bake/bake_types.h"
 
 #include <span>
 #include <vector>

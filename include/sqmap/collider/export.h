@@ -2,9 +2,8 @@
 // Any number of threads, on files of their own.
 #pragma once
 
-#include "sqmap/collider/figures.h"
-#include "sqmap/collider/pieces.h"
 #include "sqmap/collider/shape.h"
+#include "sqmap/model/model.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -63,10 +62,11 @@ struct Colliders {
     Figures whole;  ///< of all shapes beside the whole solid
 };
 
-/// Shapes that hold the pieces. threads: 0 one a core; the result does not depend on it.
-/// @throw mesh::InvalidInput for superquadrics that a piece lacks, and for spheres of a thing without a solid
-/// Cost: as enclosing, covering_spheres and figures_of.
-[[nodiscard]] Colliders colliders_of(const Pieces& pieces, const ShapeChoice& choice, unsigned threads = 0);
+/// Shapes that hold the parts of a model, which name names. threads: 0 one a core; the result does not depend on it.
+/// model: with its exact layer. @throw mesh::InvalidInput without it, and for spheres of a model that is no solid
+/// Cost: as enclosing and figures_of for each part; of spheres some seconds.
+[[nodiscard]] Colliders colliders_of(const model::ModelView& model, const std::string& name, const ShapeChoice& choice,
+                                     unsigned threads = 0);
 
 /// A file to be written.
 struct ExportFile {
@@ -90,7 +90,7 @@ struct ExportOptions {
     unsigned threads = 0;
 };
 /// Encloses the model's parts in shapes and writes them to a file; returns the shapes with their figures.
-/// @throw as pieces_of, colliders_of, files_of and write
+/// @throw as colliders_of, files_of and write
 [[nodiscard]] Colliders export_model(const model::ModelView& model, const std::filesystem::path& path,
                                      const ExportOptions& options = {});
 

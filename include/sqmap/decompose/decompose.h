@@ -125,4 +125,8 @@ private:
     std::unique_ptr<const CutSurface> surface_;
 };
 
+/// Step 3 as printed, with the thresholds that give sensible parts: chosen on 24 creatures of the Princeton segmentation
+/// benchmark, the same for every mesh; docs/algorithms/decompose.md has the table.
+[[nodiscard]] DecomposeOptions printed_cuts();
+
 }  // namespace sqmap::decompose

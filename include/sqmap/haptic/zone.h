@@ -2,7 +2,6 @@
 // Plain data: any number of threads may read it.
 #pragma once
 
-#include "sqmap/haptic/stencil.h"
 #include "sqmap/haptic/texture.h"
 #include "sqmap/haptic/wrench.h"
 #include "sqmap/math/friction.h"
@@ -14,6 +13,28 @@
 #include <span>
 
 namespace sqmap::haptic {
+
+/// How the direction of the force follows from the samples.
+enum class Kernel : std::uint8_t {
+    Ball,   ///< the mean of depth times normal over the ball, from the depths on its surface alone (divergence theorem): nothing
+            ///< jumps
+    Shell,  ///< the mean of depth times normal over the samples: for maps whose normals are better than their depths
+};
+
+/// Smoothing of the field about a point. A turn of the surface is spread over a path of 2 radius. The depth stays within
+/// `tolerance` of the true one (equal for 0); the direction is that of a surface rounded by about radius tan(turn / 2) / 4.
+struct Smoothing {
+    Kernel kernel = Kernel::Ball;
+    double radius = 0.0025;     ///< m; Averaging::Ball: the ball's own
+    std::uint32_t points = 48;  ///< samples on the sphere
+    double tolerance = 0.0002;  ///< m
+};
+
+/// Samples for a ball as tool, radius in metres; on a ball of 5 mm they are 0.8 mm apart.
+[[nodiscard]] constexpr Smoothing ball_of(double radius) noexcept
+{
+    return {.radius = radius, .points = 500, .tolerance = 0.0003};
+}
 
 /// The surface of a touched body.
 struct Material {
@@ -42,7 +63,8 @@ enum class Mode : std::uint8_t {
 /// How a zone's contacts become one force. None depends on the number of points.
 enum class Averaging : std::uint8_t {
     Patch,    ///< mean over the contacts, weighted by area; a new contact begins with weight zero (entry_depth)
-    Stencil,  ///< the points are stencil_points: the force at the zone's tip, smoothed over a small sphere about it
+    Stencil,  ///< the points are those of a Tool that is a Point: the force at the zone's tip, smoothed over a small sphere about
+              ///< it
     Ball,     ///< the same points: a ball about the zone's tip, as deep as its deepest point
 };
 

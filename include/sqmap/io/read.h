@@ -66,8 +66,8 @@ struct ReadResult {
 /// + 64 times the file's size. Cost: linear.
 [[nodiscard]] ReadResult read_mesh_file(const std::filesystem::path& path, const ReadLimits& limits = {});
 
-/// The same on bytes in memory; buffers beside a glTF file are out of reach. name: the file's, whose extension gives the format,
-/// one of .off, .obj, .stl, .ply, .gltf and .glb.
+/// The same on bytes in memory; buffers beside a glTF file are out of reach. name: the file's, whose extension has to name one of
+/// these formats.
 [[nodiscard]] ReadResult read_mesh_bytes(std::span<const std::byte> bytes, const std::filesystem::path& name,
                                          const ReadLimits& limits = {});
 /// The same with the format given.

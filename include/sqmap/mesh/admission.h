@@ -1,5 +1,5 @@
-// Admission takes these polygons and options and gives this result: repairs, warnings, facts, a mesh.
-// Plain data and its printed names: any number of threads.
+// Admission, which every mesh passes: polygons as they come in, a validated mesh or a reasoned refusal out, with repairs,
+// warnings and facts. Pure functions and plain data: any number of threads.
 #pragma once
 
 #include "sqmap/math/box.h"
@@ -152,5 +152,14 @@ struct AdmitResult {
     std::vector<std::uint32_t> source_vertex;    ///< #vertices: number of the position, k_no_polygon: made here
     std::optional<Deviation> deviation;          ///< from the input, units of the result; from Closed up
 };
+
+/// Judges, repairs and normalises polygons into a Mesh. When several codes apply, the first of this order is given:
+/// Index, NonFinite, Empty, Range, Limit (components, corners of a polygon), then repairs, then NonManifold, Orient, Flat, Open.
+/// Repair::None refuses with the one of the last that names what would have been repaired, Repair where none does. Polygons are
+/// split into triangles; equal positions are made one vertex unless the mesh is closed as it is indexed; faces are oriented alike
+/// by propagation, shells outward by volume; vertices where shells touch are split. Shells that intersect are accepted: the solid
+/// is where the winding number is positive. Never throws but std::bad_alloc. Cost: n log n in the number of corners, plus the
+/// intersecting pairs.
+[[nodiscard]] AdmitResult admit(const PolygonView& polygons, const AdmitOptions& options = {});
 
 }  // namespace sqmap::mesh

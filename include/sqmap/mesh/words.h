@@ -61,7 +61,9 @@ public:
     }
     /// The door's name of a setting; null where the door has no such setting.
     [[nodiscard]] const char* name(Setting setting) const { return names_[static_cast<std::size_t>(setting)]; }
+    /// Between a name and a value.
     [[nodiscard]] const char* equals() const { return equals_; }
+    /// The word as the door writes it.
     [[nodiscard]] std::string value(Setting setting, std::string_view word) const
     {
         return value_ == nullptr ? std::string(word) : value_(setting, word);
@@ -103,6 +105,7 @@ public:
     }
     friend Words operator+(Words a, const Words& b) { return a += b; }
 
+    /// True without clauses.
     [[nodiscard]] bool empty() const { return clauses_.empty(); }
     /// Empty where there are no clauses, or none that the door has settings for.
     [[nodiscard]] std::string text(const SettingNames& names = k_cpp_settings) const;

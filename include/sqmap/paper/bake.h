@@ -2,7 +2,7 @@
 // steps 2 and 3).
 #pragma once
 
-#include "sqmap/bake/bake.h"
+#include "sqmap/bake/bake_types.h"
 #include "sqmap/bake/evaluate.h"
 #include "sqmap/mesh/bvh.h"
 #include "sqmap/mesh/mesh.h"

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "sqmap/paper/model.h"
-#include "sqmap/shape/foot_point.h"
+#include "sqmap/shape/surface.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -21,7 +21,7 @@ public:
     /// For probes with at most as many triangles and points as these. Allocates.
     OverlapWorkspace(const Probe& a, const Probe& b);
     /// True where these triangles fit.
-    [[nodiscard]] bool holds(const TriangleTree& a, const TriangleTree& b) const noexcept { return a_.holds(a) && b_.holds(b); }
+    [[nodiscard]] bool holds(const Probe& a, const Probe& b) const noexcept;
 
 private:
     friend class OverlapQuery;
@@ -34,10 +34,7 @@ private:
         std::vector<std::uint8_t> is_reached;
 
         explicit Side(const TriangleTree& tree);
-        [[nodiscard]] bool holds(const TriangleTree& tree) const noexcept
-        {
-            return tree.points() <= winding.size() && tree.size() <= triangles.size();
-        }
+        [[nodiscard]] bool holds(const TriangleTree& tree) const noexcept;
     };
     Side a_, b_;
 };

@@ -3,17 +3,43 @@
 
 #include "sqmap/query/body.h"
 #include "sqmap/query/contact.h"
-#include "sqmap/query/triangle_tree.h"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
 namespace sqmap::query {
 
 struct ProbeJob;
+class TriangleTree;
+
+/// Three points of a triangle by their numbers, counter-clockwise seen from outside.
+using ProbeTriangle = std::array<std::uint32_t, 3>;
+
+/// The first thing that forbids triangles to bound a solid.
+struct TriangleFault {
+    /// The kinds of faults.
+    enum class Kind : std::uint8_t {
+        None,
+        OutOfRange,   ///< a corner is no point of the probe
+        NotFinite,    ///< a point is NaN or infinite
+        Open,         ///< nothing is on the other side of one of its sides
+        TurnedRound,  ///< a neighbour runs along their common side in the same direction: one of both is inverted
+        Inverted,     ///< the solid is inside out: all triangles are clockwise seen from outside
+        TooMany,      ///< more than 2^28 triangles
+    };
+    Kind kind = Kind::None;
+    std::uint32_t triangle = 0;  ///< which of them; 0 where it is about all
+    std::uint32_t side = 0;      ///< of Open and TurnedRound: from this corner of the triangle to the next one
+};
+
+/// Nothing where the triangles close a solid that is not inside out; points at the same position count as one. Allocates; cost
+/// n log n.
+[[nodiscard]] TriangleFault find_fault(std::span<const Vec3d> points, std::span<const ProbeTriangle> triangles);
 
 /// Points prepared once, queried every tick: rigid, or moved as they deform. Near points make a cluster of 16, near clusters
 /// a group of 16, each with a sphere, so that what is far costs nothing.
@@ -51,12 +77,29 @@ public:
     [[nodiscard]] bool reaches(const Sphere& sphere) const noexcept;
     /// How far neighbouring points are apart, as though every cluster were spread evenly over a disc.
     [[nodiscard]] double spacing() const noexcept { return static_cast<double>(spacing_); }
-    /// Its triangles; empty where it was made without any.
-    [[nodiscard]] const TriangleTree& triangles() const noexcept { return triangles_; }
+    /// Number of its triangles; 0 where it was made without any.
+    [[nodiscard]] std::size_t triangle_count() const noexcept;
+    /// Its triangles, for the library.
+    [[nodiscard]] const TriangleTree& triangles() const noexcept { return triangles_.get(); }
 
 private:
     friend struct ProbeJob;
     friend struct SkinQuery;
+    /// A tree that is copied with its probe; whoever uses probes need not know what it is made of.
+    class OwnTree {
+    public:
+        OwnTree();
+        OwnTree(const OwnTree& other);
+        OwnTree& operator=(const OwnTree& other);
+        OwnTree(OwnTree&& other) noexcept;
+        OwnTree& operator=(OwnTree&& other) noexcept;
+        ~OwnTree();
+        [[nodiscard]] TriangleTree& get() noexcept { return *tree_; }
+        [[nodiscard]] const TriangleTree& get() const noexcept { return *tree_; }
+
+    private:
+        std::unique_ptr<TriangleTree> tree_;
+    };
     void refit() noexcept;         ///< tight spheres
     void refit_groups() noexcept;  ///< spheres about those of clusters
 
@@ -69,7 +112,7 @@ private:
     std::vector<float> group_x_, group_y_, group_z_, group_radius_;
     float sphere_[4] = {};
     float spacing_ = 0;
-    TriangleTree triangles_;
+    OwnTree triangles_;
 };
 
 /// Contacts of a probe.

@@ -23,7 +23,7 @@ public:
     /// For probes with at most as many triangles and points as these. Allocates.
     SeparatingWorkspace(const Probe& a, const Probe& b);
     /// True where these triangles fit.
-    [[nodiscard]] bool holds(const TriangleTree& a, const TriangleTree& b) const noexcept { return a_.holds(a) && b_.holds(b); }
+    [[nodiscard]] bool holds(const Probe& a, const Probe& b) const noexcept;
 
 private:
     friend class PartingSearch;
@@ -43,10 +43,7 @@ private:
         std::vector<std::uint8_t> is_reached;
 
         explicit Side(const TriangleTree& tree);
-        [[nodiscard]] bool holds(const TriangleTree& tree) const noexcept
-        {
-            return tree.points() <= points.size() && tree.size() <= stack.size();
-        }
+        [[nodiscard]] bool holds(const TriangleTree& tree) const noexcept;
     };
     /// A facet of the polytope within the difference of two hulls.
     struct Facet {

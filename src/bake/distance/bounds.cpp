@@ -4,7 +4,7 @@
 
 #include "model/bound_tree.h"
 #include "model/hierarchy.h"
-#include "sqmap/parallel/for_each.h"
+#include "parallel/for_each.h"
 
 #include <algorithm>
 #include <cmath>

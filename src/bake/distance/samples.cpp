@@ -2,8 +2,8 @@
 // minimize the maximum intercluster distance", Theoretical Computer Science 38, 1985).
 #include "bake/distance/distance.h"
 
+#include "math/random.h"
 #include "model/bound_tree.h"
-#include "sqmap/math/random.h"
 
 #include <algorithm>
 #include <cmath>

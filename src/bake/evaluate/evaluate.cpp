@@ -2,9 +2,9 @@
 #include "drafts.h"
 #include "query/dispatch/model_point.h"
 
+#include "math/random.h"
 #include "sqmap/math/assert.h"
 #include "sqmap/math/box.h"
-#include "sqmap/math/random.h"
 
 #include <algorithm>
 #include <cmath>

@@ -7,8 +7,8 @@
 #include "bake/locator/near_triangles.h"
 #include "model/candidate_lists.h"
 #include "model/locator_cells.h"
+#include "parallel/for_each.h"
 #include "sqmap/math/box.h"
-#include "sqmap/parallel/for_each.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // The triangles that moved before a rebake, and the space in which they matter.
 #pragma once
 
-#include "sqmap/math/triangle.h"
+#include "math/triangle.h"
 #include "sqmap/mesh/bvh.h"
 #include "sqmap/model/model.h"
 

@@ -1,6 +1,6 @@
 #include "divide.h"
 
-#include "sqmap/parallel/for_each.h"
+#include "parallel/for_each.h"
 
 #include <algorithm>
 #include <utility>

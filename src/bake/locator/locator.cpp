@@ -4,7 +4,7 @@
 #include "bake/locator/cells.h"
 #include "bake/locator/divide.h"
 #include "bake/locator/draft.h"
-#include "sqmap/parallel/for_each.h"
+#include "parallel/for_each.h"
 
 #include <algorithm>
 #include <cmath>

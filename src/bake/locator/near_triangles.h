@@ -1,8 +1,8 @@
 // Which triangles can be the nearest somewhere in a box.
 #pragma once
 
+#include "math/triangle.h"
 #include "math/triangle_offsets.h"
-#include "sqmap/math/triangle.h"
 #include "sqmap/mesh/solid.h"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 // Closest points of the boundary for many points of one region.
 #pragma once
 
+#include "math/triangle.h"
 #include "math/triangle_offsets.h"
-#include "sqmap/math/triangle.h"
 #include "sqmap/mesh/solid.h"
 
 #include <algorithm>

@@ -4,7 +4,7 @@
 #include "bake/locator/domains.h"
 #include "bake/locator/draft.h"
 #include "bake/locator/locator.h"
-#include "sqmap/parallel/for_each.h"
+#include "parallel/for_each.h"
 
 #include <algorithm>
 #include <utility>

@@ -1,12 +1,12 @@
 #include "bound_figures.h"
 
 #include "bake/parts/fit.h"
+#include "fit/polytope.h"
+#include "mesh/convex_hull.h"
+#include "parallel/for_each.h"
 #include "sqmap/fit/fit.h"
-#include "sqmap/fit/polytope.h"
 #include "sqmap/math/box.h"
-#include "sqmap/mesh/convex_hull.h"
 #include "sqmap/mesh/shapes.h"
-#include "sqmap/parallel/for_each.h"
 #include "sqmap/shape/surface.h"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 #include "fit.h"
 
 #include "bake/central/chart.h"
-#include "sqmap/fit/polytope.h"
-#include "sqmap/mesh/convex_hull.h"
+#include "fit/polytope.h"
+#include "mesh/convex_hull.h"
 
 #include <algorithm>
 #include <cmath>

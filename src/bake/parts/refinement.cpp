@@ -1,7 +1,7 @@
 #include "refinement.h"
 
 #include "bake/parts/fit.h"
-#include "sqmap/parallel/for_each.h"
+#include "parallel/for_each.h"
 
 #include <algorithm>
 #include <cstddef>

@@ -2,8 +2,8 @@
 
 #include "../surface.h"
 
+#include "math/triangle.h"
 #include "sqmap/math/box.h"
-#include "sqmap/math/triangle.h"
 
 #include <algorithm>
 #include <initializer_list>

@@ -7,7 +7,7 @@
 
 #include "../surface.h"
 
-#include "sqmap/math/triangle.h"
+#include "math/triangle.h"
 
 #include <algorithm>
 #include <array>

@@ -2,7 +2,7 @@
 // inside corners join across ambiguous sides, a layer one cell thick has no hole.
 #include "steps.h"
 
-#include "sqmap/math/triangle.h"
+#include "math/triangle.h"
 
 #include <algorithm>
 

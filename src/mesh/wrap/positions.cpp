@@ -4,7 +4,7 @@
 
 #include "symmetric.h"
 
-#include "sqmap/math/triangle.h"
+#include "math/triangle.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 #include "outer_steps.h"
 #include "symmetric.h"
 
-#include "sqmap/math/triangle.h"
+#include "math/triangle.h"
 #include "sqmap/mesh/self_intersection.h"
 
 #include <algorithm>

@@ -1,14 +1,15 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, sections 4.1 and 5: the paper's maps in the core's
 // pipeline.
+#include "bake/bake.h"
 #include "sqmap/paper/bake.h"
 
 #include "bake/evaluate/along_projection.h"
 #include "bake/pipeline.h"
 #include "paper/bake/cells.h"
+#include "parallel/for_each.h"
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/solid.h"
 #include "sqmap/paper/projection.h"
-#include "sqmap/parallel/for_each.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,10 +5,10 @@
 #include "paper/bake/grid.h"
 #include "paper/model/codes.h"
 
-#include "sqmap/math/trigonometry.h"
+#include "math/trigonometry.h"
 #include "sqmap/paper/projection.h"
-#include "sqmap/shape/foot_point.h"
 #include "sqmap/shape/superquadric.h"
+#include "sqmap/shape/surface.h"
 
 #include <algorithm>
 #include <cmath>

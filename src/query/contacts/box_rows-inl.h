@@ -7,6 +7,7 @@
 #endif
 
 #include "query/contacts/candidates.h"
+#include "query/probe/triangle_tree.h"
 
 #include "math/lanes-inl.h"
 

@@ -1,8 +1,8 @@
 // Pairs of triangles of two meshes that may have a point in common: few more than do.
 #pragma once
 
+#include "query/probe/triangle_tree.h"
 #include "sqmap/math/vec.h"
-#include "sqmap/query/triangle_tree.h"
 
 namespace sqmap::query {
 

@@ -24,7 +24,7 @@ std::uint64_t key_of(Key kind, std::uint32_t first, std::uint32_t second)
 /// The part of a triangle, where the probe has the model's triangles.
 std::int16_t part_of(const Body& body, std::uint32_t triangle)
 {
-    const bool is_same = body.model != nullptr && body.model->triangle_part.size() == body.probe->triangles().size();
+    const bool is_same = body.model != nullptr && body.model->triangle_part.size() == body.probe->triangle_count();
     return is_same ? static_cast<std::int16_t>(model::part_of_triangle(*body.model, triangle)) : std::int16_t{-1};
 }
 
@@ -101,8 +101,7 @@ private:
 
     void add_meetings()
     {
-        if (a_.probe == nullptr || b_.probe == nullptr || a_.probe->triangles().size() == 0 ||
-            b_.probe->triangles().size() == 0) {
+        if (a_.probe == nullptr || b_.probe == nullptr || a_.probe->triangle_count() == 0 || b_.probe->triangle_count() == 0) {
             result_.status |= k_no_triangles;
             return;
         }

@@ -4,8 +4,8 @@
 // all three parameters and test along the axes; a direction chosen for the middle of the piece spares the other two).
 #include "sqmap/query/first_touch.h"
 
+#include "math/triangle.h"
 #include "math/twofold.h"
-#include "sqmap/math/triangle.h"
 
 #include <algorithm>
 #include <array>

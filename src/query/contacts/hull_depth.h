@@ -1,6 +1,7 @@
 // The least translation that separates two convex hulls.
 #pragma once
 
+#include "query/probe/triangle_tree.h"
 #include "sqmap/query/separating.h"
 
 namespace sqmap::query {

@@ -216,7 +216,7 @@ BodyTouch first_touch(const Body& a, const Body& b, const Pose& to) noexcept { r
 BodyTouch first_touch(const Body& a, const Pose& to_a, const Body& b, const Pose& to_b) noexcept
 {
     if (!is_finite(a.pose) || !is_finite(b.pose) || !is_finite(to_a) || !is_finite(to_b)) return {true, 0, k_not_finite};
-    if (a.probe == nullptr || b.probe == nullptr || a.probe->triangles().size() == 0 || b.probe->triangles().size() == 0)
+    if (a.probe == nullptr || b.probe == nullptr || a.probe->triangle_count() == 0 || b.probe->triangle_count() == 0)
         return {false, 1, k_no_triangles};
     if (is_touching(a, b)) return {true, 0, k_ok};
     return MotionSearch(a, to_a, b, to_b).run();

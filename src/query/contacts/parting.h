@@ -2,6 +2,7 @@
 #pragma once
 
 #include "math/triangle_crossing.h"
+#include "query/probe/triangle_tree.h"
 #include "sqmap/query/contacts.h"
 #include "sqmap/query/separating.h"
 

@@ -1,4 +1,5 @@
-// Constructors of the workspaces of contacts, which allocate: they run outside the frame.
+// Constructors of the workspaces of contacts, which allocate outside the frame, and the question whether probes fit.
+#include "query/probe/triangle_tree.h"
 #include "sqmap/query/overlap.h"
 #include "sqmap/query/separating.h"
 
@@ -24,6 +25,16 @@ OverlapWorkspace::Side::Side(const TriangleTree& tree)
 
 OverlapWorkspace::OverlapWorkspace(const Probe& a, const Probe& b) : a_(a.triangles()), b_(b.triangles()) {}
 
+bool OverlapWorkspace::Side::holds(const TriangleTree& tree) const noexcept
+{
+    return tree.points() <= winding.size() && tree.size() <= triangles.size();
+}
+
+bool OverlapWorkspace::holds(const Probe& a, const Probe& b) const noexcept
+{
+    return a_.holds(a.triangles()) && b_.holds(b.triangles());
+}
+
 SeparatingWorkspace::Side::Side(const TriangleTree& tree)
     : points(tree.points()),
       leaves(tree.columns().corners.size()),
@@ -37,6 +48,16 @@ SeparatingWorkspace::Side::Side(const TriangleTree& tree)
 SeparatingWorkspace::SeparatingWorkspace(const Probe& a, const Probe& b)
     : a_(a.triangles()), b_(b.triangles()), facets_(k_facets), corners_(k_corners), visible_(k_facets), contacts_(k_contacts)
 {
+}
+
+bool SeparatingWorkspace::Side::holds(const TriangleTree& tree) const noexcept
+{
+    return tree.points() <= points.size() && tree.size() <= stack.size();
+}
+
+bool SeparatingWorkspace::holds(const Probe& a, const Probe& b) const noexcept
+{
+    return a_.holds(a.triangles()) && b_.holds(b.triangles());
 }
 
 }  // namespace sqmap::query

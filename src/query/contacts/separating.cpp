@@ -3,6 +3,7 @@
 
 #include "hull_depth.h"
 #include "parting.h"
+#include "query/probe/triangle_tree.h"
 #include "sqmap/query/distance.h"
 
 #include <algorithm>
@@ -13,14 +14,14 @@ namespace sqmap::query {
 
 namespace {
 
-bool is_solid_probe(const Body& body) { return body.probe != nullptr && body.probe->triangles().size() > 0; }
+bool is_solid_probe(const Body& body) { return body.probe != nullptr && body.probe->triangle_count() > 0; }
 
 /// The bits of what forbids a search; k_ok where nothing does.
 std::uint8_t refusal(const Body& a, const Body& b, const SeparatingWorkspace& workspace)
 {
     if (!is_finite(a.pose) || !is_finite(b.pose) || !(norm(b_in_a(a, b).shift) < 1e150)) return k_not_finite;
     if (!is_solid_probe(a) || !is_solid_probe(b)) return k_no_triangles;
-    return workspace.holds(a.probe->triangles(), b.probe->triangles()) ? k_ok : k_full;
+    return workspace.holds(*a.probe, *b.probe) ? k_ok : k_full;
 }
 
 }  // namespace

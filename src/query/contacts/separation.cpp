@@ -2,8 +2,8 @@
 // convex polyhedra", GDC 2013 (which pairs of edges support each other).
 #include "separation.h"
 
+#include "math/triangle.h"
 #include "parting.h"
-#include "sqmap/math/triangle.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,6 +2,7 @@
 #include "sqmap/query/clearance.h"
 
 #include "gap_search.h"
+#include "query/probe/triangle_tree.h"
 #include "triangle_gap.h"
 
 #include <algorithm>
@@ -153,7 +154,7 @@ bool find_inside(const Body& touched, const Body& collider, Vec3d& point)
     point = found.position(contact) - static_cast<double>(contact.depth) * cast<double>(contact.normal);
     return true;
 }
-bool has_triangles(const Body& body) { return body.probe != nullptr && body.probe->triangles().size() > 0; }
+bool has_triangles(const Body& body) { return body.probe != nullptr && body.probe->triangle_count() > 0; }
 
 }  // namespace
 

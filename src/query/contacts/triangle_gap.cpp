@@ -3,7 +3,7 @@
 // Detection, 2005, 5.1.9: nearest positions of segments.
 #include "triangle_gap.h"
 
-#include "sqmap/math/triangle.h"
+#include "math/triangle.h"
 
 #include <algorithm>
 #include <bit>

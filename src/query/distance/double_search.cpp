@@ -2,10 +2,10 @@
 // triangles that share the nearest point, the normals weighted by their angles there say on which side the point is.
 #include "query/distance/double_search.h"
 
+#include "math/triangle.h"
+#include "math/trigonometry.h"
 #include "model/flags.h"
 #include "query/distance/distance_kernels.h"
-#include "sqmap/math/triangle.h"
-#include "sqmap/math/trigonometry.h"
 
 #include <algorithm>
 #include <array>

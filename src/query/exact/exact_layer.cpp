@@ -3,13 +3,13 @@
 // the nearest one holds no boundary, so what the point sees there is the side that it is on.
 #include "exact_layer.h"
 
+#include "math/triangle.h"
 #include "model/candidate_lists.h"
 #include "model/flags.h"
 #include "model/locator.h"
 #include "query/chart/point_verdict.h"
 #include "query/superquadric/layer_one.h"
 #include "sqmap/math/assert.h"
-#include "sqmap/math/triangle.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,6 @@
 // Constructors of probes, which allocate: they run outside the frame.
 #include "halves.h"
+#include "query/probe/triangle_tree.h"
 #include "sqmap/math/box.h"
 #include "sqmap/query/probe.h"
 
@@ -32,7 +33,18 @@ Probe::Probe(std::span<const Vec3d> points) : size_(points.size())
 
 Probe::Probe(std::span<const Vec3d> points, std::span<const ProbeTriangle> triangles) : Probe(points)
 {
-    triangles_ = TriangleTree(points, triangles);
+    triangles_.get() = TriangleTree(points, triangles);
 }
+
+Probe::OwnTree::OwnTree() : tree_(std::make_unique<TriangleTree>()) {}
+Probe::OwnTree::OwnTree(const OwnTree& other) : tree_(std::make_unique<TriangleTree>(other.get())) {}
+Probe::OwnTree& Probe::OwnTree::operator=(const OwnTree& other)
+{
+    tree_ = std::make_unique<TriangleTree>(other.get());
+    return *this;
+}
+Probe::OwnTree::OwnTree(OwnTree&& other) noexcept = default;
+Probe::OwnTree& Probe::OwnTree::operator=(OwnTree&& other) noexcept = default;
+Probe::OwnTree::~OwnTree() = default;
 
 }  // namespace sqmap::query

@@ -1,7 +1,7 @@
 // Constructors of triangles, which allocate: they run outside the frame.
 #include "halves.h"
+#include "query/probe/triangle_tree.h"
 #include "sqmap/math/assert.h"
-#include "sqmap/query/triangle_tree.h"
 
 #include <algorithm>
 #include <numeric>

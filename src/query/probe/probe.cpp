@@ -1,4 +1,5 @@
 #include "sqmap/query/probe.h"
+#include "query/probe/triangle_tree.h"
 
 #include "math/small_sphere.h"
 #include "refit.h"
@@ -51,7 +52,7 @@ std::size_t Probe::bytes() const noexcept
     return sizeof(*this) +
            size_of(slot_of_point_, x_, y_, z_, point_, centre_x_, centre_y_, centre_z_, radius_, group_x_, group_y_, group_z_,
                    group_radius_) +
-           triangles_.bytes();
+           sizeof(TriangleTree) + triangles_.get().bytes();
 }
 
 void Probe::move(std::span<const Vec3d> points) noexcept { move(points, {}); }
@@ -64,8 +65,10 @@ void Probe::move(std::span<const Vec3d> points, std::span<const std::uint8_t> wa
         points.data(), point_.data(), origin_, wanted.size() == size_ ? wanted.data() : nullptr, k_far,
         {x_.data(), y_.data(), z_.data(), centre_x_.data(), centre_y_.data(), centre_z_.data(), radius_.data(), clusters()});
     refit_groups();
-    if (triangles_.size() > 0) triangles_.move(points);
+    if (TriangleTree& tree = triangles_.get(); tree.size() > 0) tree.move(points);
 }
+
+std::size_t Probe::triangle_count() const noexcept { return triangles_.get().size(); }
 
 Sphere Probe::sphere() const noexcept
 {

@@ -1,4 +1,4 @@
-#include "sqmap/query/triangle_tree.h"
+#include "query/probe/triangle_tree.h"
 
 #include "sqmap/math/assert.h"
 

@@ -19,7 +19,7 @@ bool touch(const Sphere& a, const Sphere& b, double slack)
 
 bool can_touch(const Body& a, const Body& b)
 {
-    const auto has_triangles = [](const Body& body) { return body.probe != nullptr && body.probe->triangles().size() > 0; };
+    const auto has_triangles = [](const Body& body) { return body.probe != nullptr && body.probe->triangle_count() > 0; };
     return (a.model != nullptr && b.probe != nullptr) || (b.model != nullptr && a.probe != nullptr) ||
            (has_triangles(a) && has_triangles(b));
 }

@@ -1,4 +1,4 @@
-#include "sqmap/bake/bake.h"
+#include "bake/bake.h"
 
 #include "model/central_map.h"
 #include "sqmap/io/model_file.h"

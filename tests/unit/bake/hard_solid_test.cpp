@@ -1,5 +1,5 @@
 // Solids whose surface hides from the parts' projections: the locator must answer.
-#include "sqmap/bake/bake.h"
+#include "bake/bake.h"
 #include "sqmap/bake/evaluate.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/mesh/self_intersection.h"

@@ -1,8 +1,8 @@
 // Tests what a model says of a mesh that was closed: its rung, how far the surface moved, and which contacts lie on made-up
 // surface.
-#include "sqmap/bake/bake.h"
+#include "bake/bake.h"
 #include "sqmap/io/model_file.h"
-#include "sqmap/mesh/admit.h"
+#include "sqmap/mesh/admission.h"
 #include "sqmap/mesh/bvh.h"
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/model/parse.h"

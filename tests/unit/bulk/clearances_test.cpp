@@ -1,8 +1,8 @@
 // Poses of a tool against the minimum over all of its points, one by one.
 #include "sqmap/bulk/clearances.h"
 
+#include "math/random.h"
 #include "sqmap/bake_mesh.h"
-#include "sqmap/math/random.h"
 #include "sqmap/math/rotation.h"
 #include "sqmap/mesh/shapes.h"
 

@@ -1,10 +1,10 @@
 #include "collider/numbers.h"
+#include "collider/spheres.h"
 #include "math/predicates.h"
+#include "math/random.h"
+#include "mesh/convex_hull.h"
 #include "sqmap/collider/export.h"
-#include "sqmap/collider/spheres.h"
-#include "sqmap/math/random.h"
 #include "sqmap/math/rotation.h"
-#include "sqmap/mesh/convex_hull.h"
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/mesh/solid.h"
 

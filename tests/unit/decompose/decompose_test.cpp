@@ -1,5 +1,5 @@
 #include "sqmap/decompose/decompose.h"
-#include "sqmap/decompose/locales.h"
+#include "decompose/locales.h"
 
 #include "sqmap/mesh/mesh.h"
 #include "sqmap/mesh/shapes.h"

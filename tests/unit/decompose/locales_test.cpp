@@ -1,5 +1,5 @@
 // Locales and Boundary Strength against shapes whose areas are known.
-#include "sqmap/decompose/locales.h"
+#include "decompose/locales.h"
 
 #include "sqmap/mesh/shapes.h"
 

@@ -1,4 +1,4 @@
-#include "sqmap/decompose/named_parts.h"
+#include "decompose/named_parts.h"
 
 #include "sqmap/mesh/shapes.h"
 

@@ -1,4 +1,4 @@
-#include "sqmap/device/hand.h"
+#include "device/hand.h"
 
 #include "sqmap/device/servo.h"
 

@@ -1,4 +1,4 @@
-#include "sqmap/device/handover.h"
+#include "device/handover.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "sqmap/device/jitter.h"
+#include "device/jitter.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // The servo and who watches it. Nothing here asks how fast it is: what is waited for may take as long as a busy machine needs.
 #include "sqmap/device/servo.h"
 
-#include "sqmap/device/own_process.h"
+#include "device/own_process.h"
 #include "sqmap/device/simulated.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
-#include "sqmap/fit/polytope.h"
+#include "fit/polytope.h"
 
+#include "mesh/convex_hull.h"
 #include "sqmap/fit/fit.h"
-#include "sqmap/mesh/convex_hull.h"
 #include "sqmap/mesh/shapes.h"
 
 #include "unit/fit/shapes.h"

@@ -1,5 +1,6 @@
 #include "sqmap/haptic/step.h"
 
+#include "haptic/stencil.h"
 #include "sqmap/mesh/solid.h"
 #include "touching.h"
 

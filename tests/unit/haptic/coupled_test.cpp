@@ -1,5 +1,6 @@
 #include "sqmap/haptic/stiffness.h"
 
+#include "haptic/stencil.h"
 #include "sqmap/haptic/step.h"
 #include "touching.h"
 

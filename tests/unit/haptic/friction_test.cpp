@@ -1,5 +1,6 @@
 #include "sqmap/haptic/step.h"
 
+#include "haptic/stencil.h"
 #include "touching.h"
 
 #include <gtest/gtest.h>

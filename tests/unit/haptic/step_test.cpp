@@ -1,6 +1,7 @@
 #include "sqmap/haptic/step.h"
 
 #include "haptic/rigid_motion.h"
+#include "haptic/stencil.h"
 #include "touching.h"
 
 #include <gtest/gtest.h>

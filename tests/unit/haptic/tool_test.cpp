@@ -1,5 +1,6 @@
 #include "sqmap/haptic/tool.h"
 
+#include "haptic/stencil.h"
 #include "sqmap/paper/force.h"
 #include "touching.h"
 

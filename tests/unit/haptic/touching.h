@@ -1,6 +1,7 @@
 // A tool of one zone and a solid of metres, for tests of steps.
 #pragma once
 
+#include "haptic/stencil.h"
 #include "sqmap/haptic/step.h"
 #include "support/bodies.h"
 

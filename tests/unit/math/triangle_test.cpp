@@ -1,6 +1,6 @@
-#include "sqmap/math/triangle.h"
+#include "math/triangle.h"
 
-#include "sqmap/math/random.h"
+#include "math/random.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "sqmap/mesh/admit.h"
+#include "sqmap/mesh/admission.h"
 #include "support/repaired.h"
 
 #include <gtest/gtest.h>

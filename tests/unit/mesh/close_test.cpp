@@ -1,5 +1,5 @@
 // The ladder's third rung on shapes that the project makes and then damages.
-#include "sqmap/mesh/admit.h"
+#include "sqmap/mesh/admission.h"
 #include "sqmap/mesh/bvh.h"
 #include "sqmap/mesh/shapes.h"
 #include "support/baked_shapes.h"

@@ -1,4 +1,4 @@
-#include "sqmap/mesh/convex_hull.h"
+#include "mesh/convex_hull.h"
 
 #include "math/predicates.h"
 #include "support/baked_shapes.h"

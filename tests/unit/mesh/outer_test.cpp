@@ -1,4 +1,4 @@
-#include "sqmap/mesh/admit.h"
+#include "sqmap/mesh/admission.h"
 #include "sqmap/mesh/bvh.h"
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/wrap.h"

@@ -2,7 +2,7 @@
 
 #include "mesh/wrap/winding.h"
 #include "sqmap/math/box.h"
-#include "sqmap/mesh/admit.h"
+#include "sqmap/mesh/admission.h"
 #include "sqmap/mesh/bvh.h"
 #include "sqmap/mesh/error.h"
 #include "support/baked_shapes.h"

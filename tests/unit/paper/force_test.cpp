@@ -1,7 +1,7 @@
 // Section 6 on the paper's own maps: eqs. 21, 26, 32 and the mean of an impact zone.
 #include "sqmap/paper/force.h"
 #include "../haptic/touching.h"
-#include "sqmap/math/random.h"
+#include "math/random.h"
 #include "sqmap/query/point.h"
 #include "support/paper_model.h"
 

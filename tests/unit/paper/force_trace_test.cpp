@@ -1,10 +1,10 @@
 // Section 6 tick by tick: the servo's force on paper models against eqs. 21, 22, 26 and 32, computed here in double from the
 // stored arrays. The feet are those of the searches, whose own tests stand in projection_test.cpp.
 #include "../haptic/touching.h"
+#include "math/random.h"
 #include "model/octahedral.h"
 #include "paper/model/codes.h"
 #include "sqmap/bake_mesh.h"
-#include "sqmap/math/random.h"
 #include "sqmap/paper/force.h"
 #include "sqmap/paper/projection.h"
 #include "support/paper_model.h"

@@ -2,7 +2,6 @@
 
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/paper/bake.h"
-#include "sqmap/paper/projection.h"
 
 #include <gtest/gtest.h>
 

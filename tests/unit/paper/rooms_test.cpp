@@ -1,8 +1,8 @@
 // Rooms of the core that query bodies answer a paper model by its maps, through the table of its Reading.
+#include "io/replace_file.h"
 #include "query/dispatch/run_probe.h"
 #include "sqmap/bake/rebake.h"
 #include "sqmap/bake/skin_lattice.h"
-#include "sqmap/io/replace_file.h"
 #include "sqmap/mesh/error.h"
 #include "sqmap/query/distance.h"
 #include "sqmap/query/point.h"

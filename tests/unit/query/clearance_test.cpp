@@ -1,5 +1,7 @@
 #include "sqmap/query/clearance.h"
 
+#include "sqmap/math/box.h"
+
 #include "support/bodies.h"
 #include "support/small_meshes.h"
 

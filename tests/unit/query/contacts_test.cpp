@@ -1,7 +1,7 @@
 #include "sqmap/query/contacts.h"
 
+#include "math/triangle.h"
 #include "math/triangle_crossing.h"
-#include "sqmap/math/triangle.h"
 
 #include "support/bodies.h"
 #include "support/small_meshes.h"

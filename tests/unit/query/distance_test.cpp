@@ -1,11 +1,11 @@
 // Signed distances against the exact oracle in double.
 #include "sqmap/query/distance.h"
 
-#include "sqmap/bake/bake.h"
+#include "bake/bake.h"
+#include "math/random.h"
+#include "math/triangle.h"
 #include "sqmap/io/model_file.h"
-#include "sqmap/math/random.h"
 #include "sqmap/math/rotation.h"
-#include "sqmap/math/triangle.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/mesh/solid.h"

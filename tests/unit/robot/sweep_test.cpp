@@ -1,12 +1,12 @@
 // sqmap urdf --sweep: verdicts against closed forms, against the exact layer, and the parts of its proof by themselves.
 #include "sqmap/robot/sweep.h"
 
+#include "math/random.h"
+#include "math/triangle.h"
 #include "robot/bodies.h"
 #include "robot/chain.h"
 #include "sqmap/bake_mesh.h"
-#include "sqmap/math/random.h"
 #include "sqmap/math/rotation.h"
-#include "sqmap/math/triangle.h"
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/query/contacts.h"
 #include "sqmap/query/distance.h"

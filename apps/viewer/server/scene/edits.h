@@ -1,7 +1,7 @@
 // Edits of an object's parts: cuts, joins and fits, and the bake of what they made.
 #pragma once
 
-#include "sqmap/bake/bake.h"
+#include "sqmap/bake/bake_types.h"
 #include "viewer/server/scene/object.h"
 
 #include <optional>

@@ -1,6 +1,6 @@
 #include "viewer/server/scene/scene.h"
 
-#include "sqmap/io/replace_file.h"
+#include "io/replace_file.h"
 #include "sqmap/mesh/error.h"
 #include "sqmap/paper/model.h"
 #include "viewer/server/scene/edits.h"

@@ -1,17 +1,12 @@
 // Files that a browser sends: meshes to be baked, models, names of parts.
 #include "sqmap/mesh/error.h"
 #include "viewer/server/http/routes.h"
-#include "viewer/server/jobs/temporary_file.h"
 #include "viewer/server/scene/file_name.h"
 #include "viewer/server/scene/page_words.h"
 #include "viewer/server/scene/scene.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 
 namespace sqmap::viewer {
 namespace {
@@ -62,29 +57,6 @@ BakeMeshOptions chosen(std::string_view target, const SceneOptions& scene)
     return out;
 }
 
-#ifdef __EMSCRIPTEN__
-AdmittedMesh admitted(std::span<const std::byte> bytes, const std::string& name, const MeshOptions& options)
-{
-    return admit_mesh(MeshBytes{bytes, name}, options);
-}
-#else
-/// DAE, 3MF and FBX are read by another program, which wants a file.
-bool needs_file(const std::string& name)
-{
-    std::string ending = std::filesystem::path(name).extension().string();
-    for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return ending == ".dae" || ending == ".3mf" || ending == ".fbx";
-}
-
-AdmittedMesh admitted(std::span<const std::byte> bytes, const std::string& name, const MeshOptions& options)
-{
-    if (!needs_file(name)) return admit_mesh(MeshBytes{bytes, name}, options);
-    const TemporaryFile file("mesh" + std::filesystem::path(name).extension().string());
-    std::ofstream(file.path(), std::ios::binary).write(reinterpret_cast<const char*>(bytes.data()), std::ssize(bytes));
-    return admit_mesh(file.path(), options);
-}
-#endif
-
 HttpReply accepted(const char* verdict)
 {
     return json_reply({{"accepted", true}, {"verdict", verdict}, {"notes", ordered_json::array()}});
@@ -110,7 +82,7 @@ void Scene::upload(HttpRequest request, const Answer& answer)
         if (job.name.ends_with(".sqmap"))
             take_model(job, bytes, answer);
         else
-            take_mesh(job, admitted(bytes, job.name, options.mesh), options, answer);
+            take_mesh(job, admit_mesh(MeshBytes{bytes, job.name}, options.mesh), options, answer);
     });
 }
 

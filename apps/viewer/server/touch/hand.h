@@ -1,7 +1,7 @@
 // The simulated hand that goes where the pointer in the page says, and the simulated device that it holds.
 #pragma once
 
-#include "sqmap/device/handover.h"
+#include "device/handover.h"
 #include "sqmap/device/simulated.h"
 #include "sqmap/math/vec.h"
 

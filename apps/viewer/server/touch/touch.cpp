@@ -1,6 +1,6 @@
 #include "viewer/server/touch/touch.h"
 
-#include "sqmap/device/handover.h"
+#include "device/handover.h"
 #include "sqmap/device/simulated.h"
 #include "viewer/server/touch/hand.h"
 

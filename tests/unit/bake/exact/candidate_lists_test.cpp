@@ -1,8 +1,8 @@
 #include "bake/exact/candidate_lists.h"
 
+#include "math/triangle.h"
 #include "model/candidate_lists.h"
 #include "model/locator.h"
-#include "sqmap/math/triangle.h"
 #include "support/parsed.h"
 
 #include <gtest/gtest.h>

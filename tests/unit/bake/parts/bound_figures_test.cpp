@@ -1,6 +1,6 @@
 #include "bake/parts/bound_figures.h"
 
-#include "sqmap/mesh/convex_hull.h"
+#include "mesh/convex_hull.h"
 #include "sqmap/query/point.h"
 #include "support/baked_shapes.h"
 

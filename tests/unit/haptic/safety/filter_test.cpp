@@ -1,6 +1,6 @@
 // Tests the safety filter as a whole: its user, any input, the same bits; and the stiffness that a device can show.
 #include "bench.h"
-#include "sqmap/math/random.h"
+#include "math/random.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // The steps of the safety filter that bound force: engaging (3), the clamp (4), the slew (5) and the top speed (6).
 // safety_mutants.cmake builds these tests against filters that lack one step each, and expects the tests of that step to fail.
 #include "bench.h"
-#include "sqmap/math/random.h"
+#include "math/random.h"
 
 #include <gtest/gtest.h>
 

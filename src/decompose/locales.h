@@ -1,4 +1,4 @@
-// Locales and Boundary Strength of section 3.1, and the thresholds with which step 3 is run as printed.
+// Locales and Boundary Strength of section 3.1.
 #pragma once
 
 #include "sqmap/decompose/decompose.h"
@@ -26,9 +26,5 @@ struct LocaleBands {
 /// Locales about a decomposition's salient features. Areas are those between the levels of distance, which cut triangles.
 /// found: of the same mesh. Cost: a run of geodesic distances a feature. Thread-safe.
 [[nodiscard]] LocaleBands locale_bands(const mesh::Mesh& mesh, const Decomposition& found, const DecomposeOptions& options);
-
-/// Step 3 as printed, with the thresholds that give sensible parts: chosen on 24 creatures of the Princeton segmentation
-/// benchmark, the same for every mesh; docs/algorithms/decompose.md has the table.
-[[nodiscard]] DecomposeOptions printed_cuts();
 
 }  // namespace sqmap::decompose

@@ -2,39 +2,14 @@
 #pragma once
 
 #include "sqmap/math/box.h"
-#include "sqmap/math/vec.h"
+#include "sqmap/query/probe.h"
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 namespace sqmap::query {
-
-/// Three points of a triangle by their numbers, counter-clockwise seen from outside.
-using ProbeTriangle = std::array<std::uint32_t, 3>;
-
-/// The first thing that forbids triangles to bound a solid.
-struct TriangleFault {
-    /// The kinds of faults.
-    enum class Kind : std::uint8_t {
-        None,
-        OutOfRange,   ///< a corner is no point of the probe
-        NotFinite,    ///< a point is NaN or infinite
-        Open,         ///< nothing is on the other side of one of its sides
-        TurnedRound,  ///< a neighbour runs along their common side in the same direction: one of both is inverted
-        Inverted,     ///< the solid is inside out: all triangles are clockwise seen from outside
-        TooMany,      ///< more than TriangleTree::k_max triangles
-    };
-    Kind kind = Kind::None;
-    std::uint32_t triangle = 0;  ///< which of them; 0 where it is about all
-    std::uint32_t side = 0;      ///< of Open and TurnedRound: from this corner of the triangle to the next one
-};
-
-/// Nothing where the triangles close a solid that is not inside out; points at the same position count as one. Allocates; cost
-/// n log n.
-[[nodiscard]] TriangleFault find_fault(std::span<const Vec3d> points, std::span<const ProbeTriangle> triangles);
 
 /// Near triangles make a leaf of 16, near leaves a group of 16, each with a box. Positions stay as they are given, in double.
 /// Thread safety: any number of threads may query one tree; move() needs it alone.

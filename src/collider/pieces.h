@@ -2,7 +2,7 @@
 // Pure functions and plain data: any number of threads.
 #pragma once
 
-#include "sqmap/collider/shape.h"
+#include "sqmap/collider/export.h"
 #include "sqmap/mesh/mesh.h"
 #include "sqmap/model/model.h"
 
@@ -55,5 +55,10 @@ struct CutInput {
 /// alone, or are enlarged until they hold the triangles as well.
 /// Cost: without parts linear; with them that of a decomposition, some 0.2 s for 10,000 triangles, and of fits.
 [[nodiscard]] Pieces pieces_of(const CutInput& input, const CutOptions& options = {});
+
+/// Shapes that hold the pieces. threads: 0 one a core; the result does not depend on it.
+/// @throw mesh::InvalidInput for superquadrics that a piece lacks, and for spheres of a thing without a solid
+/// Cost: as enclosing, covering_spheres and figures_of.
+[[nodiscard]] Colliders colliders_of(const Pieces& pieces, const ShapeChoice& choice, unsigned threads = 0);
 
 }  // namespace sqmap::collider

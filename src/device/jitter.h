@@ -54,7 +54,8 @@ enum class Holds : std::uint8_t {
 /// Any thread.
 [[nodiscard]] Holds judge(const Jitter& jitter);
 
-/// Remedies, most useful first; empty where there is nothing to gain. Any thread.
-[[nodiscard]] std::vector<std::string> advice(const Machine& machine, const Jitter& plain, const std::optional<Jitter>& fifo);
+/// Remedies, most useful first; empty where there is nothing to gain. priority: how the caller's reader sets it. Any thread.
+[[nodiscard]] std::vector<std::string> advice(const Machine& machine, const Jitter& plain, const std::optional<Jitter>& fifo,
+                                              const char* priority = "ServoOptions::priority");
 
 }  // namespace sqmap::device
