@@ -2,6 +2,7 @@
 #include "sqmap/query/contacts.h"
 
 #include "candidates.h"
+#include "crossing_rows.h"
 #include "manifold.h"
 #include "separation.h"
 
@@ -129,25 +130,26 @@ private:
 
     bool take(std::span<const TrianglePair> pairs)
     {
-        for (const TrianglePair& pair : pairs) {
-            if (pair.b != last_b_) {
-                last_b_ = pair.b;
-                last_corners_b_ = corners_b(pair.b);
+        constexpr std::size_t k_block = 64;
+        Crossing crossings[k_block];
+        for (; !pairs.empty(); pairs = pairs.subspan(std::min(k_block, pairs.size()))) {
+            const std::span<const TrianglePair> block = pairs.first(std::min(k_block, pairs.size()));
+            const std::uint64_t open = find_crossings(a_.probe->triangles(), b_.probe->triangles(), b_in_a_, block, crossings);
+            for (std::size_t i = 0; i < block.size(); ++i) {
+                if ((open >> i & 1u) != 0) crossings[i] = crossing_of(corners_a(block[i].a), corners_b(block[i].b));
+                if (!crossings[i].meets()) continue;
+                meet(block[i], crossings[i]);
+                if (is_done()) return false;
             }
-            const TriangleCorners corners = corners_a(pair.a);
-            const Crossing crossing = crossing_of(corners, last_corners_b_);
-            if (!crossing.meets()) continue;
-            meet(pair, crossing, corners);
-            if (is_done()) return false;
         }
         return true;
     }
 
-    void meet(const TrianglePair& pair, const Crossing& crossing, const TriangleCorners& corners)
+    void meet(const TrianglePair& pair, const Crossing& crossing)
     {
         ++result_.meetings;
         if (options_.first_only) {
-            add(contact_of(separate(corners, last_corners_b_), pair.a, pair.b));
+            add(contact_of(separate(corners_a(pair.a), corners_b(pair.b)), pair.a, pair.b));
             return;
         }
         if (meetings_ == workspace_.meetings_.size()) {
@@ -407,8 +409,6 @@ private:
     std::size_t slots_ = ContactWorkspace::k_least_slots, used_ = 0;  // of the table
     std::size_t count_ = 0;                                           // contacts kept
     std::size_t meetings_ = 0;                                        // kept
-    std::uint32_t last_b_ = k_unnamed;
-    TriangleCorners last_corners_b_{};
 };
 
 ContactResult query_contacts(const Body& a, const Body& b, const ContactOptions& options, ContactWorkspace& workspace) noexcept
