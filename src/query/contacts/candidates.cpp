@@ -19,36 +19,73 @@ namespace {
 
 using namespace sqmap::HWY_NAMESPACE;
 
-/// The sign of the volume between a triangle's plane and a position, where float is sure of it: n = e1 x e2.
+/// Planes of triangles: height of p = normal . p - offset, normal = e1 x e2.
 struct Plane {
-    V3 corner, normal;
-    F sides, product;  // |e1| + |e2| and |e1| |e2|, at least
+    V3 normal;
+    F offset, sides, product;  // |e1| + |e2| and |e1| |e2|, at least
 
     static HWY_INLINE Plane of(const V3& a, const V3& b, const V3& c)
     {
         const V3 e1 = minus(b, a), e2 = minus(c, a);
         const F s1 = sum_of_sizes(e1), s2 = sum_of_sizes(e2);
-        return {a, cross(e1, e2), hn::Add(s1, s2), hn::Mul(s1, s2)};
-    }
-    /// True where all three are surely on one side. Moving every position by at most `error` changes a volume of e1, e2 and w by
-    /// at most 2 error (|e1||e2| + |e1||w| + |e2||w|); rounding adds less than half of it, as error is 1e-6 of all sizes.
-    HWY_INLINE M is_beside(const V3& p, const V3& q, const V3& r, F error_three) const
-    {
-        const V3 wp = minus(p, corner), wq = minus(q, corner), wr = minus(r, corner);
-        const F sp = dot(normal, wp), sq = dot(normal, wq), sr = dot(normal, wr);
-        const F w = hn::Max(sum_of_sizes(wp), hn::Max(sum_of_sizes(wq), sum_of_sizes(wr)));
-        const F bound = hn::Mul(error_three, mul_add(sides, w, product));
-        const F low = hn::Min(sp, hn::Min(sq, sr)), high = hn::Max(sp, hn::Max(sq, sr));
-        return hn::Or(hn::Gt(low, bound), hn::Lt(high, hn::Neg(bound)));
+        const V3 normal = cross(e1, e2);
+        return {normal, dot(normal, a), hn::Add(s1, s2), hn::Mul(s1, s2)};
     }
 };
+
+/// Heights over a plane up to which float is not sure of the side. Moving every position by at most `error` changes a height by
+/// at most 2 error (|e1||e2| + |e1||w| + |e2||w|), w from the plane's corner to p; rounding adds less than half of it, as error
+/// is 1e-6 of all sizes: positions' products with the normal, 2 x 1.8e-7 of |e1||e2| and the sizes, and the normal, 6e-7 of it.
+struct Sides {
+    F low, high;
+
+    /// width: of a box that holds the triangles of both leaves, all sides together.
+    HWY_INLINE Sides(F offset, F sides, F product, F error_three, F width)
+    {
+        const F bound = hn::Mul(error_three, mul_add(sides, width, product));
+        low = hn::Sub(offset, bound);
+        high = hn::Add(offset, bound);
+    }
+    /// True where all three are surely on one side.
+    HWY_INLINE M are_beside(const V3& normal, const V3& p, const V3& q, const V3& r) const
+    {
+        const F sp = dot(normal, p), sq = dot(normal, q), sr = dot(normal, r);
+        return hn::Or(hn::Gt(hn::Min(sp, hn::Min(sq, sr)), high), hn::Lt(hn::Max(sp, hn::Max(sq, sr)), low));
+    }
+};
+
+/// The slab of one leaf, wider by what positions of the other body may be off.
+struct Slab {
+    float normal[3] = {}, lo = 0, hi = 0;
+
+    Slab() = default;
+    Slab(const TriangleTree::SlabRow& row, std::size_t i, float margin)
+        : normal{row.normal[0][i], row.normal[1][i], row.normal[2][i]}, lo(row.lo[i] - margin), hi(row.hi[i] + margin)
+    {
+    }
+};
+/// Bit t: triangle t is not beside the slab.
+HWY_INLINE std::uint32_t in_slab(const CornerRow& corners, const Slab& slab)
+{
+    const V3 normal = set3(slab.normal);
+    const F lo = set(slab.lo), hi = set(slab.hi);
+    std::uint32_t beside = 0;
+    for (std::size_t i = 0; i < k_row; i += hn::Lanes(df)) {
+        const F p = dot(normal, at(corners.at[0], i)), q = dot(normal, at(corners.at[1], i)),
+                r = dot(normal, at(corners.at[2], i));
+        const M above = hn::Gt(hn::Min(p, hn::Min(q, r)), hi), below = hn::Lt(hn::Max(p, hn::Max(q, r)), lo);
+        beside |= static_cast<std::uint32_t>(bits_of(hn::Or(above, below))) << i;
+    }
+    return ~beside & first_bits(k_row);
+}
 
 /// Triangles of a leaf of b, moved.
 struct MovedLeaf {
     CornerRow corners;
     BoxRow boxes;
-    float normal[3][k_row], sides[k_row], product[k_row];
+    float normal[3][k_row], offset[k_row], sides[k_row], product[k_row];
     BoxRow all;  // one box, in its first element
+    Slab slab;
 };
 
 class CandidateSearch {
@@ -90,11 +127,35 @@ private:
                 const std::uint32_t near_b =
                     overlapping(leaf_boxes_, OneBox(job_.a.groups[row], i)) & first_bits(job_.leaves_b - group * k_row);
                 each_bit(near_b, [&](std::size_t b) HWY_ATTR {
-                    each_bit(near_a & overlapping(leaves, OneBox(leaf_boxes_, b)),
+                    const std::uint32_t boxes = near_a & overlapping(leaves, OneBox(leaf_boxes_, b));
+                    if (boxes == 0) return;
+                    each_bit(boxes & ~beside_slabs(job_.a.slabs[other], b),
                              [&](std::size_t a) { visit_leaves(other, a, group, b); });
                 });
             });
         }
+    }
+
+    /// Bit i: box b of the leaves that are visited is beside slab i of the row.
+    HWY_INLINE std::uint32_t beside_slabs(const TriangleTree::SlabRow& slabs, std::size_t b) const
+    {
+        V3 middle, extent;
+        F* const m[] = {&middle.x, &middle.y, &middle.z};
+        F* const e[] = {&extent.x, &extent.y, &extent.z};
+        for (int k = 0; k < 3; ++k) {
+            const float lo = leaf_boxes_.lo[k][b], hi = leaf_boxes_.hi[k][b];
+            *m[k] = set(0.5f * (lo + hi));
+            *e[k] = set(0.5f * (hi - lo));
+        }
+        std::uint32_t bits = 0;
+        for (std::size_t i = 0; i < k_row; i += hn::Lanes(df)) {
+            const V3 normal = at(slabs.normal, i);
+            const F height = dot(normal, middle), reach = dot({hn::Abs(normal.x), hn::Abs(normal.y), hn::Abs(normal.z)}, extent);
+            const M above = hn::Gt(hn::Sub(height, reach), hn::LoadU(df, slabs.hi + i)),
+                    below = hn::Lt(hn::Add(height, reach), hn::LoadU(df, slabs.lo + i));
+            bits |= static_cast<std::uint32_t>(bits_of(hn::Or(above, below))) << i;
+        }
+        return bits;
     }
 
     const MovedLeaf& moved_leaf(std::size_t group, std::size_t i)
@@ -103,7 +164,21 @@ private:
         if ((is_moved_ >> i & 1u) != 0) return leaf;
         is_moved_ |= 1u << i;
         move_leaf(job_.b.corners[group * k_row + i], leaf);
+        leaf.slab = moved_slab(Slab(job_.b.slabs[group], i, job_.margin));
         return leaf;
+    }
+    Slab moved_slab(Slab slab) const
+    {
+        Slab out;
+        float along = 0;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const float* r = job_.rotation + 3 * k;
+            out.normal[k] = r[0] * slab.normal[0] + r[1] * slab.normal[1] + r[2] * slab.normal[2];
+            along += out.normal[k] * job_.shift[k];
+        }
+        out.lo = slab.lo + along;
+        out.hi = slab.hi + along;
+        return out;
     }
     HWY_NOINLINE void move_leaf(const CornerRow& from, MovedLeaf& to) const
     {
@@ -117,6 +192,7 @@ private:
             }
             const Plane plane = Plane::of(p[0], p[1], p[2]);
             store(plane.normal, to.normal, i);
+            hn::StoreU(plane.offset, df, to.offset + i);
             hn::StoreU(plane.sides, df, to.sides + i);
             hn::StoreU(plane.product, df, to.product + i);
             const V3 lo{least_of(p[0].x, p[1].x, p[2].x, error), least_of(p[0].y, p[1].y, p[2].y, error),
@@ -145,18 +221,24 @@ private:
         const MovedLeaf& other = moved_leaf(group_b, b);
         const OneBox leaf_box(job_.a.leaves[group_a], a), other_box(other.all, 0);
         const std::size_t leaf_a = group_a * k_row + a, leaf_b = group_b * k_row + b;
-        const std::uint32_t near_b = overlapping(other.boxes, leaf_box) & first_bits(job_.triangles_b - leaf_b * k_row);
+        std::uint32_t near_b = overlapping(other.boxes, leaf_box) & first_bits(job_.triangles_b - leaf_b * k_row);
         if (near_b == 0) return;
+        near_b &= in_slab(other.corners, Slab(job_.a.slabs[group_a], a, job_.margin));
+        if (near_b == 0) return;
+        const std::uint32_t near_a = in_slab(job_.a.corners[leaf_a], other.slab) & first_bits(job_.triangles_a - leaf_a * k_row);
+        if (near_a == 0) return;
         const CornerRow& corners = job_.a.corners[leaf_a];
         std::uint32_t pairs[k_row] = {}, any_pairs = 0;
-        const F error = set(3 * job_.error);
+        const F error = set(3 * job_.error), width = set(joint_width(job_.a.leaves[group_a], a, other.all));
         for (std::size_t i = 0; i < k_row; i += hn::Lanes(df)) {
+            if ((near_a >> i & first_bits(hn::Lanes(df))) == 0) continue;
             const V3 p = at(corners.at[0], i), q = at(corners.at[1], i), r = at(corners.at[2], i);
             const V3 lo{hn::Min(p.x, hn::Min(q.x, r.x)), hn::Min(p.y, hn::Min(q.y, r.y)), hn::Min(p.z, hn::Min(q.z, r.z))};
             const V3 hi{hn::Max(p.x, hn::Max(q.x, r.x)), hn::Max(p.y, hn::Max(q.y, r.y)), hn::Max(p.z, hn::Max(q.z, r.z))};
             const M near = overlapping(lo, hi, other_box);
             if (!any(near)) continue;
             const Plane plane = Plane::of(p, q, r);
+            const Sides of_a(plane.offset, plane.sides, plane.product, error, width);
             each_bit(near_b, [&](std::size_t t) HWY_ATTR {
                 const M touched = hn::And(near, overlapping(lo, hi, OneBox(other.boxes, t)));
                 if (!any(touched)) return;
@@ -169,23 +251,27 @@ private:
                     const auto& c = other.corners.at[k];
                     return V3{set(c[0][t]), set(c[1][t]), set(c[2][t])};
                 };
-                const V3 u = corner(0), v = corner(1), w = corner(2);
-                const M left = hn::AndNot(plane.is_beside(u, v, w, error), touched);
+                const M left = hn::AndNot(of_a.are_beside(plane.normal, corner(0), corner(1), corner(2)), touched);
                 if (!any(left)) return;
-                const Plane from_b{u,
-                                   {set(other.normal[0][t]), set(other.normal[1][t]), set(other.normal[2][t])},
-                                   set(other.sides[t]),
-                                   set(other.product[t])};
-                const auto bits = static_cast<std::uint32_t>(bits_of(hn::AndNot(from_b.is_beside(p, q, r, error), left))) << i;
+                const Sides of_b(set(other.offset[t]), set(other.sides[t]), set(other.product[t]), error, width);
+                const V3 normal{set(other.normal[0][t]), set(other.normal[1][t]), set(other.normal[2][t])};
+                const auto bits = static_cast<std::uint32_t>(bits_of(hn::AndNot(of_b.are_beside(normal, p, q, r), left))) << i;
                 pairs[t] |= bits;
                 any_pairs |= bits;
             });
         }
-        if ((any_pairs & first_bits(job_.triangles_a - leaf_a * k_row)) == 0) return;
+        if ((any_pairs & near_a) == 0) return;
         each_bit(near_b, [&](std::size_t t) {
-            each_bit(pairs[t] & first_bits(job_.triangles_a - leaf_a * k_row),
-                     [&](std::size_t s) { add(leaf_a * k_row + s, leaf_b * k_row + t); });
+            each_bit(pairs[t] & near_a, [&](std::size_t s) { add(leaf_a * k_row + s, leaf_b * k_row + t); });
         });
+    }
+
+    /// The sides of the box about two boxes, all together; the boxes hold what rounding takes already.
+    static float joint_width(const BoxRow& row, std::size_t i, const BoxRow& other)
+    {
+        float sum = 0;
+        for (int k = 0; k < 3; ++k) sum += std::max(row.hi[k][i], other.hi[k][0]) - std::min(row.lo[k][i], other.lo[k][0]);
+        return 1.0001f * sum;
     }
 
     void add(std::size_t slot_a, std::size_t slot_b)

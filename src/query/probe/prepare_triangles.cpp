@@ -125,6 +125,7 @@ TriangleTree::TriangleTree(std::span<const Vec3d> points, std::span<const ProbeT
     for (std::size_t i = 0; i < numbers_.size(); ++i) numbers_[i] = order[std::min(i, order.size() - 1)];
     corners_.resize(leaves);
     leaves_.resize(groups);
+    slabs_.resize(groups);
     groups_.resize((groups + k_group - 1) / k_group);
     refit();
 }

@@ -47,6 +47,11 @@ public:
     struct BoxRow {
         float lo[3][k_group], hi[3][k_group];
     };
+    /// Slabs that hold leaves, side by side: normal . p is between lo and hi for each corner p from box()'s centre. The normals
+    /// are about units, the leaf's mean; zero where it has none.
+    struct SlabRow {
+        float normal[3][k_group], lo[k_group], hi[k_group];
+    };
     /// Corners of the triangles of a leaf, from box()'s centre; those after the last one repeat it.
     struct CornerRow {
         float at[3][3][k_leaf];  ///< corner, axis, triangle
@@ -55,11 +60,12 @@ public:
     struct Columns {
         std::span<const BoxRow> groups;          ///< 16 groups a row
         std::span<const BoxRow> leaves;          ///< a row for each group
+        std::span<const SlabRow> slabs;          ///< as leaves
         std::span<const CornerRow> corners;      ///< for each leaf
         std::span<const std::uint32_t> numbers;  ///< of the leaves' triangles, the caller's
     };
     /// The tree's arrays; valid until the next move.
-    [[nodiscard]] Columns columns() const noexcept { return {groups_, leaves_, corners_, numbers_}; }
+    [[nodiscard]] Columns columns() const noexcept { return {groups_, leaves_, slabs_, corners_, numbers_}; }
 
 private:
     void refit() noexcept;
@@ -70,6 +76,7 @@ private:
     std::vector<std::uint32_t> numbers_;
     std::vector<CornerRow> corners_;
     std::vector<BoxRow> leaves_, groups_;
+    std::vector<SlabRow> slabs_;
     Box box_;
 };
 
