@@ -14,7 +14,6 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 
 HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {
@@ -27,7 +26,10 @@ namespace hn = hwy::HWY_NAMESPACE;
 using DD = hn::CappedTag<double, 8>;
 using D = hn::Vec<DD>;
 using Where = hn::Mask<DD>;
+using DCode = hn::RebindToUnsigned<DD>;
+using Code = hn::Vec<DCode>;
 constexpr DD dd{};
+constexpr DCode dcode{};
 constexpr std::size_t k_pair_lanes = hn::MaxLanes(DD());
 constexpr std::size_t k_block = 16;  // pairs whose corners are read at once
 static_assert(k_block % k_pair_lanes == 0 && 64 % k_block == 0);
@@ -69,27 +71,11 @@ struct Corners {
     D3 a[3], b[3];
 };
 
-/// What is known of vectors of pairs.
-struct Verdict {
-    Where sides_a[3], sides_b[3], open;
-};
-
-/// Sides between corners on different sides of the other's plane, whose three signs about the other's sides agree.
-struct SideSigns {
-    Where all_above, all_below, any_above, any_below;
-    bool is_first = true;
-
-    HWY_INLINE void add(const Sign& sign)
-    {
-        all_above = is_first ? sign.above : hn::And(all_above, sign.above);
-        all_below = is_first ? sign.below : hn::And(all_below, sign.below);
-        any_above = is_first ? sign.above : hn::Or(any_above, sign.above);
-        any_below = is_first ? sign.below : hn::Or(any_below, sign.below);
-        is_first = false;
-    }
-    [[nodiscard]] HWY_INLINE Where agree() const { return hn::Or(all_above, all_below); }
-    [[nodiscard]] HWY_INLINE Where differ() const { return hn::And(any_above, any_below); }
-};
+HWY_INLINE Where known(const Sign& sign) { return hn::Or(sign.above, sign.below); }
+HWY_INLINE D3 blend(Where m, const D3& yes, const D3& no)
+{
+    return {hn::IfThenElse(m, yes.x, no.x), hn::IfThenElse(m, yes.y, no.y), hn::IfThenElse(m, yes.z, no.z)};
+}
 
 /// Heights of one triangle's corners over the plane of the other.
 struct Heights {
@@ -100,50 +86,72 @@ struct Heights {
         return hn::Or(hn::And(corner[0].above, hn::And(corner[1].above, corner[2].above)),
                       hn::And(corner[0].below, hn::And(corner[1].below, corner[2].below)));
     }
-    [[nodiscard]] HWY_INLINE Where known() const
+    [[nodiscard]] HWY_INLINE Where all_known() const
     {
-        const auto is_known = [&](int k) HWY_ATTR { return hn::Or(corner[k].above, corner[k].below); };
-        return hn::And(is_known(0), hn::And(is_known(1), is_known(2)));
+        return hn::And(known(corner[0]), hn::And(known(corner[1]), known(corner[2])));
     }
-    /// The side from corner k on passes through the plane, where all are known.
-    [[nodiscard]] HWY_INLINE Where passes(int k) const { return hn::Xor(corner[k].above, corner[(k + 1) % 3].above); }
+    /// Corner k is alone on its side, where all are known and not all are on one.
+    [[nodiscard]] HWY_INLINE Where is_alone(int k) const
+    {
+        return hn::And(hn::Xor(corner[k].above, corner[(k + 1) % 3].above), hn::Xor(corner[k].above, corner[(k + 2) % 3].above));
+    }
 };
 
-/// False where no pair of the lanes meets, for sure.
-HWY_NOINLINE bool judge(const Corners& c, Verdict& out)
-{
-    D3 side_a[3], side_b[3];
-    for (int k = 0; k < 3; ++k) {
-        side_a[k] = step(c.a[k], c.a[(k + 1) % 3]);
-        side_b[k] = step(c.b[k], c.b[(k + 1) % 3]);
+/// A triangle from its corner that is alone on its side of the other's plane: the sides from it and to it pass through the plane.
+struct Apex {
+    Where second, third;  // which corner it is
+    D3 at, side_from, before, side_to;
+
+    HWY_INLINE Apex(const Heights& heights, const D3 (&corner)[3])
+    {
+        second = heights.is_alone(1);
+        third = heights.is_alone(2);
+        at = blend(second, corner[1], blend(third, corner[2], corner[0]));
+        side_from = step(at, blend(second, corner[2], blend(third, corner[0], corner[1])));
+        before = blend(second, corner[0], blend(third, corner[1], corner[2]));
+        side_to = step(before, at);
     }
-    const Products plane_a(side_a[0], side_a[1]), plane_b(side_b[0], side_b[1]);
+    /// Numbers that have bit k where the side from corner k meets the other triangle.
+    [[nodiscard]] HWY_INLINE Code bits(Where from_meets, Where to_meets) const
+    {
+        const auto bit = [](int first, int one, int two, Where is_one, Where is_two) HWY_ATTR {
+            const auto number = [](int n) HWY_ATTR { return hn::Set(dcode, std::uint64_t{1} << n); };
+            return hn::IfThenElse(hn::RebindMask(dcode, is_one), number(one),
+                                  hn::IfThenElse(hn::RebindMask(dcode, is_two), number(two), number(first)));
+        };
+        return hn::Or(hn::IfThenElseZero(hn::RebindMask(dcode, from_meets), bit(0, 1, 2, second, third)),
+                      hn::IfThenElseZero(hn::RebindMask(dcode, to_meets), bit(2, 0, 1, second, third)));
+    }
+};
+
+constexpr int k_bits_b = 8, k_bit_open = 16;  // of a code: sides_a, then sides_b, then that rounding leaves it open
+
+/// The code of a pair in each lane. A line through both planes passes through two sides of either triangle: the signs of these
+/// two pairs of sides are the order of the four positions on it, and a side meets the triangle between whose two it is.
+HWY_NOINLINE Code judge(const Corners& c)
+{
+    const Products plane_a(step(c.a[0], c.a[1]), step(c.a[1], c.a[2])), plane_b(step(c.b[0], c.b[1]), step(c.b[1], c.b[2]));
     Heights of_a, of_b;
     for (int k = 0; k < 3; ++k) {
         of_b.corner[k] = plane_a.with(step(c.a[1], c.b[k]));
         of_a.corner[k] = plane_b.with(step(c.b[1], c.a[k]));
     }
     const Where beside = hn::Or(of_a.beside(), of_b.beside());
-    if (hn::AllTrue(dd, beside)) return false;
+    if (hn::AllTrue(dd, beside)) return hn::Zero(dcode);
 
-    SideSigns signs_a[3], signs_b[3];
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) {
-            const Sign sign = Products(side_a[i], side_b[j]).with(step(c.a[i], c.b[j]));
-            signs_a[i].add(sign);
-            signs_b[j].add(sign);
-        }
-    const Where known = hn::And(of_a.known(), of_b.known());
-    Where sure = known;
-    for (int k = 0; k < 3; ++k) {
-        const Where a = hn::And(known, of_a.passes(k)), b = hn::And(known, of_b.passes(k));
-        out.sides_a[k] = hn::AndNot(beside, hn::And(a, signs_a[k].agree()));
-        out.sides_b[k] = hn::AndNot(beside, hn::And(b, signs_b[k].agree()));
-        sure = hn::AndNot(hn::AndNot(hn::Or(signs_a[k].agree(), signs_a[k].differ()), a), sure);
-        sure = hn::AndNot(hn::AndNot(hn::Or(signs_b[k].agree(), signs_b[k].differ()), b), sure);
-    }
-    out.open = hn::Not(hn::Or(sure, beside));
-    return true;
+    const Apex a(of_a, c.a), b(of_b, c.b);
+    const Sign from_from = Products(a.side_from, b.side_from).with(step(a.at, b.at)),
+               from_to = Products(a.side_from, b.side_to).with(step(a.at, b.at)),
+               to_from = Products(a.side_to, b.side_from).with(step(a.at, b.at)),
+               to_to = Products(a.side_to, b.side_to).with(step(a.at, b.at));
+    const Where sure = hn::And(hn::And(of_a.all_known(), of_b.all_known()),
+                               hn::And(hn::And(known(from_from), known(from_to)), hn::And(known(to_from), known(to_to))));
+    const auto meet = [&](const Sign& x, const Sign& y)
+                          HWY_ATTR { return hn::AndNot(beside, hn::AndNot(hn::Xor(x.above, y.above), sure)); };
+    const Code code = hn::Or(a.bits(meet(from_from, from_to), meet(to_from, to_to)),
+                             hn::ShiftLeft<k_bits_b>(b.bits(meet(from_from, to_from), meet(from_to, to_to))));
+    const Where open = hn::Not(hn::Or(sure, beside));
+    return hn::Or(code, hn::IfThenElseZero(hn::RebindMask(dcode, open), hn::Set(dcode, std::uint64_t{1} << k_bit_open)));
 }
 
 /// Points of the triangles of a block of pairs as the caller gave them: corner, axis, pair.
@@ -191,13 +199,6 @@ HWY_INLINE D3 moved(const Affine& map, const D3& p)
     };
     return {row(map.linear.row[0], map.shift.x), row(map.linear.row[1], map.shift.y), row(map.linear.row[2], map.shift.z)};
 }
-HWY_INLINE std::uint32_t lanes_of(Where mask)
-{
-    HWY_ALIGN std::uint8_t bytes[8] = {};
-    hn::StoreMaskBits(dd, mask, bytes);
-    return bytes[0];
-}
-
 std::uint64_t search_crossings(const TriangleTree& tree_a, const TriangleTree& tree_b, const Affine& map,
                                std::span<const TrianglePair> pairs, Crossing* out)
 {
@@ -206,28 +207,18 @@ std::uint64_t search_crossings(const TriangleTree& tree_a, const TriangleTree& t
     for (std::size_t first = 0; first < pairs.size(); first += k_block) {
         const std::size_t count = std::min(k_block, pairs.size() - first);
         block.read(tree_a, tree_b, pairs.subspan(first, count));
+        HWY_ALIGN std::uint64_t codes[k_block];
         for (std::size_t i = 0; i < count; i += hn::Lanes(dd)) {
             Corners corners;
             for (int k = 0; k < 3; ++k) {
                 corners.a[k] = load(block.a[k], i);
                 corners.b[k] = moved(map, load(block.b[k], i));
             }
-            const std::size_t used = std::min(hn::Lanes(dd), count - i);
-            std::fill_n(out + first + i, used, Crossing{});
-            Verdict verdict;
-            if (!judge(corners, verdict)) continue;
-            for (int k = 0; k < 3; ++k) {
-                const std::uint32_t a = lanes_of(verdict.sides_a[k]), b = lanes_of(verdict.sides_b[k]);
-                for (std::size_t lane = 0; lane < used; ++lane) {
-                    Crossing& c = out[first + i + lane];
-                    c.sides_a = static_cast<std::uint8_t>(c.sides_a | (a >> lane & 1u) << k);
-                    c.sides_b = static_cast<std::uint8_t>(c.sides_b | (b >> lane & 1u) << k);
-                }
-            }
-            const std::uint32_t left = lanes_of(verdict.open) & ((1u << used) - 1);
-            for (std::size_t lane = 0; left != 0 && lane < used; ++lane)
-                if ((left >> lane & 1u) != 0) out[first + i + lane] = {};
-            open |= std::uint64_t{left} << (first + i);
+            hn::Store(judge(corners), dcode, codes + i);
+        }
+        for (std::size_t i = 0; i < count; ++i) {
+            out[first + i] = {static_cast<std::uint8_t>(codes[i]), static_cast<std::uint8_t>(codes[i] >> k_bits_b)};
+            open |= (codes[i] >> k_bit_open) << (first + i);
         }
     }
     return open;

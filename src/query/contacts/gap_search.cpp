@@ -247,6 +247,19 @@ private:
             hn::StoreU(least(low[0], low[1], low[2]), df, to.low + i);
         }
     }
+    /// Bit i: triangle i is as near to the box of a's leaf as a triangle in there has to be. Rounding keeps the order, so none is
+    /// left out that is near to one of them.
+    std::uint32_t near_leaf(std::size_t leaf_a, const NearLeaf& leaf) const
+    {
+        const BoxRow& row = trees_.a.leaves[leaf_a / k_row];
+        const OneBox box(row, leaf_a % k_row);
+        std::uint32_t near = 0;
+        for (std::size_t i = 0; i < k_row; i += hn::Lanes(df)) {
+            const F distance = distance_of(at(leaf.boxes.lo, i), at(leaf.boxes.hi, i), box);
+            near |= static_cast<std::uint32_t>(bits_of(hn::Lt(distance, set(limit())))) << i;
+        }
+        return near;
+    }
     static HWY_INLINE F least(F a, F b, F c) { return hn::Min(a, hn::Min(b, c)); }
     static HWY_INLINE F greatest(F a, F b, F c) { return hn::Max(a, hn::Max(b, c)); }
 
@@ -254,6 +267,8 @@ private:
     {
         NearLeaf other;
         move_leaf(trees_.b.corners[leaf_b], other);
+        const std::uint32_t near_b = near_leaf(leaf_a, other) & first_bits(trees_.triangles_b - leaf_b * k_row);
+        if (near_b == 0) return;
         const CornerRow& corners = trees_.a.corners[leaf_a];
         BoxRow boxes;
         float high[k_row];
@@ -264,7 +279,7 @@ private:
             const float* d = bound_.direction_a;
             hn::StoreU(greatest(row_dot(d, p), row_dot(d, q), row_dot(d, r)), df, high + i);
         }
-        each_bit(first_bits(trees_.triangles_b - leaf_b * k_row), [&](std::size_t b) HWY_ATTR {
+        each_bit(near_b, [&](std::size_t b) HWY_ATTR {
             const OneBox box(other.boxes, b);
             RowGaps gaps;
             for (std::size_t i = 0; i < k_row; i += hn::Lanes(df))

@@ -48,8 +48,9 @@ public:
         upper_ =
             std::min((norm(trees_.between) + trees_.radius_a + trees_.radius_b) * (1 + 1e-6) + 2 * rounding_, limit_of_enough());
         look_from(centre(tree_a_.box()), apply(move_, centre(tree_b_.box())));
+        bound_ = bound();
         search_gap(
-            trees_, bound(),
+            trees_, bound_,
             [](void* self, const TrianglePair& pair) noexcept { return static_cast<NearestTriangles*>(self)->take(pair); }, this);
     }
 
@@ -96,11 +97,12 @@ private:
         const TriangleCorners a{tree_a_.point(s[0]), tree_a_.point(s[1]), tree_a_.point(s[2])};
         const TriangleCorners b{apply(move_, tree_b_.point(t[0])), apply(move_, tree_b_.point(t[1])),
                                 apply(move_, tree_b_.point(t[2]))};
-        if (gap_along(a, b, direction_, a.a) < upper_ - rounding_) measure(a, b, pair);
-        return bound();
+        if (gap_along(a, b, direction_, a.a) < upper_ - rounding_ && measure(a, b, pair)) bound_ = bound();
+        return bound_;
     }
 
-    void measure(const TriangleCorners& a, const TriangleCorners& b, const TrianglePair& pair)
+    /// True where it is the nearest so far.
+    bool measure(const TriangleCorners& a, const TriangleCorners& b, const TrianglePair& pair)
     {
         TriangleGap gap = gap_of(a, b);
         const Vec3d v = gap.on_b - gap.on_a;
@@ -115,13 +117,14 @@ private:
             }
         }
         least_gap_ = std::min(least_gap_, own);
-        if (!(distance < distance_)) return;
+        if (!(distance < distance_)) return false;
         distance_ = distance;
         upper_ = std::min(upper_, distance);
         gap_ = gap;
         pair_ = pair;
         if (distance > rounding_) direction_ = v / distance;
         look_from(gap.on_a, gap.on_b);
+        return true;
     }
 
     /// Nearer things of a are near to b's position, and the other way round.
@@ -142,6 +145,7 @@ private:
     double least_gap_ = k_infinite;  // of all pairs that were measured, each along its own direction
     TriangleGap gap_{};
     TrianglePair pair_{};
+    GapBound bound_;
     Vec3f nearest_a_{}, nearest_b_{};
 };
 
