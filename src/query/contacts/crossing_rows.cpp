@@ -39,7 +39,7 @@ struct D3 {
 };
 HWY_INLINE D3 step(const D3& from, const D3& to) { return {hn::Sub(to.x, from.x), hn::Sub(to.y, from.y), hn::Sub(to.z, from.z)}; }
 
-/// Where a determinant is surely positive, and where surely negative.
+/// The sign of a determinant, where double is sure of it.
 struct Sign {
     Where above, below;
 };
