@@ -160,7 +160,7 @@ struct Hands {
         if (!holds) return;
         const double tension = norm(cloth.tension());
         strongest = std::max(strongest, tension);
-        if (tension < k_max_pull) at += (0.3 / k_rate) * away;
+        if (tension < k_max_pull) at += (0.6 / k_rate) * away;
         cloth.drag(at);
     }
 };

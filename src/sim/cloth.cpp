@@ -21,7 +21,11 @@ Cloth::~Cloth() = default;
 Cloth::Cloth(Cloth&&) noexcept = default;
 Cloth& Cloth::operator=(Cloth&&) noexcept = default;
 
-void Cloth::expect(const query::SkinLattice& lattice) { state_->contacts.expect(lattice, state_->position); }
+void Cloth::expect(const query::SkinLattice& lattice)
+{
+    state_->contacts.expect(lattice, state_->position);
+    state_->interiors.expect(lattice, state_->position);
+}
 
 StepReport Cloth::step(double dt, std::span<const Collider> colliders) noexcept
 {

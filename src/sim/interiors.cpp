@@ -24,7 +24,8 @@ constexpr float k_parting = 0.5f;  ///< cosine between nodes' normals: below it 
 // In thicknesses: height at which a point is held above the surface, depth of the query below it, the most that a step raises it,
 // also at rest, and how far it may creep until its next query.
 constexpr double k_off = 0.25, k_below = 0.5, k_raise = 1, k_raise_resting = 0.05, k_creep = 0.1;
-constexpr double k_along = 0.5;  ///< cosine between the surface's normal and the cloth's: below it the cloth is pierced
+constexpr std::size_t k_skin_every = 4;  ///< steps between two queries of a skin
+constexpr double k_along = 0.5;          ///< cosine between the surface's normal and the cloth's: below it the cloth is pierced
 
 Vec3d point_of(const InteriorSpace& s, std::span<const Vec3d> now)
 {
@@ -86,8 +87,79 @@ bool Interiors::hold(InteriorSpace& space, const TouchingNodes& nodes, std::span
     return deepest > 0;
 }
 
+void Interiors::expect(const query::SkinLattice& lattice, std::span<const Vec3d> points)
+{
+    middles_.resize(triangles_.size());
+    outward_.resize(triangles_.size());
+    skin_found_.resize(triangles_.size());
+    for (std::size_t t = 0; t < triangles_.size(); ++t)
+        middles_[t] = (points[triangles_[t][0]] + points[triangles_[t][1]] + points[triangles_[t][2]]) / 3.0;
+    skin_workspace_ = std::make_unique<query::SkinWorkspace>(lattice, middles_);
+}
+
+void Interiors::find_skinned(const TouchingNodes& nodes, std::span<const Collider> colliders, std::size_t number) noexcept
+{
+    const Collider& collider = colliders[number];
+    for (std::size_t i = 0; i < count_;) {
+        if (spaces_[i].collider != number) {
+            ++i;
+            continue;
+        }
+        held_[spaces_[i].number] = 0;
+        spaces_[i] = spaces_[--count_];
+    }
+    for (std::size_t t = 0; t < triangles_.size(); ++t) {
+        const auto& n = triangles_[t];
+        const Vec3f normals = nodes.normals[n[0]] + nodes.normals[n[1]] + nodes.normals[n[2]];
+        middles_[t] = (nodes.now[n[0]] + nodes.now[n[1]] + nodes.now[n[2]]) / 3.0;
+        outward_[t] = {};
+        if (!(norm_sq(normals) > 0)) continue;
+        Vec3d out = cross(nodes.now[n[1]] - nodes.now[n[0]], nodes.now[n[2]] - nodes.now[n[0]]);
+        const double length = norm(out);
+        if (!(length > 0)) continue;
+        outward_[t] = (dot(out, cast<double>(normals)) < 0 ? -1 / length : 1 / length) * out;
+        middles_[t] -= k_below * thickness_ * outward_[t];
+    }
+    const auto found =
+        query::query_skin({collider.model, &collider.skin->to(), middles_, {}}, {.layer = layer_}, *skin_workspace_, skin_found_);
+    for (const query::SkinContact& c : std::span(skin_found_).first(std::min(found.contacts, skin_found_.size()))) {
+        if ((c.status & query::k_no_surface) != 0 || count_ == spaces_.size()) continue;
+        Affine was, is;
+        if (!collider.skin->from().carry_forward(c.bound_witness, was) || !collider.skin->to().carry_forward(c.bound_witness, is))
+            continue;
+        InteriorSpace& s = spaces_[count_++];
+        s = {};
+        s.nodes = triangles_[c.index];
+        s.weights = {1.f / 3, 1.f / 3, 1.f / 3};
+        s.number = static_cast<std::uint32_t>(k_points * c.index);
+        s.collider = static_cast<std::uint32_t>(number);
+        held_[s.number] = 1;
+        const Vec3d p = point_of(s, nodes.now), out = outward_[c.index];
+        // As in hold(): through cloth that is pierced the thin part's tip is along the cloth's own normal.
+        const bool pierced = norm_sq(out) > 0 && dot(c.normal, out) < k_along;
+        const Vec3d direction = pierced ? out : c.normal;
+        const double off = k_off * thickness_, rise = pierced ? c.depth + off : dot(direction, c.witness - p) + off;
+        const Vec3d at = p + std::min(rise, k_raise * thickness_) * direction;
+        s.normal = cast<float>(direction);
+        s.offset = static_cast<float>(dot(direction, at));
+        s.local_at = cast<float>(c.bound_witness);
+        s.motion = cast<float>(sqmap::apply(is, c.bound_witness) - sqmap::apply(was, c.bound_witness));
+        s.settled = false;
+    }
+}
+
 void Interiors::find(const TouchingNodes& nodes, std::span<const Collider> colliders) noexcept
 {
+    ++step_;
+    bool is_rigid = false;
+    for (std::size_t k = 0; k < colliders.size(); ++k) {
+        if (colliders[k].model == nullptr) continue;
+        if (colliders[k].skin == nullptr)
+            is_rigid = true;
+        else if (skin_workspace_ && step_ % k_skin_every == 0)
+            find_skinned(nodes, colliders, k);
+    }
+    if (!is_rigid) return;
     const std::span<const Vec3f> normals = nodes.normals;
     const bool stand = all_stand(colliders);
     const double creep_sq = k_creep * thickness_ * k_creep * thickness_;
@@ -96,7 +168,8 @@ void Interiors::find(const TouchingNodes& nodes, std::span<const Collider> colli
     for (std::size_t i = 0; i < count_ && queries < max_queries; ++i) {
         first_ = first_ >= count_ ? 0 : first_;
         InteriorSpace& s = spaces_[first_];
-        const bool same = stand && s.settled && norm_sq(point_of(s, nodes.now) - s.queried_from) <= creep_sq;
+        const bool of_skin = s.collider < colliders.size() && colliders[s.collider].skin != nullptr;
+        const bool same = of_skin || (stand && s.settled && norm_sq(point_of(s, nodes.now) - s.queried_from) <= creep_sq);
         queries += same ? 0 : 1;
         if (same || hold(s, nodes, colliders)) {
             ++first_;
@@ -140,7 +213,16 @@ void Interiors::ride(std::span<const Collider> colliders) noexcept
         s.push = 0;
         if (s.collider >= colliders.size()) continue;
         const Collider& collider = colliders[s.collider];
-        const Vec3d local = cast<double>(s.local_at), at = apply(collider.pose, local);
+        const Vec3d local = cast<double>(s.local_at);
+        if (collider.skin != nullptr) {
+            Affine was, is;
+            if (!collider.skin->from().carry_forward(local, was) || !collider.skin->to().carry_forward(local, is)) continue;
+            // The plane keeps its direction for the few steps until the next query.
+            s.motion = cast<float>(sqmap::apply(is, local) - sqmap::apply(was, local));
+            s.offset += dot(s.normal, s.motion);
+            continue;
+        }
+        const Vec3d at = apply(collider.pose, local);
         const Vec3d normal = collider.pose.rotation * cast<double>(s.local_normal);
         s.normal = cast<float>(normal);
         s.offset = static_cast<float>(dot(normal, at));

@@ -1,10 +1,12 @@
 // Interiors of triangles: something sharp may poke through cloth between nodes that have no contact with it.
 #pragma once
 
+#include "sqmap/query/skin.h"
 #include "sqmap/sim/cloth.h"
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -32,10 +34,13 @@ struct TouchingNodes {
 };
 
 /// Queries points within triangles whose nodes' normals part: in each step a share of them, and again and again the points that
-/// were found in a collider. Leaves out colliders with a skin. One thread at a time.
+/// were found in a collider. Of a collider with a skin, the middles of all triangles every few steps. One thread at a time.
 class Interiors {
 public:
     Interiors(std::span<const std::array<std::uint32_t, 3>> triangles, double thickness, query::Layer layer);
+
+    /// Allocates for skinned colliders. points: of the cloth's nodes.
+    void expect(const query::SkinLattice& lattice, std::span<const Vec3d> points);
 
     /// No allocation.
     void find(const TouchingNodes& nodes, std::span<const Collider> colliders) noexcept;
@@ -49,7 +54,14 @@ private:
     /// Sets the plane that holds the point; false if no collider is below it.
     bool hold(InteriorSpace& space, const TouchingNodes& nodes, std::span<const Collider> colliders) const noexcept;
 
+    /// Holds the middles of triangles that are in a skinned collider, in place of those that were held before.
+    void find_skinned(const TouchingNodes& nodes, std::span<const Collider> colliders, std::size_t number) noexcept;
+
     std::vector<std::array<std::uint32_t, 3>> triangles_;
+    std::unique_ptr<query::SkinWorkspace> skin_workspace_;
+    std::vector<Vec3d> middles_, outward_;  ///< of each triangle: the point that is queried; the cloth's outer side, or zero
+    std::vector<query::SkinContact> skin_found_;
+    std::size_t step_ = 0;
     std::vector<InteriorSpace> spaces_;
     std::vector<std::uint8_t> held_;     ///< 1 for each point of a triangle that a space holds
     std::size_t count_ = 0, first_ = 0;  ///< spaces; the first to be queried

@@ -116,6 +116,17 @@ TEST(Fitting, DressesPullsPinsAndChanges)
     EXPECT_TRUE(trouble.empty()) << trouble;
 }
 
+TEST(Fitting, AnAvatarThatCannotBeDressedIsNamedAndThePersonTaken)
+{
+    std::string trouble;  // written before the first frame is made
+    Fitting fitting([](double) {}, [&](const std::string& why) { trouble = why; }, {"junk.glb", "glTF nonsense"});
+    fitting.send(fit("skirt", "cotton"));
+    const Shot shot = wait_for(fitting, [](const Shot&) { return true; });
+    ASSERT_FALSE(shot.v.empty());
+    EXPECT_EQ(shot.bones(), 13u);
+    EXPECT_TRUE(trouble.starts_with("junk.glb: E_")) << trouble;
+}
+
 TEST(Fitting, EndsWhileItsFigureIsBeingMade)
 {
     for (int i = 0; i < 2; ++i) {

@@ -6,6 +6,7 @@
 #include "common/dress/tool.h"
 #include "sqmap/sim/cloth.h"
 #include "viewer/server/cloth/slit.h"
+#include "viewer/server/jobs/temporary_file.h"
 #include "viewer/server/protocol/bytes.h"
 
 #include <sys/resource.h>
@@ -16,6 +17,7 @@
 #include <condition_variable>
 #include <cstring>
 #include <deque>
+#include <fstream>
 #include <mutex>
 #include <thread>
 
@@ -33,6 +35,9 @@ constexpr int k_niceness = 10;                   // the servo and the page come 
 constexpr std::uint32_t k_vertices = 3000;
 constexpr std::size_t k_max_seams = 24;  // cuts are seams that are open
 
+/// Numbers of garments go on through all figures: a page knows by them that it has to fetch new shapes.
+std::atomic<std::uint32_t> garments_yet{0};
+
 /// The closing of a program ends the baking of the figure.
 struct Ended {};
 
@@ -41,6 +46,7 @@ struct Ended {};
 struct Fitting::Work {
     std::function<void(double)> progress;
     std::function<void(const std::string&)> trouble;
+    OwnAvatar own;
 
     std::mutex mutex;  // of what follows
     std::deque<Message> messages;
@@ -69,6 +75,9 @@ struct Fitting::Work {
     std::thread thread;  // last
 
     void run();
+    [[nodiscard]] app::Avatar make_avatar();
+    [[nodiscard]] app::Costume costume() const;
+    [[nodiscard]] std::uint32_t waist_joint() const;
     void dress(bool anew, std::vector<Vec3d> start = {});
     void cut(const std::vector<ClothPoint>& line);
     void publish_shapes();
@@ -78,7 +87,7 @@ struct Fitting::Work {
     void publish(const sim::StepReport& report, double speed, double step_ms);
     void say_state();
     [[nodiscard]] std::vector<std::uint32_t> within(std::uint32_t node, double radius) const;
-    [[nodiscard]] std::uint32_t bone_near(Vec3d p) const;
+    [[nodiscard]] std::uint32_t bone_near(Vec3d p, double within = k_near_body) const;
 };
 
 void Fitting::Work::pose(bool first)
@@ -119,9 +128,10 @@ void Fitting::Work::dress(bool anew, std::vector<Vec3d> start)
         sewn.clear();
         for (const sim::Seam& s : garment.seams) sewn.push_back(s.sewn ? 1 : 0);
     }
-    const auto first = static_cast<std::uint32_t>(avatar.parts.size());
-    for (std::uint32_t j = 0; j < avatar.joints.size(); ++j)
-        if (avatar.joints[j] == worn.waist_bone) cloth->pin(worn.garment.waist, first + j, poses[first + j]);
+    if (!worn.waist_bone.empty()) {
+        const std::uint32_t joint = waist_joint();
+        cloth->pin(worn.garment.waist, joint, joint == sim::Cloth::k_world ? sqmap::Pose{} : poses[joint]);
+    }
     for (const std::uint32_t n : pinned) {
         const std::uint32_t bone = bone_near(cloth->positions()[n]);
         cloth->pin({&n, 1}, bone, bone == sim::Cloth::k_world ? sqmap::Pose{} : poses[bone]);
@@ -131,7 +141,7 @@ void Fitting::Work::dress(bool anew, std::vector<Vec3d> start)
 
 void Fitting::Work::publish_shapes()
 {
-    ++number;
+    number = ++garments_yet;
     const app::SkinnedBody& body = *avatar.skin;
     Bytes out("SQC2");
     for (const std::size_t n : {static_cast<std::size_t>(number), body.maps.size(), cloth->size(), cloth->triangles().size(),
@@ -181,11 +191,11 @@ std::vector<std::uint32_t> Fitting::Work::within(std::uint32_t node, double radi
 
 /// The collider that carries what is pinned at a point: the joint that moves the skin there most; the world where the skin is
 /// far.
-std::uint32_t Fitting::Work::bone_near(Vec3d p) const
+std::uint32_t Fitting::Work::bone_near(Vec3d p, double within) const
 {
     const app::SkinnedBody& body = *avatar.skin;
     std::uint32_t best = sim::Cloth::k_world;
-    double least = k_near_body * k_near_body;
+    double least = within * within;
     const std::vector<Vec3d> now = body.posed();
     for (std::size_t v = 0; v < now.size(); ++v) {
         if (!(norm_sq(now[v] - p) < least)) continue;
@@ -212,7 +222,7 @@ void Fitting::Work::take(const Message& m)
         walks = m.walks;
         if (other) {
             fabric = sim::fabric(fabric_name);
-            if (anew) worn = app::costume(garment_name, k_vertices);
+            if (anew) worn = costume();
             dress(anew);
         }
         return;
@@ -260,7 +270,7 @@ void Fitting::Work::take(const Message& m)
             cut(m.line);
             break;
         case Handling::Restart:
-            worn = app::costume(garment_name, k_vertices);  // whole again
+            worn = costume();  // whole again
             dress(true);
             break;
     }
@@ -312,14 +322,58 @@ void Fitting::Work::publish(const sim::StepReport& report, double speed, double 
     newest = std::move(bytes);
 }
 
+/// A garment of the person, for a figure of another height.
+app::Costume Fitting::Work::costume() const
+{
+    app::Costume out = app::costume(garment_name, k_vertices);
+    const double scale = avatar.height / k_height;
+    for (std::vector<Vec3d>* points : {&out.garment.start, &out.garment.flat})
+        for (Vec3d& p : *points) p = scale * p;
+    return out;
+}
+
+/// The collider that a waist rides: the joint of that name; of an own avatar the one that moves the skin nearest to it.
+std::uint32_t Fitting::Work::waist_joint() const
+{
+    for (std::uint32_t j = 0; j < avatar.joints.size(); ++j)
+        if (avatar.joints[j] == worn.waist_bone) return static_cast<std::uint32_t>(avatar.parts.size()) + j;
+    Vec3d middle{};
+    for (const std::uint32_t v : worn.garment.waist)
+        middle += worn.garment.start[v] / static_cast<double>(worn.garment.waist.size());
+    return bone_near(middle, avatar.height);
+}
+
+app::Avatar Fitting::Work::make_avatar()
+{
+    if (!own.bytes.empty()) {
+        const TemporaryFile file("avatar.glb");
+        std::ofstream(file.path(), std::ios::binary) << own.bytes;
+        const auto read = [&](bool moves) { return app::skinned_avatar(file.path(), moves, "", app::k_figure_error); };
+        try {
+            try {
+                return read(true);
+            } catch (const app::AvatarError&) {
+                return read(false);  // one without an animation stands
+            }
+        } catch (const std::exception& e) {
+            std::string why = e.what();
+            const std::string path = file.path().string();
+            for (std::size_t at = why.find(path); at != std::string::npos; at = why.find(path, at + own.name.size()))
+                why.replace(at, path.size(), own.name);
+            trouble(why + ". The page's own figure is dressed instead.");
+        }
+    }
+    return app::walking_avatar(k_height, {}, app::k_figure_spacing, app::k_figure_error,
+                               [this](std::size_t done, std::size_t of) {
+                                   if (quit) throw Ended{};
+                                   progress(static_cast<double>(done) / static_cast<double>(of));
+                               });
+}
+
 void Fitting::Work::run()
 {
     (void)::setpriority(PRIO_PROCESS, 0, k_niceness);  // of this thread alone, as Linux has it
-    avatar =
-        app::walking_avatar(k_height, {}, app::k_figure_spacing, app::k_figure_error, [this](std::size_t done, std::size_t of) {
-            if (quit) throw Ended{};
-            progress(static_cast<double>(done) / static_cast<double>(of));
-        });
+    avatar = make_avatar();
     poses.resize(avatar.parts.size() + avatar.joints.size());
     solids.resize(poses.size());
     solids[0].model = &avatar.parts[0].model;
@@ -369,11 +423,12 @@ void Fitting::Work::run()
     }
 }
 
-Fitting::Fitting(std::function<void(double)> progress, std::function<void(const std::string&)> trouble)
+Fitting::Fitting(std::function<void(double)> progress, std::function<void(const std::string&)> trouble, OwnAvatar own)
     : work_(std::make_unique<Work>())
 {
     work_->progress = std::move(progress);
     work_->trouble = std::move(trouble);
+    work_->own = std::move(own);
     work_->thread = std::thread([w = work_.get()] {
         try {
             w->run();

@@ -11,11 +11,18 @@
 
 namespace sqmap::viewer {
 
-/// Runs from construction to destruction. The figure, a person on 13 bones, is baked first: some seconds.
+/// An avatar as it came: glTF, binary or with its buffers inside.
+struct OwnAvatar {
+    std::string name;   ///< of its file
+    std::string bytes;  ///< empty: there is none
+};
+
+/// Runs from construction to destruction. The figure, a person on 13 bones or an own avatar, is baked first: some seconds. Where
+/// an own one cannot be dressed, trouble says why and the person is taken.
 class Fitting {
 public:
     /// progress: called by the thread with what share of the figure is baked; trouble: with what made it end.
-    Fitting(std::function<void(double)> progress, std::function<void(const std::string&)> trouble);
+    Fitting(std::function<void(double)> progress, std::function<void(const std::string&)> trouble, OwnAvatar own = {});
     ~Fitting();
     Fitting(const Fitting&) = delete;
     Fitting& operator=(const Fitting&) = delete;

@@ -1,7 +1,9 @@
 #include "viewer/server/cloth/wardrobe.h"
 
 #include "viewer/server/cloth/fitting.h"
+#include "viewer/server/http/request_check.h"
 #include "viewer/server/protocol/text.h"
+#include "viewer/server/scene/file_name.h"
 
 namespace sqmap::viewer {
 
@@ -12,6 +14,21 @@ void Wardrobe::add_routes(Routes& routes)
         const auto shapes = fitting_ != nullptr ? fitting_->shapes() : nullptr;
         call.answer(shapes != nullptr ? bytes_reply(*shapes) : not_found());
     });
+    routes.post("/api/avatar", [this](const Call& call) {
+        const std::string name = harmless(query_value(call.request.target, "name"));
+        wear(std::make_shared<OwnAvatar>(OwnAvatar{name, std::move(call.request.body)}));
+        call.answer(json_reply({{"accepted", true}}));
+    });
+}
+
+/// The page says next what the new figure wears.
+void Wardrobe::wear(std::shared_ptr<const OwnAvatar> own)
+{
+    own_ = std::move(own);
+    if (fitting_ != nullptr) pictures_.work([gone = std::move(fitting_)]() mutable { gone.reset(); });
+    fitting_ = nullptr;
+    sent_.clear();
+    on_status();
 }
 
 nlohmann::ordered_json Wardrobe::json() const
@@ -34,7 +51,8 @@ void Wardrobe::dress(const Message& message)
                     if (fitting_ != nullptr) audience_.send_progress("the figure", "bones", done);
                 });
             },
-            [this](const std::string& why) { audience_.post([this, why] { audience_.send_trouble(why); }); });
+            [this](const std::string& why) { audience_.post([this, why] { audience_.send_trouble(why); }); },
+            own_ != nullptr ? *own_ : OwnAvatar{});
     }
     fitting_->send(message);
 }

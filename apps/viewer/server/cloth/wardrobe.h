@@ -15,6 +15,7 @@
 namespace sqmap::viewer {
 
 class Fitting;
+struct OwnAvatar;
 
 /// All is called on the server's thread. Where the program was built without cloth, nothing happens.
 class Wardrobe {
@@ -24,7 +25,7 @@ public:
 
     std::function<void()> on_status = [] {};  ///< something that json() says has changed
 
-    /// Adds /api/fitting.
+    /// Adds /api/fitting, and /api/avatar: a glTF file's bytes; none: the page's own figure again.
     void add_routes(Routes& routes);
     /// Fit, Cloth or Undress.
     void dress(const Message& message);
@@ -37,9 +38,12 @@ public:
     [[nodiscard]] nlohmann::ordered_json json() const;
 
 private:
+    void wear(std::shared_ptr<const OwnAvatar> own);
+
     Audience& audience_;
     Worker& pictures_;
     std::shared_ptr<Fitting> fitting_;  ///< shared, so that a program without cloth need not know how to destroy one
+    std::shared_ptr<const OwnAvatar> own_;
     std::string sent_;
 };
 

@@ -5,7 +5,8 @@ import { announce, fill, h } from '../dom';
 import { showTag } from '../felt';
 import { geometryOf, trianglesAt, vector } from '../geometry';
 import type { ClothFrame } from '../messages';
-import { fetchBytes, link } from '../net';
+import { fetchBytes, link, program } from '../net';
+import { trouble } from '../notices';
 import { canvas, hint, showHint, world } from '../stage';
 import { on, state } from '../state';
 import { onStop, whileFelt } from '../stop';
@@ -69,6 +70,8 @@ class Costume {
   private pins = h('input', { type: 'radio', name: 'grip', id: 'grip-pin' });
   private cuts = h('input', { type: 'radio', name: 'grip', id: 'grip-cut' });
   private pulls = h('input', { type: 'radio', name: 'grip', id: 'grip-pull', checked: true });
+  private avatarInput = h('input', { type: 'file', id: 'avatar-file', hidden: true, 'aria-label': 'Own figure: a skinned glTF file', accept: '.glb,.gltf', onchange: () => { const file = this.avatarInput.files?.[0]; this.avatarInput.value = ''; if (file) void this.wear(file, file.name); } });
+  private plain = h('button', { id: 'plain-figure', hidden: true, onclick: () => void this.wear(new Blob([]), '') }, 'The first figure');
   private seams = h('div', { class: 'row wrap', role: 'group', 'aria-label': 'Seams' });
   private facts = h('dl', { class: 'numbers', id: 'cloth-facts' });
   private figure: Figure | null = null;
@@ -101,6 +104,7 @@ class Costume {
       h('fieldset', {}, h('legend', {}, 'A press on the cloth'), radio(this.pulls, 'takes it and pulls'), radio(this.pins, 'pins it to the body, or to the air where the body is far'), radio(this.cuts, 'cuts it along the drag')),
       this.seams,
       h('div', { class: 'row wrap' }, h('button', { id: 'unpin', onclick: () => { link.say({ say: 'cloth', do: 'unpin' }); announce('Pins taken out.'); } }, 'Take pins out'),
+        h('button', { id: 'own-avatar', onclick: () => this.avatarInput.click() }, 'Own figure …'), this.plain, this.avatarInput,
         h('button', { id: 'dress-again', onclick: () => { link.say({ say: 'cloth', do: 'restart' }); announce('Dressed anew.'); } }, 'Start again')),
       this.facts,
       h('p', { class: 'note' }, 'Keys on the stage: arrows move the cross, Enter takes and lets go, P pins, C begins a cut and ends it, Q and E walk round.'));
@@ -155,6 +159,16 @@ class Costume {
     return (await new GLTFExporter().parseAsync(group, { binary: true })) as ArrayBuffer;
   }
 
+  /// Another figure: a closed mesh with joints, standing, in metres, y up; without a name the page's own. It is baked first.
+  private async wear(file: Blob, name: string): Promise<void> {
+    try {
+      const { status, text } = await program.post(`/api/avatar?name=${encodeURIComponent(name)}`, file, () => {}, new AbortController().signal);
+      if (status !== 200) throw new Error(text.trim());
+      this.plain.hidden = name === '';
+      showHint('The figure is being prepared: some seconds.');
+      this.fit();
+    } catch (e) { trouble(`${name}: ${e instanceof Error ? e.message : e}`); }
+  }
   private fit(): void { link.say({ say: 'fit', garment: this.garment.value, fabric: this.fabric.value, walks: this.walks.checked }); this.colour(); }
   private colour(): void {
     const found = FABRICS.find(([name]) => name === this.fabric.value);
