@@ -35,6 +35,22 @@ void print_maps(const model::ModelView& m)
     }
 }
 
+/// Counts of what the paper's projection shows of each part (section 5): Q2, vertices that are hidden from their feet, rays of
+/// the map.
+void print_lemma(const model::ModelView& m)
+{
+    const paper::ModelView& view = paper::Reading::of(m).model();
+    std::printf("  part  Q2 %%  hidden vertices    rays, %%: hits  caps  misses\n");
+    for (std::uint32_t i = 0; i < m.parts.size(); ++i) {
+        const paper::MapView map = paper::map_of(view, i);
+        const paper::MapCounts counts = paper::counts_of(map);
+        const double percent = 100. / static_cast<double>(map.distance.size());
+        std::printf("  %4u %5.2f %6u of %-6u %18.1f %5.1f %7.1f\n", i, 100 * static_cast<double>(map.q2_share),
+                    map.occluded_vertices, map.vertex_count, percent * counts.hits, percent * counts.caps,
+                    percent * counts.misses);
+    }
+}
+
 /// Volumes over the solid's, support excess in mesh units and percent of R_max: a line for each part, and one for the whole.
 void print_bounds(const model::ModelView& m)
 {
@@ -97,6 +113,7 @@ void print(const std::string& name, const model::ModelView& m, const io::Section
                     p.taper[0] != 0 || p.taper[1] != 0 ? " tapered" : "", p.bend != 0 ? " bent" : "",
                     model::is_fallback(p) ? " fallback" : "");
     }
+    if (!central) print_lemma(m);
     print_bounds(m);
 }
 

@@ -67,6 +67,13 @@ Image picture(const Subject& subject, const std::string& what, const View& view)
     if (what == "parts") return parts_picture(subject, view);
     if (what == "superquadrics") return superquadrics_picture(subject, view);
     if (is_of_section_three(what)) return section_three_picture(subject, what, view);
+    if (what == "regions") {
+        if (subject.regions.empty())
+            throw SubjectError(
+                "regions are those of a paper model on the mesh that it was baked from: bake it with --projection "
+                "normal, and give that mesh");
+        return regions_picture(subject, view);
+    }
     if (what == "error") return error_picture(subject, view);
     if (what == "map") return map_picture(subject, view.width, view.height);
     return plain_picture(subject, view);
@@ -79,7 +86,8 @@ Image pictures(const RenderArguments& a)
     std::vector<std::string> kinds = a.what;
     if (kinds.empty()) kinds.push_back(is_model ? "parts" : "mesh");
     for (const std::string& what : kinds)
-        if (!is_model && (what == "error" || what == "map")) throw WrongUsage("--what", what + " needs a model (.sqmap)");
+        if (!is_model && (what == "error" || what == "map" || what == "regions"))
+            throw WrongUsage("--what", what + " needs a model (.sqmap)");
     if (!is_model && !a.mesh.empty()) throw WrongUsage("mesh", "a second mesh goes with a model (.sqmap) only");
     std::optional<mesh::Mesh> mesh;
     if (!is_model)
@@ -116,7 +124,7 @@ void add_render(CommandLine& line)
                 "stand side by side; default: parts of a model, the plain mesh otherwise")
         .delimiter(',')
         .one_of({"mesh", "parts", "superquadrics", "protrusion", "features", "locales", "strength", "curvature", "hyperbolic",
-                 "map", "error"})
+                 "map", "error", "regions"})
         .type_name("KIND");
     command.option("-o,--output", arguments->output, "PNG file to write").required();
     command.option("--azimuth", arguments->azimuth, "Degrees about the up axis, 0 the front; default: off the broadest side");

@@ -118,8 +118,8 @@ TEST_F(RenderCommand, DrawsEveryKindOfAModel)
 TEST_F(RenderCommand, UnrollsNormalMapsToo)
 {
     const std::string bent = model("bent", " --projection normal --exact");
-    const Picture p = picture(bent + " --what map,error --size 240x160");
-    EXPECT_EQ(p.width, 480);
+    const Picture p = picture(bent + " --what map,error,regions --size 240x160");
+    EXPECT_EQ(p.width, 720);
     EXPECT_EQ(p.height, 160);
     EXPECT_GT(std::set<Pixel>(p.pixels.begin(), p.pixels.end()).size(), 50u);
 }

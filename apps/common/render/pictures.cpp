@@ -225,6 +225,30 @@ Image section_three_picture(const Subject& subject, const std::string& kind, con
     return protrusion_picture(subject, kind == "features", view);
 }
 
+Image regions_picture(const Subject& subject, const View& view)
+{
+    SQMAP_ASSERT(subject.regions.size() == subject.mesh.triangles.size());
+    const Rgb of[] = {srgb(0xe8e4dc), srgb(0x2a9d8f), srgb(0xd4145a)};
+    double area[3] = {}, total = 0;
+    Layer layer{.mesh = subject.mesh, .groups = subject.part_of_triangle};
+    for (std::uint32_t t = 0; t < subject.mesh.triangles.size(); ++t) {
+        const auto region = static_cast<std::size_t>(subject.regions[t]);
+        layer.colours.push_back(of[region]);
+        area[region] += mesh::triangle_area(subject.mesh, t);
+        total += mesh::triangle_area(subject.mesh, t);
+    }
+    const auto words = [&](const char* name, int region) {
+        char text[40];
+        std::snprintf(text, sizeof text, "%s %.3g %%", name, 100 * area[region] / total);
+        return std::string(text);
+    };
+    return with_scale({std::move(layer)}, view,
+                      {.title = {"regions", "(section 5)"},
+                       .colour = nullptr,
+                       .ticks = {},
+                       .swatches = {{of[0], words("convex", 0)}, {of[1], words("q1", 1)}, {of[2], words("q2", 2)}}});
+}
+
 Image error_picture(const Subject& subject, const View& view)
 {
     SQMAP_ASSERT(subject.model.has_value());

@@ -19,6 +19,8 @@ namespace sqmap::app {
 /// capped at the 95th percentile) or hyperbolic (where it is negative). @pre kind is one of these, the subject's section_three is
 /// there
 [[nodiscard]] Image section_three_picture(const Subject& subject, const std::string& kind, const View& view);
+/// Convex surface, Q1 and Q2 of section 5. @pre the subject has regions
+[[nodiscard]] Image regions_picture(const Subject& subject, const View& view);
 /// Error of Layer 3 just below the surface: of the depth at points 1 % of R_max inside, or along the projection (eq. 35)
 /// where the model is a surface without inside. @pre the subject has a model
 [[nodiscard]] Image error_picture(const Subject& subject, const View& view);

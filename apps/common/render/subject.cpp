@@ -8,6 +8,7 @@
 #include "sqmap/query/point.h"
 
 #include <limits>
+#include <span>
 #include <utility>
 
 namespace sqmap::app {
@@ -89,6 +90,10 @@ Subject subject_of_model(paper::MappedModel mapped, const mesh::Mesh* mesh)
     own.mesh = bake::baked_mesh(view);
     for (std::uint32_t t = 0; t < view.triangle_part.size(); ++t)
         own.part_of_triangle.push_back(model::part_of_triangle(view, t));
+    const bool is_own = mesh == nullptr || mesh::content_hash(*mesh) == view.mesh_hash;
+    std::span<const std::uint16_t> labels;
+    if (is_own && paper::is_paper(view)) labels = paper::Reading::of(view).model().maps.labels;
+    for (const std::uint16_t code : labels) subject.regions.push_back(paper::decode_label(code).region);
     if (mesh == nullptr) {
         if (own.mesh.triangles.empty())
             throw SubjectError("the model was baked without its exact layer: give the mesh as a second argument");
@@ -100,7 +105,8 @@ Subject subject_of_model(paper::MappedModel mapped, const mesh::Mesh* mesh)
     const model::Header& h = view.header;
     subject.mesh = mesh::normalized(*mesh, {{h.origin[0], h.origin[1], h.origin[2]}, h.unit});
     subject.r_max = view.header.r_max;
-    subject.part_of_triangle = nearest_parts(subject, own);
+    for (const std::uint16_t code : labels) subject.part_of_triangle.push_back(paper::decode_label(code).part);
+    if (labels.empty()) subject.part_of_triangle = nearest_parts(subject, own);
     return subject;
 }
 

@@ -24,6 +24,7 @@ struct Subject {
     mesh::Mesh mesh;                                  ///< the drawn triangles
     double r_max = 0;                                 ///< the largest distance between two of its vertices
     std::vector<std::uint32_t> part_of_triangle;      ///< #triangles
+    std::vector<paper::Region> regions{};             ///< #triangles; empty where the model does not say (section 5)
     std::vector<shape::Superquadricd> superquadrics;  ///< #parts
     std::optional<paper::MappedModel> model;          ///< when it was drawn from a model
     std::optional<SectionThree> section_three{};      ///< once it was computed
@@ -46,7 +47,8 @@ public:
 [[nodiscard]] SectionThree section_three_of(const Subject& subject, const decompose::DecomposeOptions& options);
 
 /// A model's parts. mesh (mesh units; may be null) is drawn instead of the model's own triangles, and is needed where the
-/// model was baked without its exact layer: each triangle then goes to the part that owns the surface nearest to it.
+/// model was baked without its exact layer. A paper model knows parts and regions of the triangles of the mesh that it was baked
+/// from; of another mesh, and in other models, each triangle goes to the part that owns the surface nearest to it.
 /// @throw SubjectError for a model without triangles and no mesh
 [[nodiscard]] Subject subject_of_model(paper::MappedModel model, const mesh::Mesh* mesh);
 

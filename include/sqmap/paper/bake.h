@@ -115,7 +115,6 @@ struct MapReport {
     double interpolation_mean = 0, interpolation_p99 = 0;  ///< model units, at centres of cells without a jump
     double quantization_error = 0;                         ///< largest, model units
     std::uint32_t vertices = 0, occluded_vertices = 0, corrections = 0, gaps = 0;
-    double q2_share = 0;  ///< of the part's area: points whose line to their foot crosses the mesh (section 5)
 };
 
 /// A baked map that owns its arrays; see MapView for what they hold.
@@ -130,7 +129,7 @@ struct Map : MapGrid, MapArrays<model::ArrayData> {
 };
 
 /// Bakes one part. The superquadric's parameters are narrowed to float first; rays meet the whole mesh, triangles are the
-/// part's own and serve step 3 and the Q2 share. Thread-safe. Cost: about 3 rays per sample, 1 per vertex.
+/// part's own and serve step 3. Thread-safe. Cost: about 3 rays per sample, 1 per vertex.
 /// @pre the superquadric bounds the triangles and, if bent, bend a.z < pi (not checked)
 [[nodiscard]] Map bake_map(const MapRays& rays, std::span<const std::uint32_t> triangles,
                            const shape::Superquadricd& superquadric, const MapOptions& options = {});

@@ -75,6 +75,8 @@ struct MapGrid {
     float quantization_error = 0;                  ///< largest measured error of a stored distance
     std::uint32_t seed_count = 0;                  ///< seeds along each axis
     std::uint32_t seeds_mirrored = 0;              ///< not 0: seeds cover the octant x, y, z >= 0 only
+    std::uint32_t occluded_vertices = 0;           ///< of vertex_count: the mesh hides them from their feet (step 3)
+    float q2_share = 0;                            ///< of the part's area: Region::Q2
 };
 
 /// The arrays of one map, or of all maps of a model, part after part. Grids are row-major, #eta_count by #omega_count, omega
@@ -122,15 +124,41 @@ struct MapRecord {
     MapArrays<SliceOf> slices;
 };
 
+/// The regions of section 5. A triangle is of the region that its middle is in.
+enum class Region : std::uint8_t {
+    Convex,  ///< at each of the triangle's edges the surface bends away, or by less than a degree
+    Q1,      ///< concave, and its foot sees it
+    Q2,      ///< the mesh crosses the line to its foot: no map along these normals shows it
+};
+/// A triangle's entry in ModelMaps::labels.
+struct TriangleLabel {
+    std::uint32_t part = 0;
+    Region region = Region::Convex;
+};
+inline constexpr std::uint32_t k_label_part_bits = 14;  ///< of a label, from the lowest
+/// The code of a label. @pre the part fits into k_label_part_bits, as that of every model does
+[[nodiscard]] constexpr std::uint16_t encode_label(const TriangleLabel& label)
+{
+    SQMAP_ASSERT(label.part < 1u << k_label_part_bits);
+    return static_cast<std::uint16_t>(label.part | static_cast<std::uint32_t>(label.region) << k_label_part_bits);
+}
+/// The label of a code. Its part and region are those of a model only where parse has checked it.
+[[nodiscard]] constexpr TriangleLabel decode_label(std::uint16_t code)
+{
+    return {code & ((1u << k_label_part_bits) - 1u), static_cast<Region>(code >> k_label_part_bits)};
+}
+
 /// The maps of all parts.
 template <template <class> class Array>
 struct ModelMaps : MapArrays<Array> {
-    Array<MapRecord> records;  ///< #parts
+    Array<MapRecord> records;     ///< #parts
+    Array<std::uint16_t> labels;  ///< #triangles of the baked mesh, in its order, see decode_label; or none
     template <class Visit, class... Of>
     static constexpr void each(Visit&& visit, Of&... of)
     {
         visit("records", of.records...);
         MapArrays<Array>::each(visit, of...);
+        visit("labels", of.labels...);
     }
 };
 
@@ -144,7 +172,7 @@ struct MapView : MapGrid, MapArrays<model::ArrayView> {
 [[nodiscard]] bool is_consistent(const MapView& map) noexcept;
 
 /// Version of the format of paper models. Others are refused: bake again.
-inline constexpr std::uint32_t k_format_version = 12;
+inline constexpr std::uint32_t k_format_version = 13;
 
 /// Everything a query of a paper model reads: spans over a blob that the caller owns, valid as long as it is. Any number of
 /// threads may read one at a time.
@@ -175,6 +203,13 @@ struct ModelData {
 
 /// Hash of the content: bake stores it, parse checks it.
 [[nodiscard]] std::uint64_t content_hash(const ModelView& view) noexcept;
+
+/// How many rays of a map meet what.
+struct MapCounts {
+    std::uint32_t hits = 0, caps = 0, misses = 0;  ///< samples of the finest grid
+};
+/// Linear in the samples.
+[[nodiscard]] MapCounts counts_of(const MapView& map) noexcept;
 
 /// The part's map, over the view's arrays. @pre the part exists
 [[nodiscard]] MapView map_of(const ModelView& view, std::size_t part) noexcept;

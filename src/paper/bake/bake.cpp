@@ -5,7 +5,9 @@
 
 #include "bake/evaluate/along_projection.h"
 #include "bake/pipeline.h"
+#include "model/flags.h"
 #include "paper/bake/cells.h"
+#include "paper/bake/regions.h"
 #include "parallel/for_each.h"
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/solid.h"
@@ -125,8 +127,33 @@ private:
     }
     void measure() override
     {
+        label();
         const Reading reading(view_of(model_, accepted_));
         measure_layers(reading.view(), model_.measured);
+    }
+    /// Gives each triangle its part and region, and each map its share of Q2.
+    void label()
+    {
+        static_assert(model::k_max_parts < 1u << k_label_part_bits);
+        std::vector<TriangleLabel> labels(mesh_.triangles.size());
+        label_concave(mesh_, labels);
+        parallel::for_each(fitted_.parts.size(), options_.threads, [&](std::size_t i) {
+            const std::vector<std::uint32_t>& triangles = fitted_.parts[i].fitted.patch.triangles;
+            for (const std::uint32_t t : triangles) labels[t].part = static_cast<std::uint32_t>(i);
+            const shape::Superquadricf stored = shape::cast<float>(fitted_.parts[i].fitted.fit.superquadric);
+            fitted_.parts[i].quality.q2_share =
+                label_hidden({solid_->bvh(), mesh_, triangles}, ExactFeet(shape::cast<double>(stored)), labels);
+        });
+        double hidden = 0, area = 0;
+        for (std::size_t i = 0; i < fitted_.parts.size(); ++i) {
+            const bake::PartQuality& quality = fitted_.parts[i].quality;
+            hidden += 100 * quality.q2_share * quality.area;
+            area += quality.area;
+            accepted_.records[i].grid.q2_share = static_cast<float>(quality.q2_share);
+        }
+        model_.measured.q2_share = hidden / area;
+        accepted_.labels.clear();
+        for (const TriangleLabel& l : labels) accepted_.labels.push_back(encode_label(l));
     }
     std::size_t bytes_beside() const override { return model::bytes_of(accepted_); }
 

@@ -294,19 +294,6 @@ void add_corrections(const Caster& caster, const Grid& grid, const std::vector<s
     map.report.corrections = static_cast<std::uint32_t>(map.corrections.size());
 }
 
-double q2_share(const Caster& caster, const MapView& view, std::span<const std::uint32_t> triangles)
-{
-    const mesh::Mesh& m = caster.rays.mesh();
-    double hidden = 0, total = 0;
-    for (const std::uint32_t t : triangles) {
-        const double area = mesh::triangle_area(m, t);
-        total += area;
-        const shape::Foot<double> foot = exact_foot(caster.sq, view, mesh::triangle_centroid(m, t));
-        if (!foot.converged || occluded(caster, foot)) hidden += area;
-    }
-    return total > 0 ? hidden / total : 0;
-}
-
 FootSeed seed_of(double eta_share, double omega_share)
 {
     const auto code = [](double share) { return static_cast<std::uint8_t>(std::clamp(share * 256, 0.0, 255.0)); };
@@ -451,7 +438,7 @@ Map bake_map(const MapRays& rays, std::span<const std::uint32_t> triangles, cons
     map.vertex_count = static_cast<std::uint32_t>(vertices_of(rays.mesh(), triangles).size());
     if (options.corrections) add_corrections(caster, grid, cuts, triangles, options.correction_threshold * target, map);
     if (options.gaps) add_gaps(caster, grid, map);
-    map.report.q2_share = q2_share(caster, map.view(), triangles);
+    map.occluded_vertices = map.report.occluded_vertices;
     return map;
 }
 

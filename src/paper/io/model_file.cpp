@@ -48,6 +48,11 @@ std::string model_json(const model::ModelView& any, std::size_t total, std::span
     out["bytes"]["normal_map"] = model::bytes_of(view.maps);
     for (std::size_t i = 0; i < view.maps.records.size(); ++i) {
         const MapView map = map_of(view, i);
+        const MapCounts counts = counts_of(map);
+        out["parts"][i]["q2_percent"] = 100 * static_cast<double>(map.q2_share);
+        out["parts"][i]["vertices"] = map.vertex_count;
+        out["parts"][i]["occluded_vertices"] = map.occluded_vertices;
+        out["parts"][i]["rays"] = {{"hits", counts.hits}, {"caps", counts.caps}, {"misses", counts.misses}};
         out["parts"][i]["map"] = {{"rows", ((map.eta_count - 1) >> map.subdivisions) + 1},
                                   {"columns", map.omega_count >> map.subdivisions},
                                   {"subdivisions", map.subdivisions},

@@ -50,6 +50,16 @@ MapRay ray_of(std::uint16_t stored) noexcept
     return stored == k_map_miss ? MapRay::Miss : stored == k_map_cap ? MapRay::Cap : MapRay::Surface;
 }
 
+MapCounts counts_of(const MapView& map) noexcept
+{
+    MapCounts counts;
+    for (const std::uint16_t stored : map.distance) {
+        const MapRay ray = ray_of(stored);
+        ++(ray == MapRay::Surface ? counts.hits : ray == MapRay::Cap ? counts.caps : counts.misses);
+    }
+    return counts;
+}
+
 bool is_smoothed(const SmoothedSample& sample) noexcept { return sample.change != k_not_smoothed; }
 
 bool is_consistent(const MapView& map) noexcept
@@ -65,6 +75,7 @@ bool is_consistent(const MapView& map) noexcept
     const auto length = [](float v) { return v > 0 && std::isfinite(v); };
     const std::size_t n = map.seed_count;
     return is_shape(map.superquadric) && length(map.distance_scale) && length(map.offset_scale) && map.distance.size() == count &&
+           map.occluded_vertices <= map.vertex_count && map.q2_share >= 0 && map.q2_share <= 1 &&
            map.normal.size() == base_rows * base_columns && map.cuts.size() == (count + 3) / 4 &&
            (map.offset.empty() || map.offset.size() == offset_bytes(base_rows * base_columns)) &&
            (map.smoothed.empty() || map.smoothed.size() == base_rows * base_columns) && n >= 1 && n <= 64 &&

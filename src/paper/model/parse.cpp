@@ -5,6 +5,8 @@
 #include "paper/model/codes.h"
 #include "paper_generated.h"
 
+#include <algorithm>
+
 namespace sqmap::paper {
 
 namespace {
@@ -30,6 +32,17 @@ ParseStatus check_map(const ModelView& view, std::size_t index)
     MapArrays<model::ArrayView>::each(check, view.maps.records[index].slices, view.maps);
     if (!inside) return ParseStatus::BadStructure;
     return is_consistent(map_of(view, index)) ? ParseStatus::Ok : ParseStatus::BadValue;
+}
+
+/// No labels, or one a triangle, of a part and a region that there are.
+bool has_good_labels(const ModelView& v)
+{
+    if (v.maps.labels.empty()) return true;
+    return v.maps.labels.size() == v.common.header.triangle_count &&
+           std::all_of(v.maps.labels.begin(), v.maps.labels.end(), [&](std::uint16_t code) {
+               const TriangleLabel label = decode_label(code);
+               return label.part < v.common.parts.size() && label.region <= Region::Q2;
+           });
 }
 
 /// Cells lead to triangles alone: of each only its kind is stored.
@@ -85,6 +98,7 @@ ParseStatus parse(std::span<const std::byte> bytes, ModelView& view) noexcept
         return ParseStatus::BadStructure;
     status = model::check_surface(v.common);
     for (std::size_t i = 0; i < v.maps.records.size() && status == ParseStatus::Ok; ++i) status = check_map(v, i);
+    if (status == ParseStatus::Ok && !has_good_labels(v)) status = ParseStatus::BadValue;
     if (status == ParseStatus::Ok) status = check_bare_cells(v.common);
     if (status == ParseStatus::Ok) status = model::check_candidates(v.common, 0);
     if (status == ParseStatus::Ok) view = v;
