@@ -1,7 +1,6 @@
 // Baking central models: their own steps of the pipeline.
 #include "bake/bake.h"
 
-#include "bake/evaluate/drafts.h"
 #include "pipeline.h"
 #include "sqmap/model/model.h"
 
@@ -29,7 +28,7 @@ private:
         Draft out;
         out.maps = central_maps(central, coarser != nullptr ? std::span(coarser->maps) : std::span<CentralMapData>());
         out.model = assembled(out.maps);
-        if (!evaluator_) evaluator_.emplace(*solid_);
+        if (!evaluator_) evaluator_.emplace(samples(out.model.view()));
         evaluator_->begin(out.model.view());
         out.model.measured = measured([&](const EvaluateOptions& options) { return evaluator_->first(options.points); });
         return out;
@@ -46,10 +45,12 @@ private:
     /// Doubles the locator's bytes until layer 3 has no wrong verdicts or the locator is as large as it may be.
     void locator() override
     {
-        for (LocatorOptions locator = locator_; is_located(); locator.more *= 2) {
-            bake_locator(surface(), locator, model_);
+        if (!is_located()) return;
+        GrowingLocator locator(surface(), locator_, model_);
+        for (double more = 1; more <= k_max_locator; more *= 2) {
+            if (!locator.bake(more) && more > 1) continue;
             measure_layers(model_.view(), model_.measured);
-            if (!model::has_wrong_verdicts(model_.measured) || 2 * locator.more > k_max_locator) return;
+            if (!model::has_wrong_verdicts(model_.measured)) return;
         }
     }
     void measure() override

@@ -346,11 +346,17 @@ model::Measured Bake::measured(const std::function<Evaluation(const EvaluateOpti
     return figures_of(evaluate(options));
 }
 
-void Bake::measure_layers(const model::ModelView& view, model::Measured& m) const
+SampledSolid& Bake::samples(const model::ModelView& view)
+{
+    if (!samples_) samples_.emplace(*solid_, model::normalized(view).header.r_max);
+    return *samples_;
+}
+
+void Bake::measure_layers(const model::ModelView& view, model::Measured& m)
 {
     EvaluateOptions options;
     options.points = m.q2_share > k_mostly_hidden ? 20000 : 4000;
-    const LayerErrors errors = layer_errors(view, *solid_, options);
+    const LayerErrors errors = layer_errors(view, samples(view), options);
     m.layer1_depth_p99 = errors.depth[0].p99;
     m.layer2_depth_p99 = errors.depth[1].p99;
     if (!model::has_locator(view)) return;

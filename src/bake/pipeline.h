@@ -4,6 +4,7 @@
 
 #include "bake/central/central_map.h"
 #include "bake/central/central_options.h"
+#include "bake/evaluate/drafts.h"
 #include "bake/exact/candidate_lists.h"
 #include "bake/locator/locator.h"
 #include "bake/parts/refinement.h"
@@ -114,7 +115,9 @@ protected:
     [[nodiscard]] model::Measured measured(const std::function<Evaluation(const EvaluateOptions&)>& evaluate) const;
     /// The same as probes compute: with the locator, which answers where its planes are the surface. Wrong verdicts are rare but
     /// where most of the surface is hidden: there they are looked for at more points.
-    void measure_layers(const model::ModelView& view, model::Measured& m) const;
+    void measure_layers(const model::ModelView& view, model::Measured& m);
+    /// The points at which models of the solid are measured. view: of one.
+    [[nodiscard]] SampledSolid& samples(const model::ModelView& view);
     [[nodiscard]] PartedSolid surface() const { return {*solid_, fitted_.partition.part_of_triangle}; }
 
     void validate() override;
@@ -136,6 +139,7 @@ private:
     const mesh::Mesh& input_;
     double fineness_ = 1;
     std::vector<CentralMapData> maps_;
+    std::optional<SampledSolid> samples_;
 };
 
 /// The input from which a part's central map is baked.

@@ -5,13 +5,48 @@
 #include <Eigen/Dense>
 
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <utility>
 
 namespace sqmap::collider {
 namespace {
 
 constexpr double k_accuracy = 1e-4;  ///< of the quadratic form: the volume is within 1.5 times this of the least
 constexpr int k_max_steps = 20000;
+
+/// Points by coordinates, and ones.
+using Coordinates = Eigen::Matrix<double, Eigen::Dynamic, 4>;
+
+/// Solves l d l^T v = q in place for n points, whose coordinates are in the order of the factors' pivots.
+void solve(const Eigen::Matrix4d& l, Eigen::Index n, double* __restrict__ q0, double* __restrict__ q1, double* __restrict__ q2,
+           double* __restrict__ q3)
+{
+    const double l10 = l(1, 0), l20 = l(2, 0), l30 = l(3, 0), l21 = l(2, 1), l31 = l(3, 1), l32 = l(3, 2);
+    const double d0 = l(0, 0), d1 = l(1, 1), d2 = l(2, 2), d3 = l(3, 3);
+    for (Eigen::Index i = 0; i < n; ++i) {
+        double v0 = q0[i], v1 = q1[i] - v0 * l10, v2 = q2[i] - v0 * l20, v3 = q3[i] - v0 * l30;
+        v2 -= v1 * l21;
+        v3 -= v1 * l31;
+        v3 -= v2 * l32;
+        v0 /= d0, v1 /= d1, v2 /= d2, v3 /= d3;
+        v2 -= l32 * v3;
+        v1 -= l21 * v2 + l31 * v3;
+        v0 -= l10 * v1 + l20 * v2 + l30 * v3;
+        q0[i] = v0, q1[i] = v1, q2[i] = v2, q3[i] = v3;
+    }
+}
+
+/// x^-1 q. LDLT::solve has the same operations and gives the same bits, but copies its right side into blocks that pay off for
+/// large matrices only; here the compiler takes several points at once. x must be regular.
+void solve(const Eigen::LDLT<Eigen::Matrix4d>& x, const Coordinates& q, Coordinates& out)
+{
+    out = q;
+    Eigen::Index order[4] = {0, 1, 2, 3};
+    for (int k = 0; k < 4; ++k) std::swap(order[k], order[x.transpositionsP().indices()(k)]);
+    solve(x.matrixLDLT(), q.rows(), out.col(order[0]).data(), out.col(order[1]).data(), out.col(order[2]).data(),
+          out.col(order[3]).data());
+}
 
 }  // namespace
 
@@ -23,10 +58,19 @@ Candidate least_ellipsoid(std::span<const Vec3d> points)
         const Vec3d& p = points[static_cast<std::size_t>(i)];
         q.col(i) << p.x, p.y, p.z, 1;
     }
-    Eigen::VectorXd u = Eigen::VectorXd::Constant(n, 1.0 / static_cast<double>(n));
+    const Coordinates by_coordinate = q.transpose();
+    Coordinates solved(n, 4);
+    Eigen::VectorXd m(n), u = Eigen::VectorXd::Constant(n, 1.0 / static_cast<double>(n));
     for (int step = 0; step < k_max_steps; ++step) {
         const Eigen::Matrix4d x = q * u.asDiagonal() * q.transpose();
-        const Eigen::VectorXd m = q.cwiseProduct(x.ldlt().solve(q)).colwise().sum().transpose();
+        const Eigen::LDLT<Eigen::Matrix4d> factors = x.ldlt();
+        if (factors.vectorD().cwiseAbs().minCoeff() > std::numeric_limits<double>::min()) {
+            solve(factors, by_coordinate, solved);
+            const auto products = [&](int k) { return by_coordinate.col(k).cwiseProduct(solved.col(k)); };
+            m = (products(0) + products(2)) + (products(1) + products(3));
+        } else {
+            m = q.cwiseProduct(factors.solve(q)).colwise().sum().transpose();
+        }
         Eigen::Index far = 0, near = -1;
         const double greatest = m.maxCoeff(&far);
         double least = 4;

@@ -177,11 +177,12 @@ void Bvh::all_hits(const Ray& ray, std::vector<Hit>& out) const
               [](const Hit& l, const Hit& r) { return std::pair(l.t, l.triangle) < std::pair(r.t, r.triangle); });
 }
 
-bool Bvh::ray_crossings(Vec3d p, Vec3d direction, std::vector<Crossing>& out) const
+/// Calls add(crossing) for the triangles that a ray crosses beyond its origin. False if the ray grazes one of them.
+template <class Add>
+bool Bvh::cross_triangles(const Ray& ray, Add&& add) const
 {
-    out.clear();
-    // False if the ray grazes one of the triangles.
-    const auto meet = [&](std::uint32_t first, std::uint32_t count, double&) {
+    const Vec3d p = ray.origin, direction = ray.direction;
+    return walk<false>(ray, [&](std::uint32_t first, std::uint32_t count, double&) {
         for (std::uint32_t i = first; i < first + count; ++i) {
             const Triangle& tri = mesh_.triangles[order_[i]];
             const Vec3d a = mesh_.vertices[tri[0]] - p, b = mesh_.vertices[tri[1]] - p, c = mesh_.vertices[tri[2]] - p;
@@ -194,14 +195,34 @@ bool Bvh::ray_crossings(Vec3d p, Vec3d direction, std::vector<Crossing>& out) co
                 if (along == 0 || volume / along > -1e-9 * size) return false;
                 continue;
             }
-            if ((volume > 0) == (along > 0)) out.push_back({volume / along, along > 0 ? 1 : -1, order_[i]});
+            if ((volume > 0) == (along > 0)) add(Crossing{volume / along, along > 0 ? 1 : -1, order_[i]});
         }
         return true;
-    };
-    if (!walk<false>({p, direction}, meet)) return false;
+    });
+}
+
+bool Bvh::ray_crossings(Vec3d p, Vec3d direction, std::vector<Crossing>& out) const
+{
+    out.clear();
+    if (!cross_triangles({p, direction}, [&](const Crossing& c) { out.push_back(c); })) return false;
     std::sort(out.begin(), out.end(),
               [](const Crossing& l, const Crossing& r) { return std::pair(l.t, l.triangle) < std::pair(r.t, r.triangle); });
     return true;
+}
+
+std::optional<int> Bvh::winding_change(Vec3d from, Vec3d to) const
+{
+    constexpr double k_rounding = 1e-14;
+    const double length = norm(to - from), slack = k_rounding * (norm(from) + norm(to));
+    if (!(length > 0)) return 0;
+    int change = 0;
+    bool at_end = false;
+    const auto add = [&](const Crossing& c) {
+        at_end = at_end || c.t <= slack || std::abs(c.t - length) <= slack;
+        if (c.t < length) change -= c.sign;
+    };
+    if (!cross_triangles({from, (to - from) / length, 0, length}, add) || at_end) return std::nullopt;
+    return change;
 }
 
 int Bvh::winding_number(Vec3d p) const

@@ -70,9 +70,11 @@ void Solid::find_buried_shells()
         }
     }
     std::vector<Boundary> of_shell(parent.size(), Boundary::Whole);
-    for (std::uint32_t shell = 0; shell < parent.size(); ++shell)
-        if (area[shell] >= 0 && !is_boundary(triangle_centroid(mesh_, largest[shell]), largest[shell]))
+    for (std::uint32_t shell = 0; shell < parent.size(); ++shell) {
+        std::optional<Known> none;
+        if (area[shell] >= 0 && !is_boundary(triangle_centroid(mesh_, largest[shell]), largest[shell], none))
             of_shell[shell] = Boundary::Buried;
+    }
     for (std::uint32_t i = 0; i < mesh_.triangles.size(); ++i) boundary_[i] = of_shell[root(mesh_.triangles[i][0])];
 }
 
@@ -82,8 +84,9 @@ void Solid::find_pieces(std::span<const std::uint8_t> crossed)
     for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t) {
         first_piece_.push_back(static_cast<std::uint32_t>(pieces_.size()));
         const Vec3d middle = triangle_centroid(mesh_, t);
+        std::optional<Known> known;
         if (crossed[t] == 0) {
-            if (!is_boundary(middle, t)) boundary_[t] = Boundary::Buried;
+            if (!is_boundary(middle, t, known)) boundary_[t] = Boundary::Buried;
             continue;
         }
         double radius_sq = 0;
@@ -98,18 +101,25 @@ void Solid::find_pieces(std::span<const std::uint8_t> crossed)
             throw InvalidInput("triangle " + std::to_string(t) +
                                " is cut into thousands of pieces by others: resolve the self-intersections first");
         std::copy_if(pieces->begin(), pieces->end(), std::back_inserter(pieces_),
-                     [&](const auto& p) { return is_boundary((p[0] + p[1] + p[2]) / 3.0, t); });
+                     [&](const auto& p) { return is_boundary((p[0] + p[1] + p[2]) / 3.0, t, known); });
         boundary_[t] = pieces_.size() > first_piece_.back() ? Boundary::Partly : Boundary::Buried;
     }
     first_piece_.push_back(static_cast<std::uint32_t>(pieces_.size()));
 }
 
-bool Solid::is_boundary(Vec3d p, std::uint32_t triangle) const
+bool Solid::is_boundary(Vec3d p, std::uint32_t triangle, std::optional<Known>& known) const
 {
     const Triangle& t = mesh_.triangles[triangle];
     const Vec3d a = mesh_.vertices[t[0]];
     const Vec3d n = normalized(cross(mesh_.vertices[t[1]] - a, mesh_.vertices[t[2]] - a));
-    return inside(p - step_ * n) && !inside(p + step_ * n);
+    // A ray across all of the mesh is cast once a triangle: the line from a known point is short.
+    const auto winding_at = [&](Vec3d q) {
+        const std::optional<int> change = known ? bvh_.winding_change(known->point, q) : std::nullopt;
+        return change ? known->winding + *change : bvh_.winding_number(q);
+    };
+    const Vec3d below = p - step_ * n;
+    known = {below, winding_at(below)};
+    return known->winding > 0 && winding_at(p + step_ * n) <= 0;
 }
 
 ClosestPoint Solid::closest_boundary(Vec3d p, double within) const

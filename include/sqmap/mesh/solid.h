@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -44,8 +45,14 @@ public:
 private:
     void find_buried_shells();
     void find_pieces(std::span<const std::uint8_t> crossed);
-    /// Inside just below p, which lies on a triangle, and outside just above.
-    bool is_boundary(Vec3d p, std::uint32_t triangle) const;
+    /// A point near a triangle, with the winding number about it.
+    struct Known {
+        Vec3d point;
+        int winding;
+    };
+    /// Inside just below p, which lies on a triangle, and outside just above. known: a point near that triangle, or nothing; set
+    /// to the point just below p.
+    bool is_boundary(Vec3d p, std::uint32_t triangle, std::optional<Known>& known) const;
 
     const Mesh& mesh_;
     Bvh bvh_;

@@ -89,8 +89,7 @@ CentralCell CentralCellBaker::bake(const Cell& cell)
     if (may_split)
         if (const std::optional<CentralCell> stored = split(cell)) return *stored;
     ++map_.rough_cells;
-    const auto w_step = static_cast<double>(map_.range.w_step);
-    return store_mixed(mixed_cell(projection_, cell, options_, w_step), cell.square, !own);
+    return store_mixed(mixed_.at(cell), cell.square, !own);
 }
 
 /// True while every cell still to come, and the quadrants of one more split a level, can have a record of its own.
@@ -181,18 +180,29 @@ std::optional<CentralCell> CentralCellBaker::split(const Cell& cell)
     for (int q = 0; q < 4; ++q) {
         const double s = s0 + half * (q & 1), t = t0 + half * (q >> 1);
         const RaySample* r = rays + (q & 1) + 3 * (q >> 1);
-        Cell quadrant{{face, s, t, half}, cell.depth + 1, cell.base_cells_left, {}, {r[0], r[1], r[3], r[4]}};
+        Cell quadrant{{face, s, t, half}, cell.depth + 1, cell.base_cells_left, spare_footprints(), {r[0], r[1], r[3], r[4]}};
         for (const Polygon& p : cell.footprints) {
-            Polygon c = p;
+            Polygon& c = quadrant.footprints.emplace_back(p);
             clip_to_cell(c, s - k_cell_border, s + half + k_cell_border, t - k_cell_border, t + half + k_cell_border);
-            if (c.count > 0) quadrant.footprints.push_back(c);
+            if (c.count == 0) quadrant.footprints.pop_back();
         }
         children[q] = bake(quadrant).word;
+        spare_.push_back(std::move(quadrant.footprints));
     }
     auto stored = map_.splits.begin() + static_cast<std::ptrdiff_t>(record);
     for (const int i : model::k_split_samples) *stored++ = stored_sample(rays[i], map_.range);
     std::copy(children, children + 4, stored);
     return CentralCell::of(CellKind::Split, record / model::k_split_size);
+}
+
+/// Nothing, in memory that another cell's footprints had.
+std::vector<Polygon> CentralCellBaker::spare_footprints()
+{
+    if (spare_.empty()) return {};
+    std::vector<Polygon> footprints = std::move(spare_.back());
+    spare_.pop_back();
+    footprints.clear();
+    return footprints;
 }
 
 CentralCell CentralCellBaker::store_mixed(const MixedCell& mixed, const CellSquare& square, bool foreign)

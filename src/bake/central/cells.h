@@ -9,14 +9,16 @@
 
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 namespace sqmap::bake {
 
 /// Appends the cells of one map, whose range has been chosen.
 class CentralCellBaker {
 public:
-    CentralCellBaker(const Projection& projection, const CentralOptions& options, CentralMapData& map)
-        : projection_(projection), options_(options), map_(map), deviations_(map.range.w_step)
+    /// mixed: of the same projection and options.
+    CentralCellBaker(const Projection& projection, const CentralOptions& options, MixedCells& mixed, CentralMapData& map)
+        : projection_(projection), options_(options), mixed_(mixed), map_(map), deviations_(map.range.w_step)
     {
     }
 
@@ -32,13 +34,16 @@ private:
     [[nodiscard]] std::optional<model::CentralCell> add_special();
     [[nodiscard]] std::optional<model::CentralCell> store_sheets(const Sheets& sheets, bool foreign);
     [[nodiscard]] std::optional<model::CentralCell> split(const Cell& cell);
+    [[nodiscard]] std::vector<Polygon> spare_footprints();
     [[nodiscard]] model::CentralCell store_mixed(const MixedCell& mixed, const CellSquare& square, bool foreign);
     void store_planes(const RayPlanes& planes, const MixedCell& mixed, const CellSquare& square);
 
     const Projection& projection_;
     const CentralOptions& options_;
+    MixedCells& mixed_;
     CentralMapData& map_;
     model::DeviationCodes deviations_;
+    std::vector<std::vector<Polygon>> spare_;
 };
 
 /// A ray's nearest crossing as stored.

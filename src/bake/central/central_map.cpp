@@ -43,17 +43,30 @@ void bin(const Polygon& p, const ReachedCells& cells, Bins& bins)
     }
 }
 
+/// The input from which maps of several bases are baked.
+struct MapInput {
+    MapInput(const Projection& from, const CentralOptions& o, double w_step)
+        : projection(from), options(o), mixed(from, o, w_step)
+    {
+    }
+
+    const Projection& projection;
+    const CentralOptions& options;
+    MixedCells mixed;
+};
+
 /// Bakes a map's faces, one after another. known: what may be taken over, or null.
 class FaceBaker {
 public:
-    FaceBaker(const Projection& projection, const CentralOptions& options, const KnownCells* known, CentralMapData& map)
-        : projection_(projection),
+    FaceBaker(MapInput& input, const KnownCells* known, CentralMapData& map)
+        : projection_(input.projection),
           known_(known),
           map_(map),
-          cells_(projection, options, map),
+          cells_(input.projection, input.options, input.mixed, map),
           side_(static_cast<int>(map.base)),
           size_(2.0 / side_),
-          cells_left_(model::k_faces * static_cast<std::size_t>(side_ * side_))
+          cells_left_(model::k_faces * static_cast<std::size_t>(side_ * side_)),
+          listed_at_(projection_.solid().mesh().triangles.size(), 0)
     {
     }
 
@@ -93,15 +106,15 @@ private:
                     continue;
                 }
                 // All four cells around: a surface that leaves the chart's domain may be listed in one of them only.
-                std::vector<Polygon> near;
+                near_.clear();
+                ++sample_;
                 for (int q = 0; q < 4; ++q) {
                     const int r = row - (q >> 1), c = column - (q & 1);
                     if (r < 0 || c < 0 || r >= side_ || c >= side_) continue;
                     for (const Polygon& p : face.bins[static_cast<std::size_t>(r * side_ + c)])
-                        if (std::none_of(near.begin(), near.end(), [&](const Polygon& o) { return o.triangle == p.triangle; }))
-                            near.push_back(p);
+                        if (std::exchange(listed_at_[p.triangle], sample_) != sample_) near_.push_back(&p);
                 }
-                face.rays.push_back(projection_.crossings({face.number, -1 + size_ * column, -1 + size_ * row}, near));
+                face.rays.push_back(projection_.crossings({face.number, -1 + size_ * column, -1 + size_ * row}, near_));
                 map_.samples.push_back(stored_sample(face.rays.back(), map_.range));
             }
     }
@@ -162,7 +175,10 @@ private:
     CentralCellBaker cells_;
     int side_;
     double size_;
-    std::size_t cells_left_;  ///< base cells not baked yet
+    std::size_t cells_left_;                ///< base cells not baked yet
+    std::vector<const Polygon*> near_;      ///< of one sample, each triangle once
+    std::vector<std::uint32_t> listed_at_;  ///< #triangles: the last sample that it was listed at
+    std::uint32_t sample_ = 0;
 };
 
 /// The map before its range is chosen.
@@ -190,13 +206,14 @@ CentralMapData best_map(const Projection& projection, const CentralOptions& opti
 {
     CentralMapData blank = blank_map(projection);
     set_range(projection, model::SampleRange::around(projection.least_w(), projection.max_w()), blank);
+    MapInput input(projection, options, static_cast<double>(blank.range.w_step));
     CentralMapData best;
     std::size_t best_bytes = std::numeric_limits<std::size_t>::max() / 2;
     for (const std::uint32_t base : {4u, 6u, 8u, 12u, 16u, 24u, 32u}) {
         if (base < options.least_base || base > options.max_base) continue;
         CentralMapData map = blank;
         map.base = base;
-        if (!FaceBaker(projection, options, nullptr, map).run(best_bytes + best_bytes / 4)) break;
+        if (!FaceBaker(input, nullptr, map).run(best_bytes + best_bytes / 4)) break;
         if (const std::size_t bytes = map.map_bytes(); bytes <= best_bytes) {
             best_bytes = bytes;
             best = std::move(map);
@@ -215,7 +232,8 @@ std::optional<CentralMapData> followed_map(const Projection& projection, const C
     set_range(projection, range, map);
     map.base = known.part.base;
     const KnownCells cells(known, projection);
-    if (!FaceBaker(projection, options, &cells, map).run(std::numeric_limits<std::size_t>::max())) return std::nullopt;
+    MapInput input(projection, options, static_cast<double>(range.w_step));
+    if (!FaceBaker(input, &cells, map).run(std::numeric_limits<std::size_t>::max())) return std::nullopt;
     return map;
 }
 

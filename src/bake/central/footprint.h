@@ -14,10 +14,16 @@ struct Stw {
     double s, t, w;
 };
 
+struct Extent {
+    double lo_s = 2, hi_s = -2, lo_t = 2, hi_t = -2;
+};
+
 /// A triangle's footprint on a face, clipped; w is affine over it.
 struct Polygon {
     std::uint32_t triangle = 0;
     int count = 0;
+    Extent
+        whole;  ///< of the whole triangle's projection, before any clipping; all of the face where it reaches behind the centre
     std::array<Stw, k_max_corners> corner;
 
     Polygon() = default;
@@ -27,6 +33,7 @@ struct Polygon {
     {
         triangle = other.triangle;
         count = other.count;
+        whole = other.whole;
         std::copy_n(other.corner.begin(), other.count, corner.begin());
         return *this;
     }
@@ -38,6 +45,7 @@ void clip(Polygon& p, Value&& value)
 {
     Polygon out;
     out.triangle = p.triangle;
+    out.whole = p.whole;
     for (int i = 0; i < p.count; ++i) {
         const Stw& a = p.corner[static_cast<std::size_t>(i)];
         const Stw& b = p.corner[static_cast<std::size_t>((i + 1) % p.count)];
@@ -52,10 +60,6 @@ void clip(Polygon& p, Value&& value)
     }
     p = out;
 }
-
-struct Extent {
-    double lo_s = 2, hi_s = -2, lo_t = 2, hi_t = -2;
-};
 
 inline Extent extent_of(const Polygon& p)
 {

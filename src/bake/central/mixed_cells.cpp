@@ -15,6 +15,7 @@ constexpr double k_division_share = 0.6;  // a mixed cell is divided where that 
 struct CellRay {
     FacePoint at;
     RaySample sample;
+    std::array<double, 16> radius{};  ///< of the crossings
 };
 
 /// A lattice of rays over a cell.
@@ -41,7 +42,11 @@ std::size_t on_ring(int k)
 class MixedCellBaker {
 public:
     MixedCellBaker(const Projection& projection, const Cell& cell, const CentralOptions& options, double w_step)
-        : projection_(projection), cell_(cell), options_(options), w_step_(w_step)
+        : projection_(projection),
+          cell_(cell),
+          triangles_(projection, cell.square.face, cell.footprints),
+          options_(options),
+          w_step_(w_step)
     {
         for (const Polygon& p : cell.footprints) {
             if (projection.is_buried(p.triangle)) continue;
@@ -78,10 +83,11 @@ private:
 
     CellRay cast(FacePoint at) const
     {
-        CellRay ray{at, projection_.crossings(at, cell_.footprints)};
+        CellRay ray{at, triangles_.crossings(at), {}};
         int kept = 0;
         while (kept < ray.sample.count && ray.sample.w[static_cast<std::size_t>(kept)] >= lo_ * (1 - 1e-9)) ++kept;
         ray.sample.count = kept;
+        for (std::size_t i = 0; i < static_cast<std::size_t>(kept); ++i) ray.radius[i] = 1 / ray.sample.w[i];
         return ray;
     }
 
@@ -95,7 +101,7 @@ private:
         for (int j = 0; j < planes.count; ++j) {
             const auto i = static_cast<std::size_t>(j);
             const double w = ray.sample.w[i];
-            const auto [same_w, ws, wt] = projection_.plane_at(ray.at, w, cell_.footprints);
+            const auto [same_w, ws, wt] = triangles_.plane_at(ray.at, w);
             // Slopes that would cross another sheet or leave the band are flattened.
             double limit = std::max(hi_ - lo_, w_step_);
             if (j > 0) limit = std::min(limit, 0.45 * (ray.sample.w[i - 1] - w));
@@ -113,8 +119,10 @@ private:
     {
         const RaySample& r = ray.sample;
         const double whole = 1 / lo_ - 1 / hi_;
+        std::array<double, model::k_max_sheets> radius;
+        for (int j = 0; j < planes.count; ++j) radius[static_cast<std::size_t>(j)] = 1 / planes.w_at(j, ray.at);
         const auto apart = [&](int i, int j) {
-            return std::abs(1 / planes.w_at(j, ray.at) - 1 / r.w[static_cast<std::size_t>(i)]);
+            return std::abs(radius[static_cast<std::size_t>(j)] - ray.radius[static_cast<std::size_t>(i)]);
         };
         double sum = 0;
         for (int i = 0; i < r.count; ++i) {
@@ -238,6 +246,7 @@ private:
 
     const Projection& projection_;
     const Cell& cell_;
+    CellTriangles triangles_;
     const CentralOptions& options_;
     double w_step_;
     double lo_ = std::numeric_limits<double>::infinity(), hi_ = 0;
@@ -245,9 +254,14 @@ private:
 
 }  // namespace
 
-MixedCell mixed_cell(const Projection& projection, const Cell& cell, const CentralOptions& options, double w_step)
+const MixedCell& MixedCells::at(const Cell& cell)
 {
-    return MixedCellBaker(projection, cell, options, w_step).run();
+    const CellSquare& square = cell.square;
+    const auto number = [&](double from) { return std::lround((from + 1) / square.size); };
+    const auto [at, is_new] =
+        known_.try_emplace(Square{square.face, std::lround(2 / square.size), number(square.s), number(square.t)});
+    if (is_new) at->second = MixedCellBaker(projection_, cell, options_, w_step_).run();
+    return at->second;
 }
 
 }  // namespace sqmap::bake

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <optional>
 
 namespace sqmap::bake {
@@ -36,7 +37,26 @@ struct MixedCell {
     std::optional<Division> division;
 };
 
-/// w_step: of the stored samples. @pre some footprint of the cell is not buried
-[[nodiscard]] MixedCell mixed_cell(const Projection& projection, const Cell& cell, const CentralOptions& options, double w_step);
+/// The mixed cells of one part's maps for several bases, whose squares coincide: what describes a square is found once. Not
+/// thread-safe.
+class MixedCells {
+public:
+    /// projection, options: outlive it. w_step: of the stored samples.
+    MixedCells(const Projection& projection, const CentralOptions& options, double w_step)
+        : projection_(projection), options_(options), w_step_(w_step)
+    {
+    }
+
+    /// @pre some footprint of the cell is not buried
+    [[nodiscard]] const MixedCell& at(const Cell& cell);
+
+private:
+    using Square = std::array<long, 4>;  ///< face, squares of that size along it, column and row
+
+    const Projection& projection_;
+    const CentralOptions& options_;
+    double w_step_;
+    std::map<Square, MixedCell> known_;
+};
 
 }  // namespace sqmap::bake

@@ -27,8 +27,30 @@ void cut(std::vector<Vec3d>& polygon, Value&& value)
     polygon.swap(kept);
 }
 
-/// Puts a polygon of the chart's frame on the faces that see it.
-void spread(std::uint32_t triangle, const std::vector<Vec3d>& whole, Footprints& to)
+/// How far the projection of a triangle reaches on a face.
+Extent whole_extent(int face, const std::array<Vec3d, 3>& corners)
+{
+    const int m = model::face_axis(face);
+    const double sign = model::face_sign<double>(face), infinity = std::numeric_limits<double>::infinity();
+    Extent e{infinity, -infinity, infinity, -infinity};
+    for (const Vec3d& x : corners) {
+        const double major = sign * x[m], s = x[(m + 1) % 3] / major, t = x[(m + 2) % 3] / major;
+        if (!(major > 1e-3 * norm(x))) return {-infinity, infinity, -infinity, infinity};
+        e = {std::min(e.lo_s, s), std::max(e.hi_s, s), std::min(e.lo_t, t), std::max(e.hi_t, t)};
+    }
+    return e;
+}
+
+/// True where a ray is clear of a triangle's projection, nudged as it may be.
+bool is_beside(const Extent& whole, FacePoint at)
+{
+    constexpr double k_clear = 4e-6;
+    return at.s < whole.lo_s - k_clear || at.s > whole.hi_s + k_clear || at.t < whole.lo_t - k_clear ||
+           at.t > whole.hi_t + k_clear;
+}
+
+/// Puts a polygon of the chart's frame, a triangle's part in the domain, on the faces that see it.
+void spread(std::uint32_t triangle, const std::array<Vec3d, 3>& corners, const std::vector<Vec3d>& whole, Footprints& to)
 {
     std::vector<Vec3d> polygon;
     for (int face = 0; face < model::k_faces; ++face) {
@@ -45,6 +67,7 @@ void spread(std::uint32_t triangle, const std::vector<Vec3d>& whole, Footprints&
         if (polygon.empty()) continue;
         Polygon footprint;
         footprint.triangle = triangle;
+        footprint.whole = whole_extent(face, corners);
         for (const Vec3d& p : polygon)
             footprint.corner[static_cast<std::size_t>(footprint.count++)] = {p.y / p.x, p.z / p.x, 1 / p.x};
         to[static_cast<std::size_t>(face)].push_back(footprint);
@@ -73,7 +96,7 @@ Projection::Projection(const mesh::Solid& solid, const PartChart& chart)
         if (polygon.empty()) continue;
         side_of_[t] = static_cast<std::uint32_t>(sides_.size());
         sides_.push_back(sides_of(tri));
-        spread(t, polygon, footprints_);
+        spread(t, {x_[tri[0]], x_[tri[1]], x_[tri[2]]}, polygon, footprints_);
     }
     double lo = std::numeric_limits<double>::infinity(), hi = 0;
     for (const std::vector<Polygon>& face : footprints_)
@@ -93,8 +116,9 @@ void Projection::append_footprints(const mesh::Mesh& mesh, std::span<const std::
     for (const std::uint32_t t : triangles) {
         polygon.clear();
         for (const std::uint32_t v : mesh.triangles[t]) polygon.push_back(rows_ * (mesh.vertices[v] - centre_));
+        const std::array<Vec3d, 3> corners = {polygon[0], polygon[1], polygon[2]};
         clip_to_domain(polygon);
-        if (!polygon.empty()) spread(t, polygon, to);
+        if (!polygon.empty()) spread(t, corners, polygon, to);
     }
 }
 
@@ -126,22 +150,38 @@ Projection::Sides Projection::sides_of(const mesh::Triangle& tri) const
     return {{edge(1, 2), edge(2, 0), edge(0, 1)}, 1e-14 * size * size, dot(a, cross(b, c))};
 }
 
-RaySample Projection::crossings(FacePoint at, std::span<const Polygon> near) const
+template <class Target>
+RaySample Projection::cross_nudged(FacePoint at, std::size_t count, Target&& target) const
 {
     // A ray through an edge or corner is moved by less than a cell border; the certificates measure what is stored.
     static constexpr double k_nudge[][2] = {{0.61e-6, 0.37e-6}, {-0.83e-6, 0.29e-6}, {0.17e-6, -0.91e-6}, {-0.41e-6, -0.67e-6}};
     RaySample result;
     for (const auto& nudge : k_nudge)
-        if (cross_all(model::face_direction(at.face, at.s + nudge[0], at.t + nudge[1]), near, result)) return result;
+        if (cross_all(model::face_direction(at.face, at.s + nudge[0], at.t + nudge[1]), count, target, result)) return result;
     return result;
 }
 
-bool Projection::cross_all(Vec3d q, std::span<const Polygon> near, RaySample& result) const
+RaySample Projection::crossings(FacePoint at, std::span<const Polygon> near) const
+{
+    return cross_nudged(at, near.size(),
+                        [&](std::size_t i) { return is_beside(near[i].whole, at) ? nullptr : &side_of(near[i]); });
+}
+
+RaySample Projection::crossings(FacePoint at, std::span<const Polygon* const> near) const
+{
+    return cross_nudged(at, near.size(),
+                        [&](std::size_t i) { return is_beside(near[i]->whole, at) ? nullptr : &side_of(*near[i]); });
+}
+
+template <class Target>
+bool Projection::cross_all(Vec3d q, std::size_t targets, Target&& target, RaySample& result) const
 {
     std::array<std::pair<double, int>, 64> hits;
     std::size_t count = 0;
-    for (const Polygon& p : near) {
-        const Sides& sides = sides_[side_of_[p.triangle]];
+    for (std::size_t i = 0; i < targets; ++i) {
+        const Sides* at = target(i);
+        if (at == nullptr) continue;
+        const Sides& sides = *at;
         const double u = dot(sides.normal[0], q), v = dot(sides.normal[1], q), w = dot(sides.normal[2], q);
         const double tiny = sides.tiny, volume = sides.volume;
         if ((u > tiny || v > tiny || w > tiny) && (u < -tiny || v < -tiny || w < -tiny)) continue;
@@ -167,25 +207,39 @@ bool Projection::cross_all(Vec3d q, std::span<const Polygon> near, RaySample& re
     return true;
 }
 
-model::ChartPlane<double> Projection::plane_at(FacePoint at, double w, std::span<const Polygon> near) const
+CellTriangles::CellTriangles(const Projection& projection, int face, std::span<const Polygon> near) : projection_(projection)
 {
-    const int m = model::face_axis(at.face);
-    double least = std::numeric_limits<double>::infinity();
-    model::ChartPlane<double> plane{w, 0, 0};
+    const int m = model::face_axis(face);
     for (const Polygon& p : near) {
-        const mesh::Triangle& tri = solid_.mesh().triangles[p.triangle];
-        const Vec3d a = x_[tri[0]], n = cross(x_[tri[1]] - a, x_[tri[2]] - a);
+        rays_.push_back({p.whole, &projection.side_of(p)});
+        const mesh::Triangle& tri = projection.solid().mesh().triangles[p.triangle];
+        const Vec3d a = projection.x_[tri[0]], n = cross(projection.x_[tri[1]] - a, projection.x_[tri[2]] - a);
         const double d = dot(n, a);
         if (std::abs(d) < 1e-12) continue;
-        const double ws = n[(m + 1) % 3] / d, wt = n[(m + 2) % 3] / d;
-        const double here = model::face_sign<double>(at.face) * n[m] / d + ws * at.s + wt * at.t;
+        planes_.push_back({model::face_sign<double>(face) * n[m] / d, n[(m + 1) % 3] / d, n[(m + 2) % 3] / d, extent_of(p)});
+    }
+}
+
+RaySample CellTriangles::crossings(FacePoint at) const
+{
+    return projection_.cross_nudged(at, rays_.size(),
+                                    [&](std::size_t i) { return is_beside(rays_[i].whole, at) ? nullptr : rays_[i].sides; });
+}
+
+model::ChartPlane<double> CellTriangles::plane_at(FacePoint at, double w) const
+{
+    double least = std::numeric_limits<double>::infinity();
+    model::ChartPlane<double> plane{w, 0, 0};
+    for (const Plane& p : planes_) {
+        const double miss = std::abs(p.w + p.ws * at.s + p.wt * at.t - w);
+        if (!(miss < least)) continue;
         // Planes agree only where the triangle itself is near the ray.
-        const Extent e = extent_of(p);
-        const double off = std::abs(here - w) +
-                           w * (std::max({e.lo_s - at.s, 0.0, at.s - e.hi_s}) + std::max({e.lo_t - at.t, 0.0, at.t - e.hi_t}));
+        const Extent& e = p.extent;
+        const double off =
+            miss + w * (std::max({e.lo_s - at.s, 0.0, at.s - e.hi_s}) + std::max({e.lo_t - at.t, 0.0, at.t - e.hi_t}));
         if (off < least) {
             least = off;
-            plane = {w, ws, wt};
+            plane = {w, p.ws, p.wt};
         }
     }
     return plane;

@@ -59,9 +59,7 @@ public:
 
     /// Crossings of a ray with the triangles of some footprints, which have to be all that are near it.
     [[nodiscard]] RaySample crossings(FacePoint at, std::span<const Polygon> near) const;
-
-    /// w of the triangle that crosses a ray at w, with its slopes there; those are 0 where there is no footprint.
-    [[nodiscard]] model::ChartPlane<double> plane_at(FacePoint at, double w, std::span<const Polygon> near) const;
+    [[nodiscard]] RaySample crossings(FacePoint at, std::span<const Polygon* const> near) const;
 
     /// True where a point is in the chart's domain.
     [[nodiscard]] bool is_in_domain(FacePoint at, double w) const;
@@ -73,6 +71,8 @@ public:
     [[nodiscard]] double metric_size(int face, double size, double w) const;
 
 private:
+    friend class CellTriangles;
+
     /// A triangle as rays from the centre meet it.
     struct Sides {
         Vec3d normal[3];  ///< of the planes through the centre and an edge
@@ -81,7 +81,12 @@ private:
 
     void clip_to_domain(std::vector<Vec3d>& polygon) const;
     [[nodiscard]] Sides sides_of(const mesh::Triangle& triangle) const;
-    [[nodiscard]] bool cross_all(Vec3d q, std::span<const Polygon> near, RaySample& result) const;
+    [[nodiscard]] const Sides& side_of(const Polygon& p) const { return sides_[side_of_[p.triangle]]; }
+    /// target(i): the sides of a triangle, or null for one that the ray is clear of.
+    template <class Target>
+    [[nodiscard]] RaySample cross_nudged(FacePoint at, std::size_t count, Target&& target) const;
+    template <class Target>
+    [[nodiscard]] bool cross_all(Vec3d q, std::size_t count, Target&& target, RaySample& result) const;
 
     const mesh::Solid& solid_;
     PartChart chart_;
@@ -94,6 +99,34 @@ private:
     std::vector<std::uint32_t> side_of_;  ///< #triangles: number in sides_
     Footprints footprints_;
     double least_w_ = 1, max_w_ = 1;
+};
+
+/// The triangles near the rays of one cell, laid out for many rays: a polygon fills sixteen cache lines.
+class CellTriangles {
+public:
+    /// near: of the cell; projection: outlives it.
+    CellTriangles(const Projection& projection, int face, std::span<const Polygon> near);
+
+    /// As Projection's.
+    [[nodiscard]] RaySample crossings(FacePoint at) const;
+
+    /// w of the triangle that crosses a ray at w, with its slopes there; those are 0 where there is no footprint.
+    [[nodiscard]] model::ChartPlane<double> plane_at(FacePoint at, double w) const;
+
+private:
+    struct Ray {
+        Extent whole;
+        const Projection::Sides* sides;
+    };
+    /// w = w + s ws + t wt over a footprint.
+    struct Plane {
+        double w, ws, wt;
+        Extent extent;
+    };
+
+    const Projection& projection_;
+    std::vector<Ray> rays_;
+    std::vector<Plane> planes_;  ///< of the triangles whose plane does not hold the centre
 };
 
 }  // namespace sqmap::bake

@@ -105,13 +105,6 @@ double degrees_between(Vec3d direction, Vec3d normal)
     return std::acos(std::clamp(dot(normalized(direction), normal), -1.0, 1.0)) * 180 / std::numbers::pi;
 }
 
-/// A sample point and the mesh's answer.
-struct Sampled {
-    Vec3d q;
-    bool inside = false;
-    mesh::ClosestPoint nearest;
-};
-
 Sampled sampled(const mesh::Solid& solid, const Vec3d& exact_point)
 {
     const Vec3d q = cast<double>(cast<float>(exact_point));
@@ -248,25 +241,41 @@ Containment check_containment(const model::ModelView& model, const mesh::Mesh& m
     return result;
 }
 
+SampledSolid::SampledSolid(const mesh::Solid& solid, double r_max, const EvaluateOptions& options)
+    : solid_(solid), positions_(sample_points(solid.mesh(), r_max, options))
+{
+}
+
+const Sampled& SampledSolid::at(std::size_t i)
+{
+    SQMAP_ASSERT(i < positions_.size());
+    while (points_.size() <= i) points_.push_back(sampled(solid_, positions_[points_.size()]));
+    return points_[i];
+}
+
 LayerErrors layer_errors(const model::ModelView& baked, const mesh::Solid& solid, const EvaluateOptions& options)
+{
+    SampledSolid samples(solid, model::normalized(baked).header.r_max, options);
+    return layer_errors(baked, samples, options);
+}
+
+LayerErrors layer_errors(const model::ModelView& baked, SampledSolid& samples, const EvaluateOptions& options)
 {
     const model::ModelView model = model::normalized(baked);
     constexpr query::Layer k_layers[] = {query::Layer::One, query::Layer::Two, query::Layer::Three};
     const double r_max = model.header.r_max;
     LayerErrors errors;
     std::vector<double> depth[3], normal;
-    for (const Vec3d& exact_point : sample_points(solid.mesh(), r_max, options)) {
-        const Vec3f p = cast<float>(exact_point);
-        const bool inside = solid.inside(cast<double>(p));
-        const mesh::ClosestPoint nearest = solid.closest_boundary(cast<double>(p));
+    for (std::size_t i = 0; i < options.points; ++i) {
+        const auto& [q, inside, nearest] = samples.at(i);
         const double distance = nearest.distance;
         ++errors.points;
         for (std::size_t k = 0; k < 3; ++k) {
-            const query::PointResult c = query::query_point(model, cast<double>(p), {.layer = k_layers[k]});
+            const query::PointResult c = query::query_point(model, q, {.layer = k_layers[k]});
             if (inside && c.contact && (c.status & query::k_no_surface) == 0) {
                 depth[k].push_back(100 * std::abs(c.depth - distance) / r_max);
                 if (k_layers[k] == query::Layer::Three && distance > 1e-4 * r_max)
-                    normal.push_back(degrees_between(nearest.point - cast<double>(p), c.normal));
+                    normal.push_back(degrees_between(nearest.point - q, c.normal));
             }
             if (k_layers[k] != query::Layer::Three || distance <= options.verdict_band * r_max) continue;
             errors.missed += inside && !c.contact ? 1u : 0u;
@@ -327,69 +336,62 @@ Evaluation evaluate_along(const model::ModelView& model, const mesh::Solid& soli
     return e;
 }
 
-/// The points are found as they are needed, in their order.
 struct DraftEvaluator::State {
     /// The part whose map is compared along a ray, and where the mesh meets that.
     struct Ray {
         std::uint32_t part;
         MeshOnRay mesh;
     };
-    struct Point {
-        Sampled at;
-        std::optional<Ray> ray;
-    };
 
-    const mesh::Solid& solid;
+    SampledSolid& samples;
     EvaluateOptions options;
-    std::vector<Vec3d> positions;
-    std::vector<Point> points;  ///< the first of them
+    std::vector<std::optional<Ray>> rays;  ///< of the first points
     model::ModelView draft;
     std::optional<Tally> tally;
     std::uint32_t judged = 0;  ///< points of the draft
 
     void find_another()
     {
-        Point& point = points.emplace_back(Point{sampled(solid, positions[points.size()]), std::nullopt});
-        const Vec3f p = cast<float>(point.at.q);
-        for (std::uint32_t i = 0; i < draft.parts.size() && !point.ray; ++i) {
+        const Vec3d q = samples.at(rays.size()).q;
+        const Vec3f p = cast<float>(q);
+        std::optional<Ray>& ray = rays.emplace_back();
+        for (std::uint32_t i = 0; i < draft.parts.size() && !ray; ++i) {
             const model::Part& part = draft.parts[i];
-            if (in_superquadric(part, p) && in_chart(part, p)) point.ray = Ray{i, mesh_on_ray(solid, part, point.at.q)};
+            if (in_superquadric(part, p) && in_chart(part, p)) ray = Ray{i, mesh_on_ray(samples.solid(), part, q)};
         }
     }
-    void judge(const Point& point)
+    void judge(const Sampled& at, const std::optional<Ray>& ray)
     {
-        const auto near = static_cast<float>(point.at.nearest.distance);
-        const Vec3f p = cast<float>(point.at.q);
+        const auto near = static_cast<float>(at.nearest.distance);
+        const Vec3f p = cast<float>(at.q);
         const query::ModelContact c = query::query_unlocated_near(draft, p, near);
         query::PointResult result;
         result.contact = c.contact;
         result.status = c.status;
         result.depth = static_cast<double>(c.depth);
         result.normal = cast<double>(c.normal);
-        tally->add(point.at, result);
-        if (point.ray) tally->add(compare_along_ray(draft, point.ray->part, point.ray->mesh, p, query::Layer::Three));
+        tally->add(at, result);
+        if (ray) tally->add(compare_along_ray(draft, ray->part, ray->mesh, p, query::Layer::Three));
     }
 };
 
-DraftEvaluator::DraftEvaluator(const mesh::Solid& solid) : state_(new State{solid, {}, {}, {}, {}, {}}) {}
+DraftEvaluator::DraftEvaluator(SampledSolid& samples) : state_(new State{samples, {}, {}, {}, {}}) {}
 DraftEvaluator::~DraftEvaluator() = default;
 
 void DraftEvaluator::begin(const model::ModelView& draft)
 {
     state_->draft = model::normalized(draft);
-    const double r_max = state_->draft.header.r_max;
-    if (state_->positions.empty()) state_->positions = sample_points(state_->solid.mesh(), r_max, state_->options);
-    state_->tally.emplace(r_max, state_->options.verdict_band);
+    state_->tally.emplace(state_->draft.header.r_max, state_->options.verdict_band);
     state_->judged = 0;
 }
 
 Evaluation DraftEvaluator::first(std::uint32_t points)
 {
     State& s = *state_;
-    SQMAP_ASSERT(points <= s.positions.size() && s.judged <= points);
+    SQMAP_ASSERT(s.judged <= points);
     for (; s.judged < points; ++s.judged) {
-        if (s.judged == s.points.size()) s.find_another();
-        s.judge(s.points[s.judged]);
+        if (s.judged == s.rays.size()) s.find_another();
+        s.judge(s.samples.at(s.judged), s.rays[s.judged]);
     }
     return s.tally->summary();
 }

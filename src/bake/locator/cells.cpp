@@ -33,13 +33,18 @@ std::vector<std::uint32_t> triangles_near(const mesh::Solid& solid, const CellCu
     return search(0, cube.centre, half, /*fine=*/false);
 }
 
-CellDraft CellBaker::bake(const CellCube& cube) const { return bake(cube, subject_.solid.closest_boundary(cube.centre)); }
+CellDraft CellBaker::bake(const CellCube& cube, const KnownWinding* outer) const
+{
+    return bake(cube, subject_.solid.closest_boundary(cube.centre), {}, outer);
+}
 
-CellDraft CellBaker::bake(const CellCube& cube, const mesh::ClosestPoint& nearest, std::span<const std::uint32_t> near) const
+CellDraft CellBaker::bake(const CellCube& cube, const mesh::ClosestPoint& nearest, std::span<const std::uint32_t> near,
+                          const KnownWinding* outer) const
 {
     CellDraft draft;
+    const KnownWinding winding(subject_.solid, cube.centre, nearest.distance, outer);
     const bool crossed = nearest.distance <= 0.5 * std::sqrt(3.0) * cube.side * 1.0001;
-    const bool inside = is_inside(subject_.solid, cube.centre, nearest);
+    const bool inside = is_inside(winding, cube.centre, nearest);
     if (!crossed && !inside) {
         draft.gap = nearest.distance;
         return draft;
@@ -50,7 +55,7 @@ CellDraft CellBaker::bake(const CellCube& cube, const mesh::ClosestPoint& neares
         draft.near = triangles_near(subject_.solid, cube, nearest.distance);
         near = draft.near;
     }
-    const SurfaceCell cell{subject_, cube, draft.kind, {cube.centre, nearest, inside}, near, subject_.flat_tolerance};
+    const SurfaceCell cell{subject_, cube, draft.kind, {cube.centre, nearest, inside}, near, subject_.flat_tolerance, winding};
     find_surface(cell, draft);
     if (crossed) list_parts(subject_, cube, subject_.part_of_triangle[nearest.triangle], draft);
     return draft;
@@ -81,30 +86,36 @@ void CellBaker::find_surface(SurfaceCell cell, CellDraft& draft) const
     draft.miss = chain.miss;
 }
 
-std::vector<CellDraft> CellBaker::bake_eighths(const CellCube& cube, std::span<const std::uint32_t> near, int divisions) const
+std::vector<CellDraft> CellBaker::bake_eighths(const CellCube& cube, std::span<const std::uint32_t> near, int divisions,
+                                               const KnownWinding* outer) const
 {
     std::vector<CellDraft> eighths;
     mesh::ClosestPoint nearest = subject_.solid.closest_boundary(cube.centre);
+    const KnownWinding winding(subject_.solid, cube.centre, nearest.distance, outer);
     for (std::size_t e = 0; e < 8; ++e) {
         const CellCube eighth = cube.eighth(e);
         nearest = closest_from(subject_.solid, nearest.point, eighth.centre);
-        eighths.push_back(bake(eighth, nearest, near));
+        eighths.push_back(bake(eighth, nearest, near, &winding));
         if (eighths.back().miss > subject_.flat_tolerance && divisions > 1)
-            eighths.back().eighths = bake_eighths(eighth, near, divisions - 1);
+            eighths.back().eighths = bake_eighths(eighth, near, divisions - 1, &winding);
     }
     return eighths;
 }
 
 BrickDraft CellBaker::bake_brick(const Grid& grid, std::size_t brick, bool in_full) const
 {
-    CellDraft whole = bake(grid.brick_cube(brick));
+    const CellCube cube = grid.brick_cube(brick);
+    const mesh::ClosestPoint nearest = subject_.solid.closest_boundary(cube.centre);
+    CellDraft whole = bake(cube, nearest);
     // A brick without planes of its own is stored cell by cell, even deep inside: a search there would take ten times as long.
     if (whole.kind == LocatorCellKind::Free || !whole.planes.empty()) {
         const auto kind = whole.kind == LocatorCellKind::Free ? BrickDraft::Kind::Free : BrickDraft::Kind::Deep;
         return {kind, {std::move(whole)}};
     }
     BrickDraft draft;
-    for (std::size_t i = 0; i < model::k_brick_cells && in_full; ++i) draft.cells.push_back(bake(grid.cell_cube(brick, i)));
+    const KnownWinding winding(subject_.solid, cube.centre, nearest.distance);
+    for (std::size_t i = 0; i < model::k_brick_cells && in_full; ++i)
+        draft.cells.push_back(bake(grid.cell_cube(brick, i), &winding));
     return draft;
 }
 

@@ -23,13 +23,15 @@ public:
     /// keeps_near: drafts keep the triangles near them (CellDraft::near).
     CellBaker(const LocatorSubject& subject, bool keeps_near) : subject_(subject), keeps_near_(keeps_near) {}
 
-    [[nodiscard]] CellDraft bake(const CellCube& cube) const;
-    /// nearest: of the boundary, to the centre. near: of a cell that this is an eighth of, or nothing.
+    [[nodiscard]] CellDraft bake(const CellCube& cube, const KnownWinding* outer = nullptr) const;
+    /// nearest: of the boundary, to the centre. near: of a cell that this is an eighth of, or nothing. outer: of a point nearby,
+    /// or null.
     [[nodiscard]] CellDraft bake(const CellCube& cube, const mesh::ClosestPoint& nearest,
-                                 std::span<const std::uint32_t> near = {}) const;
+                                 std::span<const std::uint32_t> near = {}, const KnownWinding* outer = nullptr) const;
     /// The eighths of a cell, divided in turn where their seeds miss the surface, so many times in all.
     [[nodiscard]] std::vector<CellDraft> bake_eighths(const CellCube& cube, std::span<const std::uint32_t> near,
-                                                      int divisions = model::k_max_divisions) const;
+                                                      int divisions = model::k_max_divisions,
+                                                      const KnownWinding* outer = nullptr) const;
     /// in_full: with the cells of a brick that is stored.
     [[nodiscard]] BrickDraft bake_brick(const Grid& grid, std::size_t brick, bool in_full) const;
 

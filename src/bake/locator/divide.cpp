@@ -32,7 +32,7 @@ std::vector<std::uint8_t> chosen_cells(const DivisionLimit& limit, const std::ve
 
 }  // namespace
 
-void divide(const CellBaker& baker, const Grid& grid, const DivisionLimit& limit, std::vector<BrickDraft>& bricks)
+std::size_t divide(const CellBaker& baker, const Grid& grid, const DivisionLimit& limit, std::vector<BrickDraft>& bricks)
 {
     const std::vector<std::uint8_t> chosen = chosen_cells(limit, bricks);
     parallel::for_each(bricks.size(), limit.threads, [&](std::size_t i) {
@@ -42,6 +42,7 @@ void divide(const CellBaker& baker, const Grid& grid, const DivisionLimit& limit
             if (chosen[i * k_cells + k] != 0) cell.eighths = baker.bake_eighths(grid.cell_cube(i, k), cell.near);
         }
     });
+    return static_cast<std::size_t>(std::count(chosen.begin(), chosen.end(), 1));
 }
 
 }  // namespace sqmap::bake

@@ -21,7 +21,7 @@ struct DivisionLimit {
     unsigned threads = 0;                       ///< 0: one per core; the result does not depend on it
 };
 
-/// Divides cells of the bricks. baker: of the same locator.
-void divide(const CellBaker& baker, const Grid& grid, const DivisionLimit& limit, std::vector<BrickDraft>& bricks);
+/// Divides cells of the bricks; returns how many. baker: of the same locator.
+std::size_t divide(const CellBaker& baker, const Grid& grid, const DivisionLimit& limit, std::vector<BrickDraft>& bricks);
 
 }  // namespace sqmap::bake

@@ -41,6 +41,19 @@ DomainTest test_domain(const model::Part& part, const CellCube& cube)
     return test;
 }
 
+bool domain_holds(const model::Part& part, Vec3d p)
+{
+    const Vec3d d = p - cast<double>(model::vec3(part.chart_centre));
+    const auto row = [&](int i) { return cast<double>(model::vec3(part.chart_rows + 3 * i)); };
+    const auto holds = [&](int i, Vec3d n) {
+        const double value = dot(n, d), lo = part.chart_lo[i], hi = part.chart_hi[i], slack = 1e-5 * (hi - lo);
+        return value >= lo + slack && value <= hi - slack;
+    };
+    const Vec3d x = row(0), y = row(1), z = row(2);
+    return holds(0, x) && holds(1, y) && holds(2, z) && holds(3, x + y) && holds(4, x - y) && holds(5, x + z) &&
+           holds(6, x - z) && holds(7, y + z) && holds(8, y - z);
+}
+
 void list_parts(const LocatorSubject& subject, const CellCube& cube, std::uint32_t owner, CellDraft& draft)
 {
     const model::ModelView& view = subject.model;

@@ -15,6 +15,8 @@ struct DomainTest {
     bool operator==(const DomainTest&) const = default;
 };
 [[nodiscard]] DomainTest test_domain(const model::Part& part, const CellCube& cube);
+/// DomainTest::holds of a cube without extent, sooner.
+[[nodiscard]] bool domain_holds(const model::Part& part, Vec3d p);
 
 /// Sets the parts of a mixed cell's draft, best first: one that holds the whole cell suffices. owner: the part of the surface
 /// that is nearest to the centre. The cell is ambiguous where there are too many, or none.

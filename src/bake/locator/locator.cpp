@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace sqmap::bake {
 
@@ -54,9 +55,10 @@ public:
         const double sampled = bake_bricks(k_sampled_brick);
         const auto stored = static_cast<double>(std::count_if(
             bricks_.begin(), bricks_.end(), [](const BrickDraft& brick) { return brick.kind == BrickDraft::Kind::Stored; }));
-        for (BrickDraft& brick : bricks_)
+        std::vector<BrickDraft> some = bricks_;
+        for (BrickDraft& brick : some)
             if (brick.cells.empty()) brick = {BrickDraft::Kind::Free, {CellDraft{}}};
-        pack(bricks_, data_);
+        pack(some, data_);
         return static_cast<double>(packed_bytes(data_)) * stored / std::max(sampled, 1.0);
     }
 
@@ -68,11 +70,13 @@ public:
         return static_cast<double>(packed_bytes(data_));
     }
 
-    /// After run: divides so many cells.
-    void divide(std::size_t count)
+    /// After run: divides so many cells in all, no fewer than before, if there are so many. Returns how many more were divided.
+    std::size_t divide(std::size_t count)
     {
-        bake::divide(cells_, grid_, {count, {}, threads_}, bricks_);
+        const std::size_t more = bake::divide(cells_, grid_, {count - divided_, {}, threads_}, bricks_);
+        divided_ += more;
         pack(bricks_, data_);
+        return more;
     }
 
 private:
@@ -83,14 +87,15 @@ private:
         return data.view();
     }
 
-    /// One in so many of the bricks that are stored, and what all others are. Returns how many are stored in full.
+    /// One in so many of the bricks that are stored, and what all others are; those that are baked stay. Returns how many are
+    /// stored in full.
     double bake_bricks(std::uint32_t one_in)
     {
-        bricks_.assign(grid_.brick_count(), {});
+        bricks_.resize(grid_.brick_count());
         parallel::for_each(bricks_.size(), threads_, [&](std::size_t i) {
             // A multiplicative hash (Knuth): neither rows nor columns are left out.
             const bool chosen = (static_cast<std::uint32_t>(i) * 2654435761u >> 16) % one_in == 0;
-            bricks_[i] = cells_.bake_brick(grid_, i, chosen);
+            if (bricks_[i].cells.empty()) bricks_[i] = cells_.bake_brick(grid_, i, chosen);
         });
         return static_cast<double>(std::count_if(bricks_.begin(), bricks_.end(), [](const BrickDraft& brick) {
             return brick.kind == BrickDraft::Kind::Stored && !brick.cells.empty();
@@ -103,33 +108,79 @@ private:
     LocatorSubject subject_;
     CellBaker cells_;
     std::vector<BrickDraft> bricks_;
+    std::size_t divided_ = 0;  ///< cells
 };
+
+bool has_charts(const model::ModelData& data)
+{
+    return data.parts.size() < model::k_no_part &&
+           std::all_of(data.parts.begin(), data.parts.end(), [](const model::Part& part) { return part.base != 0; });
+}
 
 }  // namespace
 
+struct GrowingLocator::State {
+    PartedSolid surface;
+    LocatorOptions options;
+    model::ModelData& data;
+    std::optional<LocatorBaker> baker;
+    double cells;            ///< of the baker, along the longest side
+    double undivided = 0;    ///< its bytes; 0: not run
+    double first_cells = 0;  ///< with these the bytes of all are estimated
+    double estimated = 0;
+
+    void begin(double along)
+    {
+        if (baker && cells == along) return;
+        baker.emplace(surface, options, cells = along, data);
+        undivided = 0;
+    }
+};
+
+GrowingLocator::GrowingLocator(const PartedSolid& surface, const LocatorOptions& options, model::ModelData& data)
+    : state_(new State{surface, options, data, {}, 0})
+{
+    const double fine = std::sqrt(k_cells_target / options.target_error);
+    state_->first_cells = std::clamp(k_cells_along * fine, k_least_cells, k_max_cells);
+}
+
+GrowingLocator::~GrowingLocator() = default;
+
+bool GrowingLocator::bake(double more)
+{
+    State& s = *state_;
+    if (!has_charts(s.data)) return false;
+    const double all = byte_budget(s.surface.solid.mesh().triangles.size(), s.options.target_error);
+    const auto maps = static_cast<double>(model::bytes_of<model::CentralArrays<model::ArrayData>>(s.data));
+    const double budget = more * std::max(all - maps, k_least_share * all);
+    double cells = s.first_cells;
+    const auto fewer = [&](double bytes) {
+        const double share = k_undivided_share * budget / bytes;
+        cells = std::clamp(std::floor(cells * std::pow(share, 1 / k_growth)), k_least_cells, cells);
+    };
+    if (s.estimated == 0) {
+        s.begin(cells);
+        s.estimated = s.baker->estimated_bytes();
+    }
+    fewer(s.estimated);
+    bool other = false;
+    for (;;) {
+        s.begin(cells);
+        if (s.undivided == 0) {
+            s.undivided = s.baker->run();
+            other = true;
+        }
+        if (s.undivided <= budget || cells <= k_least_cells) {
+            const auto count = static_cast<std::size_t>(std::max(0.0, budget - s.undivided) / k_division_bytes);
+            return s.baker->divide(count) > 0 || other;
+        }
+        fewer(s.undivided);
+    }
+}
+
 void bake_locator(const PartedSolid& surface, const LocatorOptions& options, model::ModelData& data)
 {
-    if (data.parts.size() >= model::k_no_part) return;
-    for (const model::Part& part : data.parts)
-        if (part.base == 0) return;
-    const double all = byte_budget(surface.solid.mesh().triangles.size(), options.target_error);
-    const auto maps = static_cast<double>(model::bytes_of<model::CentralArrays<model::ArrayData>>(data));
-    const double budget = options.more * std::max(all - maps, k_least_share * all);
-    const double undivided = k_undivided_share * budget;
-    double cells = std::clamp(k_cells_along * std::sqrt(k_cells_target / options.target_error), k_least_cells, k_max_cells);
-    const auto fewer = [&](double bytes) {
-        cells = std::clamp(std::floor(cells * std::pow(undivided / bytes, 1 / k_growth)), k_least_cells, cells);
-    };
-    fewer(LocatorBaker(surface, options, cells, data).estimated_bytes());
-    for (;;) {
-        LocatorBaker baker(surface, options, cells, data);
-        const double bytes = baker.run();
-        if (bytes <= budget || cells <= k_least_cells) {
-            baker.divide(static_cast<std::size_t>(std::max(0.0, budget - bytes) / k_division_bytes));
-            return;
-        }
-        fewer(bytes);
-    }
+    GrowingLocator(surface, options, data).bake();
 }
 
 }  // namespace sqmap::bake

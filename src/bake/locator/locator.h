@@ -7,6 +7,7 @@
 #include "sqmap/model/model_data.h"
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -21,7 +22,6 @@ struct PartedSolid {
 struct LocatorOptions {
     double target_error = 0.5;  ///< percent of R_max: sets the cell, how flat a flat cell is, and how many bytes may be taken
     unsigned threads = 0;       ///< 0: one per core; the result does not depend on it
-    double more = 1;            ///< times the bytes that it may take
 };
 
 /// By how much a cell's planes may miss the surface at its worst sample, model units; at most points it is a tenth.
@@ -35,6 +35,24 @@ struct LocatorOptions {
 /// Fills data's locator from its finished parts and central maps; leaves it empty where some part has no central map or there are
 /// 255 parts or more. Cost: a closest-point query per cell near the solid.
 void bake_locator(const PartedSolid& surface, const LocatorOptions& options, model::ModelData& data);
+
+/// The same, where more bytes may be tried after less: cells that were baked are not baked again. Not thread-safe.
+class GrowingLocator {
+public:
+    /// The surface's referents and data outlive it; between calls, data's parts and maps stay as they are.
+    GrowingLocator(const PartedSolid& surface, const LocatorOptions& options, model::ModelData& data);
+    ~GrowingLocator();
+    GrowingLocator(const GrowingLocator&) = delete;
+    GrowingLocator& operator=(const GrowingLocator&) = delete;
+
+    /// more: times the bytes that it may take, no less than before. False: it is the same as before, since there is nothing to
+    /// divide, or there is none.
+    bool bake(double more = 1);
+
+private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
 
 /// The result of a locator's update that the candidate lists are updated from.
 struct LocatorUpdate {

@@ -29,8 +29,9 @@ Nearby nearby_of(const SurfaceCell& cell)
 
 }  // namespace
 
-bool is_inside(const mesh::Solid& solid, Vec3d p, const mesh::ClosestPoint& nearest, std::span<const Sample> others)
+bool is_inside(const KnownWinding& known, Vec3d p, const mesh::ClosestPoint& nearest, std::span<const Sample> others)
 {
+    const mesh::Solid& solid = known.solid();
     const mesh::Triangle& t = solid.mesh().triangles[nearest.triangle];
     const auto& v = solid.mesh().vertices;
     const Vec3d n = cross(v[t[1]] - v[t[0]], v[t[2]] - v[t[0]]), d = p - nearest.point;
@@ -45,7 +46,7 @@ bool is_inside(const mesh::Solid& solid, Vec3d p, const mesh::ClosestPoint& near
         const double clear = 0.999 * std::max(nearest.distance, other.nearest.distance);
         if (other.nearest.distance > 0 && norm_sq(p - other.point) < clear * clear) return other.inside;
     }
-    return solid.inside(p);
+    return known.at(p) > 0;
 }
 
 Vec3d normal_at(const mesh::Solid& solid, const Sample& sample, double cell)
@@ -77,7 +78,7 @@ void CellSampler::add(std::span<const Vec3d> offsets, std::vector<Sample>& sampl
     nearby_.closest({points, offsets.size()}, found);
     for (std::size_t i = 0; i < found.size(); ++i) {
         const bool inside =
-            cell_.kind == model::LocatorCellKind::Inside || is_inside(cell_.subject.solid, points[i], found[i], samples);
+            cell_.kind == model::LocatorCellKind::Inside || is_inside(cell_.winding, points[i], found[i], samples);
         samples.push_back({points[i], found[i], inside});
     }
 }

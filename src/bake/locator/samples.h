@@ -2,6 +2,7 @@
 #pragma once
 
 #include "bake/locator/draft.h"
+#include "bake/locator/known_winding.h"
 #include "bake/locator/nearby.h"
 #include "sqmap/mesh/solid.h"
 
@@ -17,8 +18,8 @@ struct Sample {
 };
 
 /// By the side of the nearest triangle where the point is right above its face; else by another sample that no surface can be
-/// between, for it is nearer; else by the winding number.
-[[nodiscard]] bool is_inside(const mesh::Solid& solid, Vec3d p, const mesh::ClosestPoint& nearest,
+/// between, for it is nearer; else by the winding number. known: of a point nearby, or of p itself.
+[[nodiscard]] bool is_inside(const KnownWinding& known, Vec3d p, const mesh::ClosestPoint& nearest,
                              std::span<const Sample> others = {});
 
 /// Outward normal of the surface at the point nearest to a sample, of any length. cell: the locator's.
@@ -32,6 +33,7 @@ struct SurfaceCell {
     Sample centre;
     std::span<const std::uint32_t> near;  ///< triangles that can be nearest to a point of it, or none: not known
     double tolerance;                     ///< by how much its planes may miss the surface, model units
+    const KnownWinding& winding;          ///< about its centre
 };
 
 class CellSampler {

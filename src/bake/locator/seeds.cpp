@@ -56,7 +56,7 @@ SeedReach best_seed(const SurfaceCell& cell, const Sample& sample)
     };
     SeedReach best = from_part(owner);
     for (std::uint32_t i = 0; i < subject.model.parts.size() && best.distance > enough; ++i) {
-        if (i == owner || !test_domain(subject.model.parts[i], {sample.nearest.point, 0}).holds) continue;
+        if (i == owner || !domain_holds(subject.model.parts[i], sample.nearest.point)) continue;
         if (const SeedReach other = from_part(i); other.distance < best.distance) best = other;
     }
     return best;

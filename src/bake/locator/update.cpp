@@ -155,7 +155,7 @@ LocatorUpdate update_locator(const PartedSolid& surface, const LocatorOptions& o
     pack(bricks, data);
     const double left = k_growth_limit * static_cast<double>(bytes) - static_cast<double>(packed_bytes(data));
     const auto count = static_cast<std::size_t>(std::max(0.0, left) / k_division_bytes);
-    divide(updater.cells(), grid, {count, update.reached, options.threads}, bricks);
+    (void)divide(updater.cells(), grid, {count, update.reached, options.threads}, bricks);
     pack(bricks, data);
     update.near.resize(bricks.size());
     for (std::size_t i = 0; i < bricks.size(); ++i)

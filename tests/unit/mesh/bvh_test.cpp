@@ -89,5 +89,38 @@ TEST(Bvh, HitsLieWithinTheRayAndInOrder)
     EXPECT_FALSE(bvh.first_hit({ray.origin, {-1, 0, 0}}));
 }
 
+TEST(Bvh, WindingChangesByTheCrossingsBetween)
+{
+    // Two tori through each other, whose winding numbers are 0, 1 and 2.
+    Mesh tori = mesh::torus();
+    const auto count = static_cast<std::uint32_t>(tori.vertices.size());
+    const std::size_t triangles = tori.triangles.size();
+    for (std::uint32_t i = 0; i < count; ++i) tori.vertices.push_back(tori.vertices[i] + Vec3d{0.31, 0.17, 0.11});
+    for (std::size_t i = 0; i < triangles; ++i) {
+        const Triangle t = tori.triangles[i];
+        tori.triangles.push_back({t[0] + count, t[1] + count, t[2] + count});
+    }
+    const Bvh bvh(tori);
+    std::mt19937 generator(5);
+    std::uniform_real_distribution<double> box(-1.5, 1.5);
+    int twice = 0, changed = 0;
+    for (int i = 0; i < 2000; ++i) {
+        const Vec3d from{box(generator), box(generator), 0.3 * box(generator)};
+        const Vec3d to{box(generator), box(generator), 0.3 * box(generator)};
+        const std::optional<int> change = bvh.winding_change(from, to);
+        ASSERT_TRUE(change);
+        EXPECT_EQ(bvh.winding_number(from) + *change, bvh.winding_number(to));
+        changed += *change != 0 ? 1 : 0;
+        twice += bvh.winding_number(to) == 2 ? 1 : 0;
+    }
+    EXPECT_GT(changed, 100);
+    EXPECT_GT(twice, 10);
+    // A point of the surface has no winding number, and edges decide nothing.
+    const Mesh ball = mesh::sphere(1, 3);
+    EXPECT_FALSE(Bvh(ball).winding_change({}, 2.0 * ball.vertices[0]));
+    EXPECT_FALSE(Bvh(ball).winding_change({}, triangle_centroid(ball, 0)));
+    EXPECT_EQ(Bvh(ball).winding_change({0.1, 0, 0}, {0.1, 0, 0}), 0);
+}
+
 }  // namespace
 }  // namespace sqmap::mesh

@@ -64,12 +64,21 @@ TEST(BakeDrafts, HaveTheFiguresOfTheWholeEvaluation)
         expect_same_chart(coarse.result.model.parts[i], fine.result.model.parts[i]);
 
     const mesh::Solid solid(coarse.mesh);
-    DraftEvaluator drafts(solid);
+    SampledSolid samples(solid, model::normalized(coarse.in_model_space()).header.r_max);
+    DraftEvaluator drafts(samples);
     for (const test::Baked* draft : {&coarse, &fine}) {
         drafts.begin(draft->in_model_space());
         for (const std::uint32_t points : {2000u, 6000u})
             expect_figures_of_layer3(drafts.first(points), evaluate(draft->in_model_space(), solid, {.points = points}));
     }
+    // The layers are measured at the same points.
+    const LayerErrors shared = layer_errors(fine.in_model_space(), samples, {.points = 2000});
+    const LayerErrors alone = layer_errors(fine.in_model_space(), solid, {.points = 2000});
+    EXPECT_EQ(shared.points, 2000u);
+    EXPECT_EQ(shared.missed, alone.missed);
+    EXPECT_EQ(shared.false_contacts, alone.false_contacts);
+    for (std::size_t k = 0; k < 3; ++k) expect_equal(shared.depth[k], alone.depth[k]);
+    expect_equal(shared.normal, alone.normal);
 }
 
 }  // namespace
