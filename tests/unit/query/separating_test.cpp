@@ -1,5 +1,6 @@
 #include "sqmap/query/separating.h"
 
+#include "query/probe/triangle_tree.h"
 #include "sqmap/query/overlap.h"
 
 #include "support/bodies.h"
