@@ -66,7 +66,9 @@ def through_c(path, words):
     try:
         c.call("sqmap_bake_file", str(path).encode(), options, handle)
     except sqmap.Error as e:
-        return {"code": e.code, "element": e.element, "message": e.message, "cure": e.cure}
+        cure = c.library.sqmap_last_cure(words).decode()
+        assert words != 0 or cure == c.library.sqmap_last_error().contents.cure.decode()
+        return {"code": e.code, "element": e.element, "message": e.message, "cure": cure}
     try:
         return {"notes": c.text_of("sqmap_notes", handle).splitlines()}
     finally:
