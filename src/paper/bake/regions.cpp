@@ -4,7 +4,10 @@
 #include "paper/bake/grid.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 namespace sqmap::paper {
 
@@ -31,29 +34,110 @@ double hidden_area(const PartSurface& part, const ExactFeet& feet, std::size_t s
     return area.share();
 }
 
+constexpr int k_rows = 33, k_columns = 64;  // of the grid of starts
+constexpr double k_searched_miss = 1e-5;    ///< of a foot that only the pattern search found; a tenth of is_hidden's margin
+
+constexpr int k_sector_rows = 4, k_sectors = 32;
+
+/// A superquadric may have edges between its octants (exponents near 2) and half-way between (near 0), nowhere within a sector.
+constexpr std::size_t sector_of(int i, int j)
+{
+    const int row = std::min(i * k_sector_rows / (k_rows - 1), k_sector_rows - 1);
+    return static_cast<std::size_t>(row * (k_sectors / k_sector_rows) + j * (k_sectors / k_sector_rows) / k_columns);
+}
+
+Vec3d perpendicular_to(Vec3d n)
+{
+    const Vec3d axis = std::abs(n.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
+    return normalized(cross(n, axis));
+}
+
+/// Lengths of the steps of a search.
+struct Steps {
+    double first, last;
+};
+
+/// The least distance from p that steps along eight directions of the tangent plane reach.
+shape::SurfacePosition<double> nearest_around(const shape::Superquadricd& sq, Vec3d p, shape::SurfacePosition<double> position,
+                                              Steps steps)
+{
+    shape::SurfacePoint<double> at = shape::surface_point(sq, position);
+    double least = norm_sq(at.point - p);
+    for (double step = steps.first; step > steps.last;) {
+        const Vec3d u = perpendicular_to(at.normal), v = cross(at.normal, u);
+        bool is_nearer = false;
+        for (int k = 0; k < 8 && !is_nearer; ++k) {
+            const double angle = k * k_pi / 4;
+            const Vec3d tried = at.point + step * (std::cos(angle) * u + std::sin(angle) * v);
+            const shape::SurfacePosition<double> next = shape::position_through(sq, tried);
+            const shape::SurfacePoint<double> there = shape::surface_point(sq, next);
+            const double d = norm_sq(there.point - p);
+            if (d >= least) continue;
+            is_nearer = true;
+            least = d;
+            at = there;
+            position = next;
+        }
+        if (!is_nearer) step /= 2;
+    }
+    return position;
+}
+
 }  // namespace
 
 ExactFeet::ExactFeet(const shape::Superquadricd& superquadric) : superquadric_(superquadric)
 {
-    const Grid grid(5);
-    for (int i = 0; i < grid.rows; ++i)
-        for (int j = 0; j < grid.columns; ++j) {
+    const Grid grid(k_rows, k_columns);
+    for (int i = 0; i < k_rows; ++i)
+        for (int j = 0; j < k_columns; ++j) {
             angles_.push_back(grid.angles(i, j));
             points_.push_back(shape::surface_point(superquadric_, angles_.back()).point);
         }
+    for (int i = 0; i + 1 < k_rows; ++i)
+        for (int j = 0; j < k_columns; ++j) {
+            cell_ = std::max(cell_, norm(points_[grid.index(i + 1, j + 1)] - points_[grid.index(i, j)]));
+            cell_ = std::max(cell_, norm(points_[grid.index(i + 1, j)] - points_[grid.index(i, j + 1)]));
+        }
+}
+
+shape::Foot<double> ExactFeet::foot_from(Vec3d p, std::size_t sample) const
+{
+    // From a whole cell off, Newton's method may leave the basin for a saddle.
+    const shape::SurfacePosition<double> close =
+        nearest_around(superquadric_, p, shape::position_at(superquadric_, angles_[sample]), {cell_, cell_ / 32});
+    const shape::Foot<double> foot = shape::polish_foot(superquadric_, p, close, {.max_iterations = 20, .tolerance = 1e-9});
+    if (foot.converged) return foot;
+    return shape::polish_foot(superquadric_, p,
+                              nearest_around(superquadric_, p, close, {cell_ / 32, 1e-8 * largest_axis(superquadric_)}),
+                              {.max_iterations = 20, .tolerance = k_searched_miss});
 }
 
 shape::Foot<double> ExactFeet::of(Vec3d p) const
 {
-    std::size_t best = 0;
-    double least = norm_sq(points_[0] - p);
-    for (std::size_t k = 1; k < points_.size(); ++k)
-        if (const double d = norm_sq(points_[k] - p); d < least) {
-            least = d;
-            best = k;
+    struct Start {
+        double distance = std::numeric_limits<double>::infinity();
+        std::size_t sample = 0;
+    };
+    std::array<Start, k_sectors> starts;
+    for (int i = 0; i < k_rows; ++i)
+        for (int j = 0; j < k_columns; ++j) {
+            const std::size_t k = static_cast<std::size_t>(i) * k_columns + j;
+            Start& start = starts[sector_of(i, j)];
+            if (const double d = norm(points_[k] - p); d < start.distance) start = {d, k};
         }
-    return shape::polish_foot(superquadric_, p, shape::position_at(superquadric_, angles_[best]),
-                              {.max_iterations = 20, .tolerance = 1e-9});
+    std::sort(starts.begin(), starts.end(),
+              [](const Start& l, const Start& r) { return std::pair(l.distance, l.sample) < std::pair(r.distance, r.sample); });
+    shape::Foot<double> best;
+    double least = std::numeric_limits<double>::infinity();
+    for (const Start& start : starts) {
+        if (start.distance - cell_ > least) break;  // no point of the cells about the sample is nearer
+        const shape::Foot<double> foot = foot_from(p, start.sample);
+        const double d = norm(foot.point - p);
+        if (best.converged && !(foot.converged && d < least)) continue;
+        best = foot;
+        least = d;
+    }
+    return best;
 }
 
 bool is_hidden(const mesh::Bvh& bvh, const ExactFeet& feet, const shape::Foot<double>& foot)

@@ -13,18 +13,22 @@
 
 namespace sqmap::paper {
 
-/// Feet of points on one superquadric: Newton's method from the nearest of some thousand samples.
+/// Feet of points on one superquadric. A search and then Newton's method start at the nearest sample of each sector between
+/// possible edges, as far as it may lie beside the nearest point.
 class ExactFeet {
 public:
     explicit ExactFeet(const shape::Superquadricd& superquadric);
-    /// Cost: some 10 us.
+    /// The nearest of the feet that are found. Cost: some 50 us.
     [[nodiscard]] shape::Foot<double> of(Vec3d p) const;
     [[nodiscard]] const shape::Superquadricd& superquadric() const { return superquadric_; }
 
 private:
+    [[nodiscard]] shape::Foot<double> foot_from(Vec3d p, std::size_t sample) const;
+
     shape::Superquadricd superquadric_;
     std::vector<Vec3d> points_;
     std::vector<shape::SurfaceAngles<double>> angles_;
+    double cell_ = 0;  ///< the longest diagonal of a cell
 };
 
 /// A part's triangles in the mesh that may hide them.

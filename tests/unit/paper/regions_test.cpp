@@ -9,11 +9,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <optional>
+#include <random>
 #include <set>
 #include <string>
+#include <tuple>
 
 namespace sqmap::paper {
 namespace {
@@ -32,7 +35,8 @@ mesh::Mesh in_model_space_of(const model::ModelView& view, const mesh::Mesh& mes
     return mesh::normalized(mesh, {{h.origin[0], h.origin[1], h.origin[2]}, h.unit});
 }
 
-/// The nearest point of a superquadric: the nearest of a grid of samples, then a pattern search about it.
+/// The nearest point of a superquadric: the nearest of a grid of samples, then a pattern search about it; from the nearest sample
+/// of each octant, as far as that can lead to the nearest point.
 class NearestBySearch {
 public:
     explicit NearestBySearch(const shape::Superquadricd& superquadric) : superquadric_(superquadric)
@@ -45,11 +49,33 @@ public:
     }
     [[nodiscard]] Vec3d of(Vec3d p) const
     {
-        std::size_t best = 0;
-        for (std::size_t k = 1; k < points_.size(); ++k)
-            if (norm_sq(points_[k] - p) < norm_sq(points_[best] - p)) best = k;
-        shape::SurfaceAngles<double> a = angles_[best];
-        Vec3d nearest = points_[best];
+        std::array<std::size_t, 8> best{};
+        best.fill(points_.size());
+        for (std::size_t k = 0; k < points_.size(); ++k) {
+            std::size_t& of_octant = best[octant(angles_[k])];
+            if (of_octant == points_.size() || norm_sq(points_[k] - p) < norm_sq(points_[of_octant] - p)) of_octant = k;
+        }
+        std::sort(best.begin(), best.end(),
+                  [&](std::size_t l, std::size_t r) { return norm_sq(points_[l] - p) < norm_sq(points_[r] - p); });
+        Vec3d nearest = from(p, best[0]);
+        for (std::size_t k = 1; k < best.size(); ++k)
+            if (norm(points_[best[k]] - p) < 1.2 * norm(nearest - p))
+                if (const Vec3d q = from(p, best[k]); norm_sq(q - p) < norm_sq(nearest - p)) nearest = q;
+        return nearest;
+    }
+
+private:
+    static constexpr int k_rows = 64;
+    static constexpr double k_pi_here = 3.14159265358979323846;
+    static std::size_t octant(shape::SurfaceAngles<double> a)
+    {
+        return (a.eta < 0 ? 0u : 4u) +
+               std::min<std::size_t>(3, static_cast<std::size_t>((a.omega + k_pi_here) / (k_pi_here / 2)));
+    }
+    [[nodiscard]] Vec3d from(Vec3d p, std::size_t sample) const
+    {
+        shape::SurfaceAngles<double> a = angles_[sample];
+        Vec3d nearest = points_[sample];
         for (double step = k_pi_here / k_rows; step > 1e-9;) {
             bool better = false;
             for (const auto& [e, o] : {std::pair{step, 0.}, {-step, 0.}, {0., step}, {0., -step}}) {
@@ -64,10 +90,6 @@ public:
         }
         return nearest;
     }
-
-private:
-    static constexpr int k_rows = 64;
-    static constexpr double k_pi_here = 3.14159265358979323846;
     [[nodiscard]] Vec3d at(shape::SurfaceAngles<double> a) const { return shape::surface_point(superquadric_, a).point; }
 
     shape::Superquadricd superquadric_;
@@ -107,6 +129,30 @@ double hidden_by_brute_force(const mesh::Mesh& m, const std::vector<std::uint32_
         if (depth > 2 * margin && crosses_any(m, foot, p + margin / depth * (foot - p))) hidden += area;
     }
     return total > 0 ? hidden / total : 0;
+}
+
+TEST(Feet, OfBoxesAndRodsAreTheNearestPoints)
+{
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> within(-1, 1);
+    for (const auto& [eps1, eps2, bend] :
+         {std::tuple{0.12, 0.12, 0.}, {0.84, 0.12, 0.}, {0.3, 1.9, 0.}, {0.12, 0.76, 0.3}, {1., 1., 0.}}) {
+        shape::Superquadricd sq;
+        sq.a = {0.5, 0.8, 1.3};
+        sq.eps1 = eps1;
+        sq.eps2 = eps2;
+        sq.bend = bend;
+        const ExactFeet feet(sq);
+        const NearestBySearch search(sq);
+        for (int i = 0; i < 400;) {
+            const Vec3d p{0.5 * within(random), 0.8 * within(random), 1.3 * within(random)};
+            if (shape::implicit(sq, p) >= 1) continue;
+            ++i;
+            const shape::Foot<double> foot = feet.of(p);
+            EXPECT_TRUE(foot.converged) << eps1 << ' ' << eps2 << " at " << p.x << ' ' << p.y << ' ' << p.z;
+            EXPECT_LT(norm(foot.point - p), norm(search.of(p) - p) + 1e-5) << eps1 << ' ' << eps2;
+        }
+    }
 }
 
 class RegionsOfMesh : public testing::TestWithParam<const char*> {};
