@@ -92,8 +92,8 @@ void print(const BakedModel& baked, const BakeArguments& o)
 int run(const BakeArguments& o)
 {
     try {
-        io::refuse_to_replace(o.model, {o.mesh});
-        io::refuse_to_replace(o.report, {o.mesh});
+        io::check_output(o.model, {o.mesh});
+        io::check_output(o.report, {o.mesh});
         AdmittedMesh loaded = admit_mesh(o.mesh, o.load);
         if (loaded.refused() || !loaded.repairs.empty() || !loaded.warnings.empty())
             std::fprintf(loaded.refused() ? stderr : stdout, "%s: %s", o.mesh.c_str(), report(loaded).c_str());

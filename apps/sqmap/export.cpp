@@ -37,8 +37,8 @@ collider::Format format_of(const ExportArguments& o)
 int run(const ExportArguments& o)
 {
     const collider::Format format = format_of(o);
-    io::refuse_to_replace(o.output, {o.model});
-    io::refuse_to_replace(o.report, {o.model});
+    io::check_output(o.output, {o.model});
+    io::check_output(o.report, {o.model});
     if (collider::holds_spheres_alone(format) && o.shape.spheres == 0 && o.shape.kind != collider::Kind::Sphere)
         throw mesh::InvalidInput(std::string("--as ") + name_of(format) +
                                  " holds spheres alone: take --shape sphere or spheres:N");
@@ -48,7 +48,7 @@ int run(const ExportArguments& o)
     const collider::Colliders made = collider::colliders_of(file.view(), fs::path(o.model).stem().string(), o.shape, o.threads);
     std::vector<collider::ExportFile> files = collider::files_of(made, format, o.output);
     if (!o.report.empty()) files.insert(files.begin(), {o.report, collider::report_json(made) + '\n'});
-    for (const collider::ExportFile& f : files) io::refuse_to_replace(f.path, {o.model});
+    for (const collider::ExportFile& f : files) io::check_output(f.path, {o.model});
     collider::write(files);
     print_colliders(made);
     for (const collider::ExportFile& f : files) std::printf("wrote %s\n", f.path.string().c_str());

@@ -26,7 +26,7 @@ void add_label_options(Command& command, LabelOptions& options)
 int write_labels(const std::string& model, const std::string& output, const LabelOptions& options)
 {
     if (options.mesh.empty()) throw WrongUsage("--labels", "needs the mesh file whose polygons are labelled: give --mesh FILE");
-    io::refuse_to_replace(output, {model, options.mesh});
+    io::check_output(output, {model, options.mesh});
     const paper::MappedModel file(model);
     const model::ModelView& view = file.view();
     if (!model::has_exact(view)) {

@@ -199,7 +199,7 @@ int run(const QueryArguments& o)
         std::fprintf(stderr, "--tolerance is read by --layer auto alone\n");
         return 64;
     }
-    io::refuse_to_replace(o.output, {o.model, o.points});
+    io::check_output(o.output, {o.model, o.points});
     paper::MappedModel file(o.model);
     file.set_options(paper_options(o));
     const std::vector<Vec3d> points = read_points(o.points);

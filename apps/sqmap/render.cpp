@@ -141,7 +141,7 @@ void add_render(CommandLine& line)
         if (!arguments->size.empty()) set_size(arguments->view, arguments->size);
         set_up(arguments->view, arguments->up);
         try {
-            io::refuse_to_replace(arguments->output, {arguments->input, arguments->mesh});
+            io::check_output(arguments->output, {arguments->input, arguments->mesh});
             write_png(arguments->output, pictures(*arguments));
             return 0;
         } catch (const Refused&) {

@@ -38,8 +38,12 @@ void replace_file(const std::filesystem::path& path, std::span<const std::byte> 
     check(replaced.error, path, "; nothing was left behind");
 }
 
-void refuse_to_replace(const std::filesystem::path& output, std::initializer_list<std::filesystem::path> inputs)
+void check_output(const std::filesystem::path& output, std::initializer_list<std::filesystem::path> inputs)
 {
+    const std::filesystem::path folder = output.parent_path();
+    if (std::error_code ignored; !folder.empty() && !std::filesystem::is_directory(folder, ignored))
+        throw ModelFileError("cannot write " + output.string() + ": there is no folder " + folder.string() +
+                             "\n  cure: make it first");
     for (const std::filesystem::path& input : inputs) {
         std::error_code ignored;
         if (!input.empty() && std::filesystem::is_regular_file(output, ignored) &&

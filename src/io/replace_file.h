@@ -14,7 +14,8 @@ namespace sqmap::io {
 /// @throw ModelFileError where that cannot be done; nothing is left behind.
 void replace_file(const std::filesystem::path& path, std::span<const std::byte> bytes);
 
-/// Throws ModelFileError where output is one of the files that are read; empty inputs are passed over.
-void refuse_to_replace(const std::filesystem::path& output, std::initializer_list<std::filesystem::path> inputs);
+/// Long work calls this before it starts. Throws ModelFileError where output's folder is missing, or where output is one of the
+/// files that are read; an empty output and empty inputs are passed over.
+void check_output(const std::filesystem::path& output, std::initializer_list<std::filesystem::path> inputs);
 
 }  // namespace sqmap::io

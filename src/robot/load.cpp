@@ -61,7 +61,11 @@ LinkMesh load_mesh(const fs::path& path, const CollisionMesh& as, const MeshOpti
         refuse(mesh::Refusal::Format, "there is no such file",
                mesh::Words("correct the name").with(", or give its package's folder: ", mesh::Setting::Packages, "NAME=DIR"));
     io::ReadResult read = io::read_mesh_file(path, options.limits);
-    if (read.error) refuse(mesh::Refusal::Format, read.error->message, "give a mesh that 'sqmap check' reads");
+    if (read.error) {  // the front door has its code and its cure
+        mesh::Diagnosis diagnosis = admit_mesh(path, options).diagnosis;
+        diagnosis.element = path.string() + (diagnosis.element.empty() ? "" : ", " + diagnosis.element);
+        throw mesh::RefusedMesh(std::move(diagnosis));
+    }
     io::PolygonSoup& soup = read.soup;
     const bool z_up = has_z_up(path);
     // Admission would scale its result alone, and after the pose: metres come first, for the soup too.

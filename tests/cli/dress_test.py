@@ -12,6 +12,8 @@ import sys
 import tempfile
 import unittest
 
+import coarse
+
 PROGRAM = os.path.abspath(sys.argv.pop(1))
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts"))
 
@@ -27,7 +29,7 @@ class Dress(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
         os.chdir(cls.folder.name)
-        assert run("shapes", "sphere", "-o", "ball.obj").returncode == 0
+        coarse.write_sphere("ball.obj")
         assert run("bake", "ball.obj", "-o", "ball.sqmap").returncode == 0
 
     @classmethod

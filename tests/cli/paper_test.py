@@ -69,16 +69,20 @@ class Paper(unittest.TestCase):
         os.chdir(cls.folder.name)
         for shape in ("hand", "bent"):
             done("shapes", shape, "-o", f"{shape}.obj")
-        cls.bake("hand.sqmap")
-        vertices = vertices_of("hand.obj")
+        cls.bake("hand.sqmap", mesh="hand.obj")
+        cls.bake("bent.sqmap")
+        cls.points, cls.bent_points = (cls.points_about(vertices_of(f"{shape}.obj")) for shape in ("hand", "bent"))
+
+    @staticmethod
+    def points_about(vertices):
+        """Points in the box, and within a hundredth of its side of the surface."""
         low, high = ([pick(v[k] for v in vertices) for k in range(3)] for pick in (min, max))
         generator = random.Random(7)
-        # In the box, and within a hundredth of its side of the surface.
-        cls.points = [tuple(generator.uniform(low[k], high[k]) for k in range(3)) for _ in range(3000)]
-        cls.points += [tuple(c + generator.uniform(-0.01, 0.01) * (high[0] - low[0]) for c in v) for v in generator.sample(vertices, 1500)]
+        points = [tuple(generator.uniform(low[k], high[k]) for k in range(3)) for _ in range(3000)]
+        return points + [tuple(c + generator.uniform(-0.01, 0.01) * (high[0] - low[0]) for c in v) for v in generator.sample(vertices, 1500)]
 
     @classmethod
-    def bake(cls, model, *options, mesh="hand.obj"):
+    def bake(cls, model, *options, mesh="bent.obj"):
         grid = () if "--grid" in options else ("--grid", "33x64")
         done("bake", mesh, "-o", model, "--projection", "normal", *grid, *options)
 
@@ -90,15 +94,15 @@ class Paper(unittest.TestCase):
 
     def test_boundary_strength_of_locales_makes_cuts(self):
         printed = ("--cuts", "printed", "--printed-curvature", "1e6", "--max-q2", "1", "--max-looseness", "1e6")
-        self.bake("strength.sqmap", *printed)
-        self.bake("none.sqmap", *printed, "--printed-strength", "1e6")
+        self.bake("strength.sqmap", *printed, mesh="hand.obj")
+        self.bake("none.sqmap", *printed, "--printed-strength", "1e6", mesh="hand.obj")
         self.assertGreater(len(parts_of("strength.sqmap")), len(parts_of("none.sqmap")))
 
     def test_curvature_of_locales_makes_cuts_where_boundary_strength_makes_none(self):
         printed = ("--cuts", "printed", "--printed-strength", "1e6", "--max-q2", "1", "--max-looseness", "1e6")
-        self.bake("curved.sqmap", *printed, "--printed-curvature", "1")
-        self.bake("t_h.sqmap", *printed, "--printed-curvature", "1e6")
-        self.bake("k_h.sqmap", *printed, "--printed-curvature", "1", "--hyperbolic-share", "1")
+        self.bake("curved.sqmap", *printed, "--printed-curvature", "1", mesh="hand.obj")
+        self.bake("t_h.sqmap", *printed, "--printed-curvature", "1e6", mesh="hand.obj")
+        self.bake("k_h.sqmap", *printed, "--printed-curvature", "1", "--hyperbolic-share", "1", mesh="hand.obj")
         cuts = len(parts_of("curved.sqmap"))
         self.assertGreater(cuts, len(parts_of("t_h.sqmap")), "t_h")
         self.assertGreater(cuts, len(parts_of("k_h.sqmap")), "k_h")
@@ -113,7 +117,7 @@ class Paper(unittest.TestCase):
             self.assertTrue(any(math.dist(p, s[:3]) <= s[3] * 1.0001 for s in spheres))
 
     def test_the_grid_of_eq_8_is_the_users(self):
-        self.bake("coarse.sqmap", "--grid", "17x32")
+        self.bake("coarse.sqmap", "--grid", "17x32", mesh="hand.obj")
         size = lambda model: json.loads(done("info", model, "--json").stdout)["bytes"]["normal_map"]
         self.assertGreater(size("hand.sqmap"), 2 * size("coarse.sqmap"))
         refused = run("bake", "hand.obj", "-o", "no.sqmap", "--projection", "normal", "--grid", "2x2")
@@ -122,10 +126,10 @@ class Paper(unittest.TestCase):
 
     def test_the_offset_of_eq_12_moves_the_surface_out(self):
         self.bake("moved.sqmap", "--offset-constant", "100", "--offset-radius", "8")
-        plain, moved = (touching(query("moved.sqmap", self.points, *o)) for o in ((), ("--offset",)))
+        plain, moved = (touching(query("moved.sqmap", self.bent_points, *o)) for o in ((), ("--offset",)))
         self.assert_within(plain, moved)
         self.bake("level.sqmap", "--offset-constant", "0")
-        self.assertTrue(query("level.sqmap", self.points, "--offset") == query("level.sqmap", self.points))
+        self.assertTrue(query("level.sqmap", self.bent_points, "--offset") == query("level.sqmap", self.bent_points))
 
     def test_what_changes_nothing_or_is_out_of_range_is_told_by_its_option(self):
         for wrong in (("--salient-window", "nan"), ("--hyperbolic-share", "2"), ("--minimum-part", "-1"), ("--max-looseness", "0.5"),
@@ -144,7 +148,7 @@ class Paper(unittest.TestCase):
         self.assertEqual({json.dumps(part["map"]) for part in info["parts"]},
                          {json.dumps({"rows": 17, "columns": 32, "subdivisions": 2, "smoothed": False})})
         self.assertIn("layer 2 17 x 32 samples, layer 3 65 x 128 (A_S 2), no smoothed map", done("info", "said.sqmap").stdout)
-        query("said.sqmap", self.points)
+        query("said.sqmap", self.bent_points)
         refused = run("query", "said.sqmap", "points.csv", "-o", "no.csv", "--smooth")
         self.assertEqual(refused.returncode, 2)
         self.assertIn("--smoothing-radius", refused.stderr)
@@ -191,8 +195,8 @@ class Paper(unittest.TestCase):
     def test_the_printed_searchs_range_follows_the_grid_by_eqs_17_and_18(self):
         # One level of eq. 18 at 33 x 64, three at 129 x 256: with one level there too, feet would be lost.
         self.bake("fine.sqmap", "--grid", "129x256", "--subdivisions", "0")
-        for model in ("hand.sqmap", "fine.sqmap"):
-            found = {p: touching(query(model, self.points, "--layer", "2", "--projector", p)) for p in ("newton", "pyramid", "printed")}
+        for model in ("bent.sqmap", "fine.sqmap"):
+            found = {p: touching(query(model, self.bent_points, "--layer", "2", "--projector", p)) for p in ("newton", "pyramid", "printed")}
             whole = found["newton"]
             self.assertLess(len(found["pyramid"] ^ whole), 0.02 * len(whole), model)
             self.assertLess(len(found["printed"] ^ whole), 0.25 * len(whole), model)
@@ -216,7 +220,7 @@ class Paper(unittest.TestCase):
 
     def test_the_exact_layer_searches_no_foot(self):
         self.bake("both.sqmap", "--exact")
-        query("both.sqmap", self.points, "--layer", "exact")
+        query("both.sqmap", self.bent_points, "--layer", "exact")
         refused = run("query", "both.sqmap", "points.csv", "-o", "no.csv", "--layer", "exact", "--projector", "printed")
         self.assertEqual(refused.returncode, 2)
         self.assertIn("--projector", refused.stderr)
@@ -257,8 +261,10 @@ class Paper(unittest.TestCase):
             felt = [triple(row, "z0_fx", "z0_fy", "z0_fz") for row in self.touch("slide.csv", model=model) if row["contacts"] == "1"]
             unit = [tuple(c / math.hypot(*f) for c in f) for f in felt]
             return sum(math.dist(a, b) for a, b in zip(unit, unit[1:]))
-        self.bake("rough.sqmap", "--smoothing-radius", "0", "--grid", "17x32", "--subdivisions", "2")
-        self.bake("smooth.sqmap", "--smoothing-radius", "2", "--smoothing-kernel", "gaussian", "--grid", "17x32", "--subdivisions", "2")
+        self.bake("rough.sqmap", "--smoothing-radius", "0", "--grid", "17x32", "--subdivisions", "2",
+                  mesh="hand.obj")
+        self.bake("smooth.sqmap", "--smoothing-radius", "2", "--smoothing-kernel", "gaussian", "--grid", "17x32", "--subdivisions", "2",
+                  mesh="hand.obj")
         self.assertLess(turns("smooth.sqmap"), 0.95 * turns("rough.sqmap"))
 
     def test_an_impact_zone_averages_and_every_tick_is_timed(self):

@@ -15,6 +15,8 @@ import sys
 import tempfile
 import unittest
 
+import coarse
+
 PROGRAM = os.path.abspath(sys.argv.pop(1))
 HEADER = ["contact", "part", "depth", "nx", "ny", "nz", "px", "py", "pz"]
 DISTANCE_HEADER = ["distance", "known", "part", "gx", "gy", "gz", "px", "py", "pz"]
@@ -26,11 +28,13 @@ def run(*arguments):
 
 class Made(unittest.TestCase):
     """A folder with a baked sphere, and its queries."""
+    levels = 3
+
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
         os.chdir(cls.folder.name)
-        assert run("shapes", "sphere", "-o", "sphere.obj").returncode == 0
+        coarse.write_sphere("sphere.obj", cls.levels)
         baked = run("bake", "sphere.obj", "-o", "sphere.sqmap", "--report", "report.json")
         assert baked.returncode == 0, baked.stderr
 
@@ -126,7 +130,7 @@ class Program(Made):
     def test_an_unwritable_place_is_said_so(self):
         result = run("bake", "sphere.obj", "-o", "no/such/folder/a.sqmap")
         self.assertEqual(result.returncode, 2)
-        self.assertIn("no/such/folder", result.stderr)
+        self.assertIn("there is no folder no/such/folder", result.stderr)  # said before the bake
         self.assertEqual(self.query([(0, 0, 0)], "-o", "no/such/a.csv").returncode in (2, 64), True)
 
     def test_what_is_read_is_never_written_over(self):
@@ -279,6 +283,8 @@ class Program(Made):
 
 
 class Queries(Made):
+    levels = 4  # its answers are within 0.003 of those of a smooth sphere
+
     def test_a_row_for_every_row_in_the_same_order(self):
         # On a line through the sphere: the depth tells which point a row answers.
         rows = [(0.001 * i, 0.0, 0.0) for i in range(0, 1500, 7)]

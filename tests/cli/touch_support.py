@@ -13,6 +13,8 @@ import time
 import unittest
 import zlib
 
+import coarse
+
 CLIENT = os.path.abspath(sys.argv.pop(2))
 PROGRAM = os.path.abspath(sys.argv.pop(1))
 README = os.path.join(os.path.dirname(os.path.dirname(CLIENT)), "README.md")
@@ -101,8 +103,9 @@ class TouchTest(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
         os.chdir(cls.folder.name)
+        coarse.write_sphere("sphere.obj")
+        assert run("shapes", "torus", "-o", "torus.obj").returncode == 0
         for shape in ("sphere", "torus"):
-            assert run("shapes", shape, "-o", shape + ".obj").returncode == 0
             baked = run("bake", shape + ".obj", "-o", shape + ".sqmap")
             assert baked.returncode == 0, baked.stderr
 

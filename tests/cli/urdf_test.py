@@ -7,6 +7,7 @@ import json
 import math
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -175,6 +176,15 @@ class Urdf(unittest.TestCase):
         self.assertIn("1 of 2 collision meshes replaced", result.stdout)
         self.assertIn("meshes/gone.obj", pathlib.Path("twenty/filled.urdf").read_text())
 
+    def test_a_mesh_that_cannot_be_read_is_refused_as_check_refuses_it(self):
+        pathlib.Path("twenty/meshes/cut.stl").write_bytes(b" " * 80 + (5).to_bytes(4, "little") + b"\0" * 60)
+        pathlib.Path("twenty/cut.urdf").write_text(robot_text(1).replace("dumbbell.obj", "cut.stl"))
+        said = run("urdf", "twenty/cut.urdf", "-o", "twenty/cut_out.urdf", "--shape", "box", code=2).stderr
+        code, message = re.search(r"REFUSED (E_\w+).*?: (.*)\n", run("check", "twenty/meshes/cut.stl", code=2).stderr).groups()
+        self.assertNotEqual(code, "E_FORMAT")
+        self.assertIn(code, said)
+        self.assertIn(message, said)
+
     def test_an_open_mesh_is_held_without_a_solid(self):
         pathlib.Path("twenty/meshes/sheet.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0.2\nf 1 2 3\n")
         pathlib.Path("twenty/sheet.urdf").write_text(robot_text(1).replace("dumbbell.obj", "sheet.obj"))
@@ -226,4 +236,4 @@ class Urdf(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    unittest.main(verbosity=2)

@@ -370,4 +370,4 @@ class OneMeaning(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    unittest.main(verbosity=2)

@@ -238,6 +238,19 @@ TEST(MadeUp, IsShownAndKeptByAnotherBakeOfEitherProjection)
     }
 }
 
+TEST(Edits, AreBakedWithWhatTheObjectWasBakedWith)
+{
+    BakeMeshOptions coarse;
+    coarse.bake.target_error = 20;
+    const auto object = object_from_mesh(holed_torus(), "holed.off", 0.2, coarse);
+    Object of_a_model = *object;
+    of_a_model.baked_with.reset();
+    const auto kept = rebaked(*object, object->parts, {}, {}), plain = rebaked(of_a_model, object->parts, {}, {});
+    ASSERT_TRUE(kept->baked_with);
+    EXPECT_EQ(kept->baked_with->target_error, 20);
+    EXPECT_LT(kept->file->size(), plain->file->size());
+}
+
 TEST(Forces, EquationThirtyThreeIsAddedAgainstTheMotion)
 {
     // The same two ticks with and without it: what differs is f_c (1 + k_f depth), however hard the tool is pressed.

@@ -49,14 +49,10 @@ public:
     using std::runtime_error::runtime_error;
 };
 
-/// @throw BadOutput
+/// @throw BadOutput, io::ModelFileError
 void check_outputs(const DressArguments& a)
 {
-    for (const auto& [option, file] : {std::pair{"-o ", a.output}, {"--report ", a.report}}) {
-        const std::filesystem::path folder = std::filesystem::path(file).parent_path();
-        if (!folder.empty() && !std::filesystem::is_directory(folder))
-            throw BadOutput(option + file + ": there is no folder " + folder.string() + "\n  cure: make it first");
-    }
+    for (const std::string& file : {a.output, a.report}) io::check_output(file, {a.avatar});
     const std::string end = std::filesystem::path(a.output).extension().string();
     if (end != ".glb" && end != ".GLB") throw BadOutput("-o " + a.output + ": what is written is a .glb\n  cure: that ending");
     std::error_code error;
@@ -308,7 +304,6 @@ json Dressing::report()
 
 void dress(const DressArguments& a)
 {
-    check_outputs(a);
     Dressing dressing(a);
     dressing.run();
     dressing.write();
@@ -360,13 +355,14 @@ void add_dress(CommandLine& line)
     command.flag("--paper-friction", a->paper_friction, "Friction of eq. 33 instead of Coulomb's");
     command.flag("--self-collision", a->self_collision, "Cloth feels itself (slow)");
     command.footer("Exit code: 0 done, 2 bad model or garment, or a file not written, 64 wrong usage, 70 internal error.");
-    command.run<GarmentFileError, BadOutput, device::DeviceError, AvatarError, ImageError>([a] {
+    command.run<GarmentFileError, BadOutput, io::ModelFileError, device::DeviceError, AvatarError, ImageError>([a] {
         if (a->avatar.empty() && a->walker <= 0) throw WrongUsage("dress", "give --avatar or --figure");
         const bool skinned = is_gltf(a->avatar);
         if (a->walk && a->walker <= 0 && !skinned)
             throw WrongUsage("--walk", "a baked model has no joints: give --figure, or --avatar a skinned .glb or .gltf");
         if (!a->animation.empty() && !(a->walk && skinned))
             throw WrongUsage("--animation", "goes with --walk and a skinned --avatar");
+        check_outputs(*a);
         try {
             dress(*a);
         } catch (const io::ModelFileError& e) {

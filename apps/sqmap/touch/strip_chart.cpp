@@ -219,8 +219,7 @@ void check_plot_name(const std::filesystem::path& svg)
 {
     const std::string end = svg.extension().string();
     if (svg.empty()) return;
-    if (const std::filesystem::path folder = svg.parent_path(); !folder.empty() && !std::filesystem::is_directory(folder))
-        throw BadTouch("--plot " + svg.string() + ": there is no folder " + folder.string() + "\n  cure: make it first");
+    io::check_output(svg, {});
     if (end == ".svg" || end == ".SVG") return;
     throw BadTouch("--plot " + svg.string() + ": the picture is an SVG\n  cure: --plot " +
                    std::filesystem::path(svg).replace_extension(".svg").string());

@@ -18,7 +18,8 @@ struct Comparison {
 /// @throw device::TraceError, io::ModelFileError
 void plot_trace(const std::filesystem::path& trace, const std::filesystem::path& svg, const Comparison* other = nullptr);
 
-/// @throw BadTouch for a name that another kind of picture would have, or a folder that is not there; empty is none.
+/// @throw BadTouch for a name that another kind of picture would have, io::ModelFileError for a folder that is not there; empty
+/// is none.
 void check_plot_name(const std::filesystem::path& svg);
 
 }  // namespace sqmap::app

@@ -121,6 +121,11 @@ std::vector<std::vector<std::uint32_t>> neighbours_of(const Object& object, cons
 std::shared_ptr<Object> rebaked(const Object& object, const Parts& parts, BakeMeshOptions options, const Words& words)
 {
     options.provenance = {.made_by = "sqmap view", .source = object.name};
+    if (object.baked_with) {
+        const auto progress = std::move(options.bake.progress);
+        options.bake = *object.baked_with;
+        options.bake.progress = progress;
+    }
     options.bake.partition = &parts.partition;
     BakedModel baked = bake_mesh(admitted_mesh_of(object.view), options);
     std::vector<Note> notes;
@@ -134,6 +139,7 @@ std::shared_ptr<Object> rebaked(const Object& object, const Parts& parts, BakeMe
     out->put_at(object.metres_per_unit, object.position, object.up);
     out->names_file = object.names_file;
     out->admission = object.admission;
+    out->baked_with = object.baked_with;
     return out;
 }
 

@@ -45,6 +45,8 @@ std::shared_ptr<Object> object_from_mesh(AdmittedMesh mesh, const std::string& n
     options.provenance = {.made_by = "sqmap view", .source = name};
     BakedModel baked = bake_mesh(std::move(mesh), options);
     auto object = object_from_model(baked.bytes(), name, size);
+    options.bake.progress = nullptr;
+    object->baked_with = std::move(options.bake);
     object->admission = baked.mesh.admission;
     return object;
 }

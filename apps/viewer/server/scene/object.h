@@ -48,8 +48,9 @@ struct Object {
     Parts parts;
     std::filesystem::path names_file;  ///< where its names are kept: beside a model that the program opened; empty: nowhere
     Words words;                       ///< that its parts were named with
-    std::optional<mesh::Admission> admission;  ///< of the mesh it was baked from here; absent of a model
-    std::vector<Note> notes;                   ///< about that mesh and about the model
+    std::optional<mesh::Admission> admission;     ///< of the mesh it was baked from here; absent of a model
+    std::vector<Note> notes;                      ///< about that mesh and about the model
+    std::optional<bake::BakeOptions> baked_with;  ///< when it was baked here, without progress and partition; absent of a model
 
     /// Scales the object and moves it. metres_per_unit: metres a unit of the mesh; position: of the centre in the world, m
     /// up: the mesh's axis that points upwards from then on

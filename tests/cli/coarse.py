@@ -1,0 +1,34 @@
+"""A sphere with fewer triangles than that of sqmap shapes: tests of the program bake it in a quarter of the time."""
+
+
+def write_sphere(path, levels=3):
+    """Writes an icosahedron of radius 1 as OBJ, divided so many times: 20 * 4^levels triangles."""
+    g = (1 + 5 ** 0.5) / 2
+    vertices = [(-1, g, 0), (1, g, 0), (-1, -g, 0), (1, -g, 0), (0, -1, g), (0, 1, g), (0, -1, -g), (0, 1, -g), (g, 0, -1), (g, 0, 1),
+                (-g, 0, -1), (-g, 0, 1)]
+    triangles = [(0, 11, 5), (0, 5, 1), (0, 1, 7), (0, 7, 10), (0, 10, 11), (1, 5, 9), (5, 11, 4), (11, 10, 2), (10, 7, 6), (7, 1, 8),
+                 (3, 9, 4), (3, 4, 2), (3, 2, 6), (3, 6, 8), (3, 8, 9), (4, 9, 5), (2, 4, 11), (6, 2, 10), (8, 6, 7), (9, 8, 1)]
+
+    def on_sphere(p):
+        length = sum(c * c for c in p) ** 0.5
+        return tuple(c / length for c in p)
+
+    vertices = [on_sphere(p) for p in vertices]
+    for _ in range(levels):
+        middles = {}
+
+        def middle(i, j):
+            key = min(i, j), max(i, j)
+            if key not in middles:
+                middles[key] = len(vertices)
+                vertices.append(on_sphere([a + b for a, b in zip(vertices[i], vertices[j])]))
+            return middles[key]
+
+        divided = []
+        for a, b, c in triangles:
+            ab, bc, ca = middle(a, b), middle(b, c), middle(c, a)
+            divided += [(a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca)]
+        triangles = divided
+    with open(path, "w") as out:
+        out.write("".join(f"v {x!r} {y!r} {z!r}\n" for x, y, z in vertices))
+        out.write("".join(f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in triangles))
