@@ -180,7 +180,7 @@ class Urdf(unittest.TestCase):
         pathlib.Path("twenty/meshes/cut.stl").write_bytes(b" " * 80 + (5).to_bytes(4, "little") + b"\0" * 60)
         pathlib.Path("twenty/cut.urdf").write_text(robot_text(1).replace("dumbbell.obj", "cut.stl"))
         said = run("urdf", "twenty/cut.urdf", "-o", "twenty/cut_out.urdf", "--shape", "box", code=2).stderr
-        code, message = re.search(r"REFUSED (E_\w+).*?: (.*)\n", run("check", "twenty/meshes/cut.stl", code=2).stderr).groups()
+        code, message = re.search(r"REFUSED (E_\w+).*?: (.*)\n", run("check", "twenty/meshes/cut.stl", code=2).stdout).groups()
         self.assertNotEqual(code, "E_FORMAT")
         self.assertIn(code, said)
         self.assertIn(message, said)
