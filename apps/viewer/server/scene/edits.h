@@ -20,7 +20,7 @@ namespace sqmap::viewer {
 [[nodiscard]] std::vector<std::vector<std::uint32_t>> neighbours_of(const Object& object, const decompose::Partition& partition);
 
 /// The same object with other parts, baked with the options' projection; triangles that the cure of its mesh made up stay so.
-/// Where the object was baked here, its own bake's options stand in place of options.bake, but for the progress.
+/// The options of the object's own bake, if it was baked here, stand in place of options.bake, but for the progress.
 /// @throw mesh::Error
 [[nodiscard]] std::shared_ptr<Object> rebaked(const Object& object, const Parts& parts, BakeMeshOptions options,
                                               const Words& words);
