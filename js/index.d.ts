@@ -2,6 +2,8 @@
 
 /** Rows of three numbers: a typed array of 3 n numbers, or a list. */
 export type Rows = Float64Array | Float32Array | number[] | number[][];
+/** Rows of three numbers of points, counter-clockwise seen from outside. */
+export type Triangles = Uint32Array | Int32Array | number[] | number[][];
 /** A matrix of 4 x 4, row by row, from the mesh's frame to the points'. */
 export type Pose = Float64Array | Float32Array | number[] | number[][];
 /** 1 superquadrics and polytopes, 2 planes, 3 planes and maps, "exact" triangles, "auto" the cheapest within tolerance. */
@@ -75,6 +77,70 @@ export interface ProbeContact {
   status: number;
 }
 
+/** A solid where it is. */
+export interface Body {
+  probe: Probe;   // its vertices and triangles
+  model?: Model;  // of the same mesh; without it nothing is found that is in it as a whole
+  pose?: Pose;    // from the mesh's frame to that of the poses
+}
+/** Which complete contacts are wanted. */
+export interface ContactOptions {
+  perRegion?: number;   // of a region the deepest is kept and those that span the largest area; default 0: all
+  firstOnly?: boolean;  // stop at the first contact
+}
+/** A contact of two bodies, in the frame of the poses. */
+export interface SurfaceContact {
+  onA: number[]; onB: number[];  // onB = onA - depth normal
+  normal: number[];              // unit, the direction in which b leaves a
+  depth: number;                 // of a vertex its distance to the other surface; else what separates the two features
+  featureA: "vertex" | "edge" | "face"; featureB: "vertex" | "edge" | "face";
+  /** A vertex or a face by its number in the probe; an edge as 3 t + k, from corner k of triangle t to the next one; -1: the face
+   *  that a vertex is below. */
+  indexA: number; indexB: number;
+  region: number;                // contacts of one region touch together; -1: a vertex while perRegion is 0
+  partA: number; partB: number;  // of the models; -1: none, and of a vertex
+  certain: number;               // 1: the verdict is proven
+  status: number;
+}
+/** Complete contacts of two bodies. */
+export interface SurfaceContacts {
+  contacts: SurfaceContact[];
+  found: number;     // kept or not
+  meetings: number;  // pairs of triangles that have a point in common
+  regions: number;   // of such pairs, each one connected; every one has a contact
+  status: number;
+}
+/** The volume that two solids share. */
+export interface Overlap {
+  volume: number;
+  error: number;  // what the shift of faces in special position changes at most, without rounding
+  status: number;
+}
+/** The least distance of two solids. */
+export interface Clearance {
+  distance: number;                      // 0 where they have a point in common
+  atLeast: number;                       // the truth is not below it
+  onA: number[]; onB: number[];          // the nearest points
+  triangleA: number; triangleB: number;  // that hold them; -1 where one solid is in the other
+  status: number;
+}
+/** The translation of b that separates it from a. */
+export interface Separation {
+  distance: number;     // along direction; then they only touch
+  atLeast: number;      // no shorter translation of those in question separates them
+  direction: number[];  // unit
+  isExact: boolean;     // both bounds differ by rounding alone
+  status: number;
+}
+/** contacts: the largest number that is kept of a pair in one direction; default 4096. */
+export interface PileOptions {
+  contacts?: number;
+}
+/** Two bodies of a pile that touch: their numbers, and what contacts(a, b) gives of them. */
+export interface PilePair extends SurfaceContacts {
+  a: number; b: number;
+}
+
 /** How to bake; the defaults are those of `sqmap bake`. */
 export interface BakeOptions {
   targetError?: number;  // percent of R_max, 0.001 to 100, 99th percentile of layer 3's depth; default 0.5
@@ -103,9 +169,10 @@ export interface Facts {
   isSolid: boolean; hasExact: boolean; isNormal: boolean; isDoubtful: boolean; hasInput: boolean; cure: "" | "closed" | "wrapped";
 }
 
-/** Points prepared once, queried many times. */
+/** Points, with the triangles between them if there are any, prepared once and queried many times. */
 export class Probe {
   readonly count: number;
+  readonly triangles: number;  // how many; complete contacts need them
   /** Frees the memory; whatever is called afterwards throws. */
   close(): void;
 }
@@ -182,6 +249,19 @@ export class Session {
   close(): void;
 }
 
+/** Many bodies in one world that move: poses in, complete contacts of all pairs out. */
+export class Pile {
+  /** The body's number, the lowest that is free. Its model and its probe may be closed afterwards. */
+  add(body: Body): number;
+  /** Takes a body out; its number is given out again. */
+  remove(number: number): void;
+  /** Contacts of all pairs that are near each other, in the order of a, then b. poses: of the bodies by their numbers; the others
+   *  stay. A body whose pose is not finite is near nothing. near: pairs whose spheres touch. */
+  query(poses?: Pose[], options?: ContactOptions): {pairs: PilePair[]; near: number; status: number};
+  /** Frees the memory; whatever is called afterwards throws. */
+  close(): void;
+}
+
 /** The library, once it is loaded. */
 export interface Sqmap {
   readonly version: string;
@@ -189,11 +269,27 @@ export interface Sqmap {
   /** A model from the bytes of its file. @throws SqmapError */
   open(bytes: Uint8Array | ArrayBuffer): Model;
   /** Bakes triangles; some seconds for ten thousand. @throws SqmapError with the face, vertex or edge and a cure */
-  bake(mesh: {vertices: Rows; triangles: Uint32Array | Int32Array | number[] | number[][]}, options?: BakeOptions): Model;
+  bake(mesh: {vertices: Rows; triangles: Triangles}, options?: BakeOptions): Model;
   /** Bakes a mesh file: OFF, OBJ, STL, PLY, glTF, GLB. name: its ending says which. */
   bakeFile(name: string, bytes: Uint8Array, options?: BakeOptions): Model;
-  /** Prepares points that touch models. */
-  probe(points: Rows): Probe;
+  /** Prepares points that touch models. With the triangles of a closed mesh, as model.mesh has them, it has complete contacts too.
+   *  @throws SqmapError with the triangle that is open, turned round or inside out */
+  probe(points: Rows, triangles?: Triangles): Probe;
+  /** Contacts of two closed meshes, none missed: vertices in the other body's model, edges against edges, faces. */
+  contacts(a: Body, b: Body, options?: ContactOptions): SurfaceContacts;
+  /** The volume that two closed meshes share, exact from their triangles. */
+  overlap(a: Body, b: Body): Overlap;
+  /** The least distance of two closed meshes. */
+  clearance(a: Body, b: Body): Clearance;
+  /** True where two bodies are at most so far apart; it stops at the first triangles that are. */
+  isWithin(a: Body, b: Body, distance: number): boolean;
+  /** When b touches a, which rests, on its way to a pose, in a straight line and about one axis: the share of the motion, never late;
+   *  1 where there is no touch. */
+  firstTouch(a: Body, b: Body, pose: Pose): {touches: boolean; time: number; status: number};
+  /** How far b has to be moved to be free of a: along a direction of three numbers to the first gap; without one the shortest
+   *  translation that is known, of convex solids the least of all. */
+  separation(a: Body, b: Body, direction?: number[]): Separation;
+  pile(options?: PileOptions): Pile;
   /** A tool that touches a model. @throws SqmapError */
   session(model: Model, options?: SessionOptions): Session;
 }

@@ -18,6 +18,7 @@ const units = new Map([["um", 1e-6], ["mm", 1e-3], ["cm", 1e-2], ["dm", 0.1], ["
 const ownWords = 2;  // sqmap_words: messages name these options
 const cures = ["", "closed", "wrapped"];
 const solids = new Map([["as-is", 0], ["outer", 1]]);
+const features = ["vertex", "edge", "face"];
 const repairs = new Map([["wrap", 4], ["close", 3], ["safe", 2], ["none", 1]]);
 
 function member(map, value, element) {
@@ -57,6 +58,7 @@ function object(value, element) {
 }
 
 const querySettings = ["layer", "tolerance", "margin", "smooth", "pose"];
+const contactSettings = ["perRegion", "firstOnly"];
 const bakeSettings = ["targetError", "band", "thickness", "maxParts", "repair", "projection", "surface", "exact", "keepInput", "unit",
                       "solid", "gap", "wrapTolerance", "source", "progress"];
 
@@ -67,15 +69,24 @@ function settings(value, names) {
   return value;
 }
 
+/** A pose's numbers in the names of this package: "pose.rotation[4]" is "pose[5]". */
+const inMatrix = (element) => element.replace(/\.rotation\[(\d)\]$/, (_, k) => `[${4 * Math.floor(k / 3) + (k % 3)}]`)
+  .replace(/\.translation\[(\d)\]$/, (_, k) => `[${4 * k + 3}]`).replace(/\.rotation$/, "");
+
 /** A refusal of the library's, in the names of this package: "points.pose.rotation[4]" is "options.pose[5]". */
 function argumentOf(element) {
-  const own = element.replace(/\.rotation\[(\d)\]$/, (_, k) => `[${4 * Math.floor(k / 3) + (k % 3)}]`)
-    .replace(/\.translation\[(\d)\]$/, (_, k) => `[${4 * k + 3}]`).replace(/\.rotation$/, "")
+  const own = inMatrix(element)
     .replace(/^points\.pose|^bodies\.a\.pose/, "options.pose").replace(/^bodies\.b\.pose/, "options.probePose")
     .replace(/^bodies\.[ab]\./, "").replace(/^points\.(xyz|count)/, "points").replace(/^(simulation|tick)\./, "")
     .replace(/^options\.(accepts|is|has)_/, "options.");
   return own.startsWith("options.") ? own.replace(/_([a-z])/g, (_, letter) => letter.toUpperCase()) : own;
 }
+
+/** The same of calls with two bodies, of a probe of triangles and of a pile. */
+const argumentOfBodies = (element) => inMatrix(element).replace(/^bodies\./, "").replace(/^end_pose/, "pose")
+  .replace(/^separation\.along/, "direction").replace(/^clearance\.within/, "distance");
+const argumentOfMesh = (element) => element.replace(/^mesh\.triangle(s|_count)/, "triangles").replace(/^mesh\.vert(ices|ex_count)/, "points");
+const argumentOfPile = (element) => inMatrix(element).replace(/^step\.pose/, "poses");
 
 /** Numbers as an array of rows: typed arrays and lists of lists. */
 function rows(value, element, width = 3) {
@@ -90,6 +101,13 @@ function rows(value, element, width = 3) {
   return flat;
 }
 
+/** Numbers of vertices, three a triangle. */
+function indices(value, element) {
+  const corners = rows(value, element);
+  if (![...corners].every(Number.isInteger)) throw refuse(element, "has an entry that is no whole number", "give indices");
+  return corners;
+}
+
 /** A matrix of 4 x 4, row by row, as rotation and translation. */
 function poseNumbers(pose, element) {
   const m = rows(pose, element, 4);
@@ -97,13 +115,17 @@ function poseNumbers(pose, element) {
   return [m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10], m[3], m[7], m[11]];
 }
 
+/** The largest number of 32 bits stands for none. */
+const orNone = (number) => (number === 0xffffffff ? -1 : number);
+
 /** The other way. */
 const matrixOf = ([a, b, c, d, e, f, g, h, i, x, y, z]) => [a, b, c, x, d, e, f, y, g, h, i, z, 0, 0, 0, 1];
 
 /** Arguments of one call to the library: memory that is freed when it returns. */
 class Call {
-  constructor(library) {
+  constructor(library, nameOf = argumentOf) {
     this.library = library;
+    this.nameOf = nameOf;
     this.blocks = [];
   }
   space(bytes) {
@@ -122,6 +144,18 @@ class Call {
   }
   read(kind, address, name) {
     return read(this.view, structs[kind], address, name);
+  }
+  /** Members of a struct that the library has written. */
+  members(kind, address, names = Object.keys(structs[kind].members)) {
+    const out = {};
+    for (const name of names) if (name !== "size") out[name] = this.read(kind, address, name);
+    return out;
+  }
+  /** The handle that open writes. */
+  handle(open) {
+    const at = this.space(8);
+    open(at);
+    return this.view.getBigUint64(at, true);
   }
   numbers(values) {
     const address = this.space(8 * values.length);
@@ -149,6 +183,38 @@ class Call {
       isSmooth: flag(smooth, "options.smooth"), isFirstOnly: flag(firstOnly, "options.firstOnly"),
     });
   }
+  mesh(xyz, corners) {
+    const triangles = this.space(8 * corners.length), wide = new BigInt64Array(this.library.HEAPU8.buffer, triangles, corners.length);
+    for (let i = 0; i < corners.length; ++i) wide[i] = BigInt(corners[i]);
+    return this.struct("mesh", {vertices: this.numbers(xyz), vertexCount: xyz.length / 3, triangles, triangleCount: corners.length / 3});
+  }
+  /** The handles and the pose of a body that has a probe. */
+  body(value, element) {
+    const {model, probe, pose} = object(value, element);
+    const odd = Object.keys(value).find((name) => !["model", "probe", "pose"].includes(name));
+    if (odd !== undefined) throw refuse(`${element}.${odd}`, "is unknown", "take model, probe, pose");
+    if (!(probe instanceof Probe)) throw refuse(`${element}.probe`, "is none", "make one with sqmap.probe(points, triangles)");
+    if (model !== undefined && !(model instanceof Model)) throw refuse(`${element}.model`, "is none", "open or bake one, or leave it out");
+    return {model: model === undefined ? 0n : model.handleFor(this.library, `${element}.model`),
+            probe: probe.handleFor(this.library, `${element}.probe`), pose: this.pose(pose, `${element}.pose`)};
+  }
+  bodies(a, b) {
+    const first = this.body(a, "a"), second = this.body(b, "b");
+    return this.struct("bodies", {modelA: first.model, probeA: first.probe, poseA: first.pose,
+                                  modelB: second.model, probeB: second.probe, poseB: second.pose});
+  }
+  contactOptions(options) {
+    const {perRegion = 0, firstOnly = false} = settings(options, contactSettings);
+    return {perRegion: Math.min(whole(perRegion, "options.perRegion"), 0xffffffff), isFirstOnly: flag(firstOnly, "options.firstOnly")};
+  }
+  surfaceContacts(address, count) {
+    return Array.from({length: count}, (_, i) => {
+      const row = this.members("surfaceContact", address + i * structs.surfaceContact.bytes);
+      for (const name of ["featureA", "featureB"]) row[name] = features[row[name]];
+      for (const name of ["indexA", "indexB", "region"]) row[name] = orNone(row[name]);
+      return row;
+    });
+  }
   copy(type, address, length) {
     return new type(this.library.HEAPU8.buffer, address, length).slice();
   }
@@ -158,7 +224,7 @@ class Call {
     if (code === 0) return;
     const at = this.library._sqmap_last_error();
     const word = (what) => this.library.UTF8ToString(this.read("error", at, what));
-    throw new SqmapError(word("name"), argumentOf(word("element")), word("message"),
+    throw new SqmapError(word("name"), this.nameOf(word("element")), word("message"),
                          this.library.UTF8ToString(this.library._sqmap_last_cure(ownWords)));
   }
   /** A text that the library writes. */
@@ -177,8 +243,8 @@ class Call {
 }
 
 /** Runs action with a Call that is freed whatever happens. */
-function within(library, action) {
-  const call = new Call(library);
+function within(library, action, nameOf) {
+  const call = new Call(library, nameOf);
   try {
     return action(call);
   } finally {
@@ -211,17 +277,17 @@ class Owned {
     this.#handle = 0n;
     if (handle !== 0n) within(this.#library, (c) => c.run(this.#closes, handle));
   }
-  within(action) {
+  within(action, nameOf) {
     if (this.#handle === 0n) throw new SqmapError("E_HANDLE", this.constructor.name, "is closed", "open it again");
-    return within(this.#library, action);
+    return within(this.#library, action, nameOf);
   }
 }
 
-/** Points prepared once, queried many times. */
+/** Points, with the triangles between them if there are any, prepared once and queried many times. */
 export class Probe extends Owned {
-  constructor(library, handle, count) {
+  constructor(library, handle, count, triangles) {
     super(library, handle, "sqmap_close_probe");
-    this.count = count;
+    Object.assign(this, {count, triangles});
   }
 }
 
@@ -233,8 +299,7 @@ export class Model extends Owned {
     return this.within((c) => {
       const at = c.struct("facts");
       c.run("sqmap_model_facts", this.handle, at);
-      const facts = {};
-      for (const name of Object.keys(structs.facts.members)) if (name !== "size") facts[name] = c.read("facts", at, name);
+      const facts = c.members("facts", at);
       facts.bytes = Number(facts.bytes);
       facts.cure = cures[facts.cure];
       for (const name of ["isSolid", "hasExact", "isNormal", "isDoubtful", "hasInput"]) facts[name] = facts[name] !== 0;
@@ -338,9 +403,7 @@ export class Model extends Owned {
       const found = c.read("contactList", list, "found"), anchor = c.read("contactList", list, "anchor");
       const out = [];
       for (let i = 0; i < Math.min(found, capacity); ++i) {
-        const row = {};
-        for (const name of Object.keys(structs.contact.members))
-          row[name] = c.read("contact", contacts + i * structs.contact.bytes, name);
+        const row = c.members("contact", contacts + i * structs.contact.bytes);
         row.point = row.point.map((x, k) => x + anchor[k]);
         out.push(row);
       }
@@ -369,8 +432,7 @@ export class Session extends Owned {
         time: number(time, "time"), sampleTime: number(sampleTime, "sampleTime"),
         sequence: typeof sequence === "bigint" ? sequence : BigInt(sequence === undefined ? ++this.#sequence : whole(sequence, "sequence")),
         pose: poseNumbers(pose, "pose"), acts: bits}), force);
-      const out = {};
-      for (const name of Object.keys(structs.force.members)) if (name !== "size") out[name] = c.read("force", force, name);
+      const out = c.members("force", force);
       out.isEngaged = out.isEngaged !== 0;
       out.tool = matrixOf(out.tool);
       return out;
@@ -388,8 +450,41 @@ export class Session extends Owned {
   }
 }
 
+/** Many bodies that move. */
+export class Pile extends Owned {
+  constructor(library, handle) {
+    super(library, handle, "sqmap_close_pile");
+  }
+  add(body) {
+    return this.within((c) => {
+      const {model, probe, pose} = c.body(body, "body"), number = c.space(4);
+      c.run("sqmap_add_body", this.handle, c.struct("body", {model, probe, pose}), number);
+      return c.view.getUint32(number, true);
+    }, argumentOfPile);
+  }
+  remove(number) {
+    this.within((c) => c.run("sqmap_remove_body", this.handle, Math.min(whole(number, "number"), 0xffffffff)), argumentOfPile);
+  }
+  query(poses, options = {}) {
+    return this.within((c) => {
+      if (poses !== undefined && !Array.isArray(poses)) throw refuse("poses", `is ${kindOf(poses)}`, "give a list of poses");
+      const moved = poses?.flatMap((pose, i) => poseNumbers(pose, `poses[${i}]`));
+      const out = c.struct("pileContacts"), pair = structs.pilePair.bytes;
+      c.run("sqmap_query_pile", this.handle, c.struct("pileStep", {
+        ...c.contactOptions(options), threads: 1, pose: moved === undefined ? 0 : c.numbers(moved), count: poses?.length ?? 0}), out);
+      const {pairs, contacts, pairCount, count, near, status} = c.members("pileContacts", out), rows = c.surfaceContacts(contacts, count);
+      return {pairs: Array.from({length: pairCount}, (_, i) => {
+        const {first, count: length, ...row} = c.members("pilePair", pairs + i * pair);
+        return {...row, contacts: rows.slice(first, first + length)};
+      }), near, status};
+    }, argumentOfPile);
+  }
+}
+
 class Sqmap {
   #library;
+  #workspace = 0n;
+  #capacity = 0;
   constructor(library) {
     this.#library = library;
   }
@@ -411,13 +506,9 @@ class Sqmap {
   }
   bake(mesh, options = {}) {
     const {vertices, triangles} = object(mesh, "mesh");
-    const xyz = rows(vertices, "vertices"), corners = rows(triangles, "triangles");
-    if (![...corners].every(Number.isInteger)) throw refuse("triangles", "has an entry that is no whole number", "give indices");
+    const xyz = rows(vertices, "vertices"), corners = indices(triangles, "triangles");
     return within(this.#library, (c) => {
-      const indices = c.space(8 * corners.length), wide = new BigInt64Array(this.#library.HEAPU8.buffer, indices, corners.length);
-      for (let i = 0; i < corners.length; ++i) wide[i] = BigInt(corners[i]);
-      const mesh = c.struct("mesh", {vertices: c.numbers(xyz), vertexCount: xyz.length / 3, triangles: indices,
-                                     triangleCount: corners.length / 3});
+      const mesh = c.mesh(xyz, corners);
       return this.#baked(c, options, (chosen, handle) => c.run("sqmap_bake", mesh, chosen, handle));
     });
   }
@@ -434,12 +525,72 @@ class Sqmap {
       this.#library.FS.unlink(path);
     }
   }
-  probe(points) {
-    return within(this.#library, (c) => {
-      const {count, at} = c.points(points), handle = c.space(8);
-      c.run("sqmap_make_probe", at, handle);
-      return new Probe(this.#library, c.view.getBigUint64(handle, true), count);
+  probe(points, triangles) {
+    const xyz = rows(points, "points");
+    if (triangles === undefined)
+      return within(this.#library, (c) => new Probe(
+        this.#library, c.handle((at) => c.run("sqmap_make_probe", c.points(xyz).at, at)), xyz.length / 3, 0));
+    const corners = indices(triangles, "triangles");
+    return within(this.#library, (c) => new Probe(
+      this.#library, c.handle((at) => c.run("sqmap_make_solid_probe", c.mesh(xyz, corners), at)), xyz.length / 3, corners.length / 3),
+                  argumentOfMesh);
+  }
+  contacts(a, b, options = {}) {
+    return this.#ofBodies(a, b, (c, bodies) => {
+      const list = c.struct("surfaceList");
+      c.run("sqmap_query_contacts", bodies, c.struct("contactOptions", c.contactOptions(options)), this.#space(c, a, b), list);
+      const {contacts, count, ...rest} = c.members("surfaceList", list);
+      return {contacts: c.surfaceContacts(contacts, count), ...rest};
     });
+  }
+  overlap(a, b) {
+    return this.#ofBodies(a, b, (c, bodies) => {
+      const overlap = c.struct("overlap");
+      c.run("sqmap_query_overlap", bodies, this.#space(c, a, b), overlap);
+      return c.members("overlap", overlap);
+    });
+  }
+  clearance(a, b) {
+    return this.#ofBodies(a, b, (c, bodies) => {
+      const clearance = c.struct("clearance");
+      c.run("sqmap_query_clearance", bodies, clearance);
+      const {within: reach, isWithin, triangleA, triangleB, ...rest} = c.members("clearance", clearance);
+      return {...rest, triangleA: orNone(triangleA), triangleB: orNone(triangleB)};
+    });
+  }
+  isWithin(a, b, distance) {
+    if (!(number(distance, "distance") >= 0)) throw refuse("distance", `is ${distance}`, "give a number that is not below zero");
+    if (distance === 0) return this.clearance(a, b).distance === 0;  // in C zero stands for the distance itself
+    return this.#ofBodies(a, b, (c, bodies) => {
+      const clearance = c.struct("clearance", {within: distance});
+      c.run("sqmap_query_clearance", bodies, clearance);
+      return c.read("clearance", clearance, "isWithin") !== 0;
+    });
+  }
+  firstTouch(a, b, pose) {
+    return this.#ofBodies(a, b, (c, bodies) => {
+      const touch = c.struct("touch");
+      c.run("sqmap_first_touch", bodies, c.numbers(poseNumbers(pose, "pose")), touch);
+      const {touches, ...rest} = c.members("touch", touch);
+      return {touches: touches !== 0, ...rest};
+    });
+  }
+  separation(a, b, direction) {
+    const along = direction === undefined ? [0, 0, 0] : rows(direction, "direction");
+    if (along.length !== 3 || (direction !== undefined && !(along.every(Number.isFinite) && along.some((x) => x !== 0))))
+      throw refuse("direction", `is ${along}`, "give three finite numbers, not all zero");
+    return this.#ofBodies(a, b, (c, bodies) => {
+      const separation = c.struct("separation", {along});
+      c.run("sqmap_query_separation", bodies, this.#space(c, a, b), separation);
+      const {along: _, isExact, ...rest} = c.members("separation", separation);
+      return {...rest, isExact: isExact !== 0};
+    });
+  }
+  pile(options = {}) {
+    const {contacts = 4096} = settings(options, ["contacts"]);
+    return within(this.#library, (c) => new Pile(
+      this.#library, c.handle((at) => c.run("sqmap_make_pile", Math.min(whole(contacts, "options.contacts"), 0xffffffff), at))),
+                  (element) => `options.${element}`);
   }
   session(model, options = {}) {
     const {pose, layer = 3, friction = 0.4, deadMan = false, mode = "direct", ...sizes} = object(options, "options");
@@ -457,6 +608,19 @@ class Sqmap {
       c.run("sqmap_make_session", touched, c.struct("sessionOptions", values), handle);
       return new Session(this.#library, c.view.getBigUint64(handle, true));
     });
+  }
+  #ofBodies(a, b, action) {
+    return within(this.#library, (c) => action(c, c.bodies(a, b)), argumentOfBodies);
+  }
+  /** The memory that pairs are computed in, one for all calls: it grows with the largest body. */
+  #space(c, a, b) {
+    const needed = Math.max(4096, a.probe.count, b.probe.count);
+    if (needed > this.#capacity) {
+      const larger = c.handle((at) => c.run("sqmap_make_workspace", needed, at));
+      if (this.#workspace !== 0n) c.run("sqmap_close_workspace", this.#workspace);
+      [this.#workspace, this.#capacity] = [larger, needed];
+    }
+    return this.#workspace;
   }
   #baked(c, options, bake) {
     const {targetError = 0, band = 0, thickness = 0, maxParts = 0, repair = "wrap", projection = "central", surface = false,

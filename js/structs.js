@@ -32,6 +32,18 @@ export const structs = {
   distances: layout("distance:pointer gradient:pointer closest:pointer part:pointer known:pointer status:pointer triangle:pointer"),
   closest: layout("closest:pointer distance:pointer triangle:pointer"),
   bodies: layout(`modelA:u64 probeA:u64 poseA:pointer modelB:u64 probeB:u64 poseB:pointer`),
+  body: layout("model:u64 probe:u64 pose:pointer", false),
+  contactOptions: layout("perRegion:u32 isFirstOnly:i32"),
+  surfaceContact: layout(`onA:f64[3] onB:f64[3] normal:f32[3] depth:f32 featureA:u8 featureB:u8 indexA:u32 indexB:u32 region:u32
+    partA:i16 partB:i16 certain:u8 status:u8`, false),
+  surfaceList: layout("contacts:pointer count:size found:size meetings:size regions:size status:u32"),
+  touch: layout("time:f64 touches:i32 status:u32"),
+  clearance: layout(`within:f64 distance:f64 atLeast:f64 onA:f64[3] onB:f64[3] triangleA:u32 triangleB:u32 isWithin:i32 status:u32`),
+  overlap: layout("volume:f64 error:f64 status:u32"),
+  separation: layout("along:f64[3] distance:f64 atLeast:f64 direction:f64[3] isExact:i32 status:u32"),
+  pileStep: layout("pose:pointer count:size threads:u32 perRegion:u32 isFirstOnly:i32"),
+  pilePair: layout("a:u32 b:u32 first:size count:size found:size meetings:size regions:size status:u8", false),
+  pileContacts: layout("pairs:pointer contacts:pointer pairCount:size count:size near:size status:u32"),
   contact: layout("point:f32[3] normal:f32[3] depth:f32 index:u32 part:i16 certain:u8 status:u8", false),
   contactList: layout("contacts:pointer capacity:size found:size anchor:f64[3] status:u32"),
   sessionOptions: layout(`metresPerUnit:f64 pose:pointer radius:f64 stiffness:f64 damping:f64 friction:f64 layer:i32 maxForce:f64

@@ -156,7 +156,7 @@ def live(model, up):
 def included(match):
     """The file of the repository that the comment names; Sphinx fails where there is none."""
     path = match.group(1)
-    return f"```{{literalinclude}} /{os.path.relpath(ROOT / path, SOURCE)}\n:language: {pathlib.Path(path).suffix.lstrip('.').replace('py', 'python')}\n```"
+    return f"```{{literalinclude}} /{os.path.relpath(ROOT / path, SOURCE)}\n:language: {pathlib.Path(path).suffix.lstrip('.').replace('py', 'python').replace('mjs', 'js')}\n```"
 
 
 def copy_pages():

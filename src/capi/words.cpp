@@ -69,7 +69,10 @@ const mesh::SettingNames k_javascript_settings({{Setting::Repair, "repair"},
                                                 {Setting::MaxParts, "maxParts"},
                                                 {Setting::TargetError, "targetError"},
                                                 {Setting::Exact, "exact: true"},
-                                                {Setting::KeepInput, "keepInput: true"}},
+                                                {Setting::KeepInput, "keepInput: true"},
+                                                {Setting::SolidProbe, "sqmap.probe(points, triangles)"},
+                                                {Setting::Bake, "sqmap.bake"},
+                                                {Setting::BakedMesh, "Model.mesh"}},
                                                ": ", quoted);
 
 }  // namespace

@@ -31,7 +31,7 @@ const interfaces = new Map(), methods = [];
 for (const [, kind, name, base, body] of types.matchAll(/^export (interface|class) (\w+)(?: extends (\w+))? \{\n([\s\S]*?)^\}/gm)) {
   const lines = split(body, ";").map((line) => line.replace(/^readonly /, ""));
   interfaces.set(name, {base, members: lines.filter((line) => /^\w+\??:/.test(line)).map(member)});
-  if (["Model", "Probe", "Session", "Sqmap"].includes(name))
+  if (["Model", "Probe", "Session", "Pile", "Sqmap"].includes(name))
     for (const [, method, parameters] of lines.map((line) => line.match(/^(\w+)\(([\s\S]*)\):/)).filter(Boolean))
       methods.push({owner: name, method, parameters: split(parameters).map(member)});
 }
@@ -47,7 +47,9 @@ const box = {vertices: Array.from({length: 8}, (_, i) => [(i >> 2) - 0.5, ((i >>
              triangles: corners.flatMap(([a, b, c, d]) => [[a, b, c], [a, c, d]])};
 const off = new TextEncoder().encode(`OFF\n8 12 0\n${[...box.vertices, ...box.triangles.map((t) => [3, ...t])].map((r) => r.join(" ")).join("\n")}\n`);
 const model = sqmap.bake(box), bytes = model.toBytes(), probe = sqmap.probe(point), theirs = other.open(bytes);
-const closed = {Model: sqmap.open(bytes), Probe: sqmap.probe(point)};
+const solid = sqmap.probe(box.vertices, box.triangles), body = {model, probe: solid}, pile = sqmap.pile();
+pile.add(body);
+const closed = {Model: sqmap.open(bytes), Probe: sqmap.probe(point), Pile: sqmap.pile()};
 for (const thing of Object.values(closed)) thing.close();
 
 const shapes = [null, 5, "x", true, 1n, {}, [[1, 2]], [["a", "b", "c"]], new BigInt64Array(3), [1, 2, 3, 4]];
@@ -59,7 +61,13 @@ const flags = [null, 0, 1, "yes", {}, NaN], texts = [null, 5, true, {}, []], byt
 
 /** Wrong values by type; those of an argument that is missing are added where it is required. */
 function wrong(type, name, method) {
-  if (["maxParts", "capacity", "part", "sequence"].includes(name)) return name === "part" ? [...wholes, 99, 2 ** 40] : wholes;
+  if (["maxParts", "capacity", "part", "sequence", "perRegion", "contacts", "number"].includes(name))
+    return [...wholes, ...({part: [99, 2 ** 40], number: [99, 2 ** 40], contacts: [0, 2 ** 40]}[name] ?? [])];
+  if (name === "direction") return [...shapes, ...notFinite.slice(0, 1), [0, 0, 0], [1, 2], [1, NaN, 0]];
+  if (type === "Pose[]") return [null, 5, "x", true, {}, [5], [identity.slice(0, 9)], [new Array(16).fill(2)]];
+  if (type === "Triangles") return [...shapes, [[0, 1, 99]], [[0, 1, -1]], [[0, 1, 1.5]], [[0, 1, NaN]], [[0, 1, 2]]];
+  if (type === "Body") return [null, 5, "x", {}, ...wrong("Model").map((m) => ({...body, model: m})), {...body, model: null}, {...body, place: identity},
+    ...[...wrong("Probe"), probe, undefined].map((p) => ({...body, probe: p})), ...wrong("Pose").map((p) => ({...body, pose: p}))];
   if (type === "Rows") return [...shapes, ...notFinite, ...(method === "probe" ? [[]] : [])];
   if (type === "Pose") return poses;
   if (type === "number") return numbers;
@@ -79,7 +87,8 @@ function wrong(type, name, method) {
   throw new Error(`no wrong values are known for ${type} of ${name}`);
 }
 
-const good = {points: point, vertices: box.vertices, mesh: box, name: "box.off", bytes, probe, model, part: 0, targets: [[2, 2, 2]], pose: identity, time: 0.5};
+const good = {points: point, vertices: box.vertices, mesh: box, name: "box.off", bytes, probe, model, part: 0, targets: [[2, 2, 2]], pose: identity, time: 0.5,
+              a: body, b: body, body, distance: 1, number: 0, poses: [identity]};
 const arguments_ = ({method, parameters}) => parameters.map(({name, optional}) => (optional ? undefined : method === "bakeFile" && name === "bytes" ? off : good[name]));
 let tried = 0, named = 0, documented = 0;
 const failures = [];
@@ -103,7 +112,7 @@ function tries(call, names, value) {
 }
 
 function thisOf(owner) {
-  if (owner !== "Session") return {Model: model, Probe: probe, Sqmap: sqmap}[owner];
+  if (owner !== "Session") return {Model: model, Probe: probe, Pile: pile, Sqmap: sqmap}[owner];
   const session = sqmap.session(model);
   session.tick(identity, 0.4);
   return session;

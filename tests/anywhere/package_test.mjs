@@ -165,6 +165,79 @@ check("a proxy stays on the surface while the device is pressed in", () => {
   session.close();
 });
 
+const shifted = (x, y, z) => [1, 0, 0, x, 0, 1, 0, y, 0, 0, 1, z, 0, 0, 0, 1];
+const near = (found, expected, error = 1e-9) => assert.ok(Math.abs(found - expected) <= error, `${found}, not ${expected}`);
+/** A bar of 6 x 1 x 1 along axis 0 or 1, stood on one of its long edges: another is its ridge, at a height of sqrt(1/2). */
+function bar(axis) {
+  const {vertices, triangles} = box(1), c = Math.SQRT1_2;
+  return sqmap.probe(vertices.map(([x, y, z]) => {
+    const across = (c * (y - z)) / 2, up = (c * (y + z)) / 2;
+    return axis === 0 ? [3 * x, across, up] : [-across, 3 * x, up];
+  }), triangles);
+}
+check("ridges that cross have a contact, edge on edge, with its witness points", () => {
+  const a = {probe: bar(0)}, b = {probe: bar(1), pose: shifted(0.3, 0.2, 2 * Math.SQRT1_2 - 0.01)};
+  const {contacts, found, meetings, regions, status} = sqmap.contacts(a, b);
+  assert.deepEqual([contacts.length, found, regions, status], [1, 1, 1, 0]);
+  assert.ok(meetings >= 4);
+  const [c] = contacts;
+  assert.deepEqual([c.featureA, c.featureB, c.partA, c.partB, c.region], ["edge", "edge", -1, -1, 0]);
+  near(c.depth, 0.01, 1e-8);
+  [0.3, 0, Math.SQRT1_2].forEach((x, k) => near(c.onA[k], x));
+  [0.3, 0, Math.SQRT1_2 - 0.01].forEach((x, k) => near(c.onB[k], x));
+  [0, 0, 1].forEach((x, k) => near(c.normal[k], x, 1e-7));
+  near(sqmap.separation(a, b, [0, 0, 2]).distance, 0.01);
+  assert.equal(sqmap.contacts(a, {...b, pose: shifted(0.3, 0.2, 2 * Math.SQRT1_2 + 1e-9)}).contacts.length, 0);
+});
+const cube = {model, probe: sqmap.probe(model.mesh.vertices, model.mesh.triangles)}, cubeAt = (...at) => ({...cube, pose: shifted(...at)});
+check("a probe counts its points and triangles", () => assert.deepEqual([cube.probe.count, cube.probe.triangles], [218, 432]));
+check("a region keeps as many contacts as were asked for, the deepest among them", () => {
+  const b = cubeAt(0.013, 0.017, 1.96), all = sqmap.contacts(cube, b), few = sqmap.contacts(cube, b, {perRegion: 4});
+  const deepest = ({contacts}) => Math.max(...contacts.map((c) => c.depth));
+  assert.deepEqual([few.contacts.length, few.regions, few.found > 4, all.regions], [4, 1, true, 1]);
+  near(deepest(few), deepest(all));
+  near(deepest(few), 0.04, 1e-6);
+  assert.ok(few.contacts.every((c) => c.region === 0 && (c.featureA === "vertex" || c.partA >= 0)));
+  const first = sqmap.contacts(cube, b, {firstOnly: true}).contacts.length;
+  assert.ok(first > 0 && first < all.contacts.length, `${first} of ${all.contacts.length}`);
+});
+check("what two boxes share, their distance, their first touch and what separates them are those of boxes", () => {
+  const overlap = sqmap.overlap(cube, cubeAt(1.5, 1.5, 1.5));
+  near(overlap.volume, 0.125, 1e-9 + overlap.error);
+  const {distance, atLeast, onA, onB, triangleA} = sqmap.clearance(cube, cubeAt(3, 0.25, 0));
+  near(distance, 1, 1e-12);
+  assert.ok(atLeast <= 1 && atLeast > 1 - 1e-12 && triangleA >= 0 && onA[0] === 1 && onB[0] === 2 && onA[1] === onB[1]);
+  assert.ok(sqmap.isWithin(cube, cubeAt(3, 0, 0), 1.0001) && !sqmap.isWithin(cube, cubeAt(3, 0, 0), 0.9999));
+  assert.ok(sqmap.isWithin(cube, cubeAt(1.9, 0, 0), 0) && !sqmap.isWithin(cube, cubeAt(2.1, 0, 0), 0));
+  const {touches, time} = sqmap.firstTouch(cube, cubeAt(5, 0.1, 0.2), shifted(1, 0.1, 0.2));
+  assert.ok(touches && time <= 0.75 && time > 0.749);
+  assert.deepEqual(sqmap.firstTouch(cube, cubeAt(5, 0, 0), shifted(5, 9, 0)), {touches: false, time: 1, status: 0});
+  near(sqmap.separation(cube, cubeAt(1.5, 0.1, 0), [4, 0, 0]).distance, 0.5, 1e-8);
+  const least = sqmap.separation(cube, cubeAt(0.2, 1.9, 0.1));
+  near(least.distance, 0.1, 1e-8);
+  [0, 1, 0].forEach((x, k) => near(least.direction[k], x, 1e-6));
+  assert.ok(least.isExact && least.atLeast <= least.distance);
+});
+check("a pile has the contacts of each of its pairs, also after bodies moved and left", () => {
+  const pile = sqmap.pile(), at = [[0, 0, 0], [0.1, 0, 1.9], [0.2, 0.1, 3.8], [9, 0, 0]];
+  assert.deepEqual(at.map((p) => pile.add(cubeAt(...p))), [0, 1, 2, 3]);
+  const pairsOf = (answer) => answer.pairs.map(({a, b}) => [a, b]);
+  const first = pile.query();
+  assert.deepEqual(pairsOf(first), [[0, 1], [1, 2]]);
+  for (const {a, b, ...found} of first.pairs) assert.deepEqual(found, {...sqmap.contacts(cubeAt(...at[a]), cubeAt(...at[b])), status: found.status});
+  assert.deepEqual(pairsOf(pile.query([shifted(20, 0, 0)])), [[1, 2]]);
+  pile.remove(2);
+  assert.deepEqual(pairsOf(pile.query([shifted(0, 0, 0), shifted(0, 0, 1.5)], {perRegion: 4})), [[0, 1]]);
+  assert.deepEqual(pairsOf(pile.query([shifted(NaN, 0, 0)])), []);
+  assert.notEqual(pile.query().status & 1, 0);
+  assert.equal(pile.add(cubeAt(9, 0, 1.5)), 2);
+  assert.deepEqual(pairsOf(pile.query([shifted(0, 0, 0)])), [[0, 1], [2, 3]]);
+  pile.close();
+});
+refuses("an open probe", "E_MESH", /^triangles\[\d+\]$/, () => sqmap.probe(box(1).vertices, box(1).triangles.slice(1)));
+refuses("a probe that is inside out", "E_MESH", /^triangles$/, () => sqmap.probe(box(1).vertices, box(1).triangles.map((t) => t.reverse())));
+refuses("a body whose probe has points alone", "E_MISSING", /^b\.probe$/, () => sqmap.contacts(cube, {probe: sqmap.probe([[0, 0, 0]])}));
+
 refuses("a mode that there is not", "E_ARGUMENT", /mode/, () => sqmap.session(model, {mode: "glued"}));
 refuses("a session of nothing", "E_ARGUMENT", /model/, () => sqmap.session({}));
 refuses("a stiffness below zero", "E_ARGUMENT", /stiffness/, () => sqmap.session(model, {stiffness: -1}));
