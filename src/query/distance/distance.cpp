@@ -173,15 +173,31 @@ private:
     }
     void search()
     {
+        if (in_double_) return search_in_double();
         const std::span<const Vec3f> points = near_.points();
         const std::span found(found_.data(), points.size());
         search_surfaces(model_, points, found);
         for (std::size_t i = 0; i < points.size(); ++i) {
             SignedDistance& answer = answers_[near_.index[i]];
-            if (in_double_ && found[i].entry >= 0)
-                finish_in_double(points[i], static_cast<std::uint32_t>(found[i].entry), answer);
-            else if (model::has_exact(model_))
+            if (model::has_exact(model_))
                 finish_exact(points[i], found[i], answer);
+            else
+                finish_approximate(points[i], answer);
+        }
+        near_.count = 0;
+    }
+
+    void search_in_double()
+    {
+        const std::span<const Vec3f> points = near_.points();
+        const std::span near(triangles_.data(), points.size());
+        search_near_triangles(model_, points, near);
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            SignedDistance& answer = answers_[near_.index[i]];
+            if (near[i].entry >= 0)
+                finish_in_double(points[i], near[i], answer);
+            else if (model::has_exact(model_))
+                finish_exact(points[i], {}, answer);
             else
                 finish_approximate(points[i], answer);
         }
@@ -228,10 +244,10 @@ private:
     }
 
     /// answer.witness is the queried point.
-    void finish_in_double(Vec3f in_model, std::uint32_t entry, SignedDistance& answer) const
+    void finish_in_double(Vec3f in_model, const NearTriangles& near, SignedDistance& answer) const
     {
         const Vec3d point = answer.witness;
-        const NearestInDouble found = nearest_in_double(model_, apply(to_mesh_, point), entry);
+        const NearestInDouble found = nearest_in_double(model_, apply(to_mesh_, point), near);
         const bool is_solid = model_.header.solid != 0;
         const bool inside = is_solid && (found.side == 0 ? query_exact(model_, in_model).contact : found.side < 0);
         const double sign = inside ? -1 : 1;
@@ -375,6 +391,7 @@ private:
     WaitingPoints<k_bounded_at_once> new_;
     WaitingPoints<k_searched_at_once> near_;
     Scratch<NearestSurface, k_searched_at_once> found_;
+    Scratch<NearTriangles, k_searched_at_once> triangles_;
 };
 
 /// The answer for a body without a model.

@@ -30,6 +30,35 @@ bool are_dense(const ModelView& model, std::span<const Vec3f> points)
     return k_leaves_a_point * static_cast<float>(points.size()) >= leaves * std::min(share * share, 1.f);
 }
 
+void fill(PointPacket& packet, std::span<const Vec3f> points)
+{
+    packet.count = points.size();
+    for (std::size_t k = 0; k < points.size(); ++k) packet.put(k, points[k]);
+    // A whole vector of numbers.
+    for (std::size_t k = points.size(); k % hn::Lanes(df) != 0; ++k) packet.put(k, points.back());
+}
+
+/// By packets or one by one. near, slack: as a Hierarchy takes them.
+void search_all(const ModelView& model, std::span<const Vec3f> points, PointPacket& packet, NearLeaves* near, float slack)
+{
+    if (are_dense(model, points)) {
+        PacketSearch(model, packet, near, slack).run();
+        return;
+    }
+    const Hierarchy hierarchy(model, near, slack);
+    for (std::size_t k = 0; k < points.size(); ++k) hierarchy.search(packet, k);
+}
+
+/// By how much triangles may be nearer to one of the points than float says, and the nearest farther, together.
+float slack_of(const ModelView& model, std::span<const Vec3f> points)
+{
+    const auto sum = [](Vec3f v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); };
+    float farthest = 0;
+    for (const Vec3f& p : points) farthest = std::max(farthest, sum(p));
+    const float radius = model.header.sphere[3];
+    return 2.1f * (k_box_rounding * (farthest + sum(model::vec3(model.header.sphere)) + radius) + k_flat_height * 2 * radius);
+}
+
 }  // namespace
 
 std::size_t find_bounds(const ModelView& model, float within, std::span<const Vec3f> points, std::span<NearestSurface> found,
@@ -71,16 +100,25 @@ std::size_t find_bounds(const ModelView& model, float within, std::span<const Ve
 void find_nearest(const ModelView& model, std::span<const Vec3f> points, std::span<NearestSurface> found)
 {
     PointPacket packet;
-    packet.count = points.size();
-    for (std::size_t k = 0; k < points.size(); ++k) packet.put(k, points[k]);
-    // A whole vector of numbers.
-    for (std::size_t k = points.size(); k % hn::Lanes(df) != 0; ++k) packet.put(k, points.back());
+    fill(packet, points);
+    search_all(model, points, packet, nullptr, 0);
     const Hierarchy hierarchy(model);
-    if (are_dense(model, points))
-        PacketSearch(model, packet).run();
-    else
-        for (std::size_t k = 0; k < points.size(); ++k) hierarchy.search(packet, k);
     for (std::size_t first = 0; first < points.size(); first += hn::Lanes(df)) hierarchy.finish(packet, first, &found[first]);
+}
+
+void find_near_triangles(const ModelView& model, std::span<const Vec3f> points, std::span<NearTriangles> near)
+{
+    PointPacket packet;
+    fill(packet, points);
+    NearLeaves leaves(points.size());
+    const float slack = slack_of(model, points);
+    search_all(model, points, packet, &leaves, slack);
+    const Hierarchy hierarchy(model, &leaves, slack);
+    for (std::size_t k = 0; k < points.size(); ++k) {
+        const std::uint32_t slot = packet.slot[k];
+        near[k].entry = slot == PointPacket::k_no_slot ? -1 : static_cast<std::int32_t>(hierarchy.entry_at(slot));
+        leaves.finish(k, hierarchy.reach_above(packet.distance_sq[k]), near[k]);
+    }
 }
 
 void find_leaves(const ModelView& model, Vec3f point, float reach, LeafVisit visit, void* context)
@@ -99,6 +137,7 @@ namespace sqmap::query {
 
 HWY_EXPORT(find_bounds);
 HWY_EXPORT(find_nearest);
+HWY_EXPORT(find_near_triangles);
 HWY_EXPORT(find_leaves);
 
 std::size_t bound_surfaces(const model::ModelView& model, float within, std::span<const Vec3f> points,
@@ -116,6 +155,16 @@ void search_surfaces(const model::ModelView& model, std::span<const Vec3f> point
         std::fill_n(found.begin(), points.size(), NearestSurface{});
     else
         HWY_DYNAMIC_DISPATCH(find_nearest)(model, points, found);
+}
+
+void search_near_triangles(const model::ModelView& model, std::span<const Vec3f> points, std::span<NearTriangles> near) noexcept
+{
+    SQMAP_ASSERT(near.size() >= points.size());
+    if (points.empty()) return;
+    if (model.distance.groups.empty())
+        std::fill_n(near.begin(), points.size(), NearTriangles{});
+    else
+        HWY_DYNAMIC_DISPATCH(find_near_triangles)(model, points, near);
 }
 
 void visit_leaves(const model::ModelView& model, Vec3f point, float reach, LeafVisit visit, void* context) noexcept

@@ -21,6 +21,15 @@ struct NearestSurface {
 
 inline constexpr std::size_t k_bounded_at_once = 256, k_searched_at_once = 4096;
 
+/// The triangles of a point that float cannot tell from the nearest: leaves of the hierarchy, each with its eight triangles.
+struct NearTriangles {
+    static constexpr std::uint32_t k_capacity = 5;
+    std::int32_t entry = -1;             ///< the nearest in float; -1: none was found
+    std::uint32_t count = 0;             ///< of leaves; k_too_many: they are not all here
+    std::uint32_t leaves[k_capacity]{};  ///< leaf << 8, with a bit for each of its triangles
+    static constexpr std::uint32_t k_too_many = 0xffffffffu;
+};
+
 /// Bounds for up to k_bounded_at_once points; near: the indices of those that are not known to be farther
 /// than within, whose bounds do not count. Returns how many. Outside the root of the tree of bounds they may be less than half of
 /// the distance. @pre found.size() and near.size() >= points.size(); there is a tree
@@ -30,6 +39,12 @@ inline constexpr std::size_t k_bounded_at_once = 256, k_searched_at_once = 4096;
 /// The nearest triangles of up to k_searched_at_once points, together: the more, the less time each takes.
 /// @pre found.size() >= points.size()
 void search_surfaces(const model::ModelView& model, std::span<const Vec3f> points, std::span<NearestSurface> found) noexcept;
+
+/// The same, with all triangles that boxes and triangles in float do not exclude from being the nearest. Float errs by no more
+/// than k_box_rounding of the sum of a point's coordinates, those of the object's sphere and its radius; of a triangle without
+/// area by its height over its longest side, k_flat_height of it at most.
+/// @pre near.size() >= points.size()
+void search_near_triangles(const model::ModelView& model, std::span<const Vec3f> points, std::span<NearTriangles> near) noexcept;
 
 /// Called with a leaf of the hierarchy; returns how far leaves may be from then on.
 using LeafVisit = float (*)(void* context, std::uint32_t leaf);
@@ -41,5 +56,6 @@ void visit_leaves(const model::ModelView& model, Vec3f point, float reach, LeafV
 /// A coordinate's difference, scaled and squared, takes eight roundings at most; turning into a leaf's axes, which are 6 off, ten
 /// more. Rounded up to a power of two.
 inline constexpr float k_box_rounding = 0x1p-19f;
+inline constexpr float k_flat_height = 3.2e-6f;  ///< TriangleFrames' limit, and some more
 
 }  // namespace sqmap::query

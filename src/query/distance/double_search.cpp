@@ -106,9 +106,25 @@ public:
         measure(entry);
     }
 
+    /// Of these triangles, in the order in which a search visits them.
+    [[nodiscard]] NearestInDouble nearest_of(const NearTriangles& near)
+    {
+        std::uint32_t leaves[NearTriangles::k_capacity];
+        const auto group = [](std::uint32_t word) { return word >> 8 >> k_group_bits; };
+        for (std::uint32_t i = 0; i < near.count; ++i) {
+            const std::uint32_t word = near.leaves[i];
+            std::uint32_t k = i;
+            for (; k > 0 && (group(leaves[k - 1]) < group(word) || (group(leaves[k - 1]) == group(word) && leaves[k - 1] > word));
+                 --k)
+                leaves[k] = leaves[k - 1];
+            leaves[k] = word;
+        }
+        for (const std::uint32_t word : std::span(leaves, near.count)) visit(word >> 8, word & 0xffu);
+        return answer();
+    }
     [[nodiscard]] NearestInDouble nearest()
     {
-        const auto visit = [](void* ties, std::uint32_t leaf) { return static_cast<Ties*>(ties)->visit(leaf); };
+        const auto visit = [](void* ties, std::uint32_t leaf) { return static_cast<Ties*>(ties)->visit(leaf, 0xff); };
         visit_leaves(model_, in_model_, reach(), visit, this);
         return answer();
     }
@@ -126,11 +142,14 @@ private:
 
     float reach() const { return static_cast<float>((std::sqrt(best_sq_) / model_.header.unit + slack_) * (1 + 1e-6)); }
 
-    float visit(std::uint32_t leaf)
+    /// triangles: a bit for each.
+    float visit(std::uint32_t leaf, std::uint32_t triangles)
     {
         const model::DistanceArrays<model::ArrayView>& d = model_.distance;
         const std::size_t first = std::size_t{leaf} * model::k_hierarchy_leaf;
-        for (std::size_t i = first; i < std::min<std::size_t>(first + model::k_hierarchy_leaf, d.header.entries); ++i) {
+        for (; triangles != 0; triangles &= triangles - 1) {
+            const std::size_t i = first + static_cast<std::size_t>(std::countr_zero(triangles));
+            if (i >= d.header.entries) break;
             const std::uint32_t entry = d.entries16.empty() ? d.entries32[i] : d.entries16[i];
             if (entry != first_) measure(entry);
         }
@@ -200,6 +219,8 @@ private:
         return out;
     }
 
+    static_assert(model::k_hierarchy_leaf == 8 && model::k_hierarchy_width == 16);
+    static constexpr int k_group_bits = 4;
     static constexpr std::size_t k_max_ties = 256;  ///< at more the exact layer says on which side the point is
 
     const ModelView& model_;
@@ -216,9 +237,10 @@ private:
 
 }  // namespace
 
-NearestInDouble nearest_in_double(const ModelView& model, Vec3d point, std::uint32_t entry) noexcept
+NearestInDouble nearest_in_double(const ModelView& model, Vec3d point, const NearTriangles& near) noexcept
 {
-    return Ties(model, point, entry).nearest();
+    Ties ties(model, point, static_cast<std::uint32_t>(near.entry));
+    return near.count == NearTriangles::k_too_many ? ties.nearest() : ties.nearest_of(near);
 }
 
 }  // namespace sqmap::query

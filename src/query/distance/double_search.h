@@ -1,6 +1,8 @@
 // The nearest of a model's triangles in double, on the coordinates that the caller gave.
 #pragma once
 
+#include "query/distance/distance_kernels.h"
+
 #include "sqmap/model/model.h"
 
 #include <cstdint>
@@ -16,9 +18,9 @@ struct NearestInDouble {
     int side = 0;                ///< 1: outside of these triangles, -1: inside, 0: they do not say
 };
 
-/// Evaluates in double every triangle that the boxes in float do not exclude. point: mesh frame; entry: of the hierarchy, one
-/// that is near. Total, no allocation, 12 kB of stack; the same bits on every instruction set.
+/// Evaluates in double every triangle that float does not exclude. point: mesh frame; near: as search_near_triangles
+/// finds them, with an entry. Total, no allocation, 12 kB of stack; the same bits on every instruction set.
 /// @pre model::has_input(model), the model has a hierarchy, point is finite and less than 1e15 model units away
-[[nodiscard]] NearestInDouble nearest_in_double(const model::ModelView& model, Vec3d point, std::uint32_t entry) noexcept;
+[[nodiscard]] NearestInDouble nearest_in_double(const model::ModelView& model, Vec3d point, const NearTriangles& near) noexcept;
 
 }  // namespace sqmap::query

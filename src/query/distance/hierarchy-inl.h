@@ -12,7 +12,9 @@
 
 #include "sqmap/model/model.h"
 
+#include <algorithm>
 #include <bit>
+#include <cmath>
 
 HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {
@@ -47,10 +49,63 @@ struct PointPacket {
     static constexpr std::uint32_t k_no_slot = 0xffffffffu;
 };
 
+/// Remembers, for each point of a packet, the leaves whose triangles float cannot tell from the nearest.
+class NearLeaves {
+public:
+    explicit NearLeaves(std::size_t points) { std::fill_n(count_, points, std::uint8_t{0}); }
+
+    /// least_sq: of the leaf's chosen triangles; beyond reach_sq nothing of the point's counts any more.
+    void add(std::size_t point, std::uint32_t leaf, std::uint32_t triangles, float least_sq, float reach_sq)
+    {
+        std::size_t count = count_[point];
+        if (count == k_full) return;
+        if (count == NearTriangles::k_capacity) count = drop(point, reach_sq);
+        if (count == NearTriangles::k_capacity) {
+            count_[point] = k_full;
+            return;
+        }
+        leaf_[point][count] = leaf << 8 | triangles;
+        least_sq_[point][count] = least_sq;
+        count_[point] = static_cast<std::uint8_t>(count + 1);
+    }
+    void finish(std::size_t point, float reach_sq, NearTriangles& near)
+    {
+        near.count = NearTriangles::k_too_many;
+        if (count_[point] == k_full) return;
+        near.count = static_cast<std::uint32_t>(drop(point, reach_sq));
+        std::copy_n(leaf_[point], near.count, near.leaves);
+    }
+
+private:
+    static constexpr std::uint8_t k_full = 255;
+
+    std::size_t drop(std::size_t point, float reach_sq)
+    {
+        std::size_t left = 0;
+        for (std::size_t i = 0; i < count_[point]; ++i) {
+            if (least_sq_[point][i] > reach_sq) continue;
+            leaf_[point][left] = leaf_[point][i];
+            least_sq_[point][left++] = least_sq_[point][i];
+        }
+        count_[point] = static_cast<std::uint8_t>(left);
+        return left;
+    }
+
+    std::uint8_t count_[PointPacket::k_capacity];
+    std::uint32_t leaf_[PointPacket::k_capacity][NearTriangles::k_capacity];
+    float least_sq_[PointPacket::k_capacity][NearTriangles::k_capacity];
+};
+
 class Hierarchy {
 public:
-    explicit Hierarchy(const ModelView& model)
-        : model_(model), arrays_(model.distance), levels_(model::hierarchy_levels(model.distance.header.entries))
+    explicit Hierarchy(const ModelView& model) : Hierarchy(model, nullptr, 0) {}
+    /// near: where to remember what is within slack of the nearest, model units; null: nowhere.
+    Hierarchy(const ModelView& model, NearLeaves* near, float slack)
+        : model_(model),
+          arrays_(model.distance),
+          levels_(model::hierarchy_levels(model.distance.header.entries)),
+          near_(near),
+          slack_(slack)
     {
         const float size = model.header.sphere[3];
         tie_ = 4e-12f * size * size;
@@ -72,10 +127,10 @@ public:
         HWY_ALIGN float distance_sq[k_row];
         while (size > 0) {
             const Waiting at = stack[--size];
-            const float reach = tie_above(nearest.distance_sq);
+            const float reach = reach_above(nearest.distance_sq);
             if (at.distance_sq > reach) continue;
             if (at.level == levels_.count) {
-                visit_leaves(p, at.node, reach, nearest);
+                visit_leaves(p, point, at.node, reach, nearest);
                 continue;
             }
             std::uint32_t near = box_distances(p, at.level, at.node, reach, distance_sq);
@@ -163,6 +218,18 @@ public:
 
     /// Squared distances up to which a triangle is as near, for all that float tells.
     float tie_above(float distance_sq) const { return distance_sq * k_tie + tie_; }
+    /// Squared distances up to which boxes and triangles are looked at.
+    float reach_above(float distance_sq) const
+    {
+        if (near_ == nullptr) return tie_above(distance_sq);
+        const float reach = std::sqrt(distance_sq) + slack_;
+        return reach * reach;
+    }
+    /// The entry in one of the leaves.
+    std::uint32_t entry_at(std::size_t i) const
+    {
+        return arrays_.entries16.empty() ? arrays_.entries32[i] : arrays_.entries16[i];
+    }
 
 protected:
     /// The nearest triangle of one point, as a packet has it.
@@ -282,7 +349,7 @@ protected:
     }
 
     /// Leaves of a group, the nearest two at a time.
-    HWY_INLINE void visit_leaves(Vec3f p, std::uint32_t group, float limit, Nearest& nearest) const
+    HWY_INLINE void visit_leaves(Vec3f p, std::size_t point, std::uint32_t group, float limit, Nearest& nearest) const
     {
         const std::uint32_t first = group * k_hierarchy_width;
         HWY_ALIGN float distance_sq[k_row];
@@ -303,12 +370,12 @@ protected:
                     second_sq = d;
                 }
             }
-            const float reach = tie_above(nearest.distance_sq);
+            const float reach = reach_above(nearest.distance_sq);
             if (best_sq > reach) return;
             const bool two = second_sq <= reach;
             near &= ~(1u << best);
             if (two) near &= ~(1u << second);
-            measure(p, first + best, two ? first + second : first + best, nearest);
+            measure(p, point, first + best, two ? first + second : first + best, nearest);
         }
     }
 
@@ -316,10 +383,6 @@ protected:
     {
         if (entry >= triangles_) return model_.pieces.data() + 9 * std::size_t{entry - triangles_} + 3 * k;
         return model_.vertices.data() + 3 * std::size_t{model::triangle_vertex(model_, entry, k)};
-    }
-    std::uint32_t entry_at(std::size_t i) const
-    {
-        return arrays_.entries16.empty() ? arrays_.entries32[i] : arrays_.entries16[i];
     }
 
     /// Corners of a row of triangles, four floats each. Reading past an array's last value is safe: something always follows it
@@ -340,7 +403,7 @@ protected:
     }
 
     /// The triangles of two leaves against the point.
-    HWY_NOINLINE void measure(Vec3f p, std::uint32_t leaf, std::uint32_t other, Nearest& nearest) const
+    HWY_NOINLINE void measure(Vec3f p, std::size_t point, std::uint32_t leaf, std::uint32_t other, Nearest& nearest) const
     {
         Corners corners;
         std::uint32_t slots[k_row];
@@ -366,6 +429,11 @@ protected:
             lower(nearest.inside_sq, blend(outside, far, s.distance_sq));
             lower(nearest.unclear_sq, blend(s.flat, s.distance_sq, far));
         }
+        if (near_ != nullptr) {
+            const float reach = reach_above(std::min(least, nearest.distance_sq));
+            remember(point, leaf, distance_sq, reach);
+            if (other != leaf) remember(point, other, distance_sq + k_hierarchy_leaf, reach);
+        }
         if (!(least <= nearest.distance_sq)) return;
         std::uint32_t slot = least < nearest.distance_sq ? PointPacket::k_no_slot : nearest.slot;
         for (std::size_t i = 0; i < k_row; ++i)
@@ -374,9 +442,21 @@ protected:
         nearest.slot = slot;
     }
 
+    /// distance_sq: of the leaf's triangles.
+    void remember(std::size_t point, std::uint32_t leaf, const float* distance_sq, float reach_sq) const
+    {
+        const float least_sq = *std::min_element(distance_sq, distance_sq + k_hierarchy_leaf);
+        if (!(least_sq <= reach_sq)) return;
+        std::uint32_t triangles = 0;
+        for (std::uint32_t k = 0; k < k_hierarchy_leaf; ++k) triangles |= distance_sq[k] <= reach_sq ? 1u << k : 0u;
+        near_->add(point, leaf, triangles, least_sq, reach_sq);
+    }
+
     const ModelView& model_;
     const model::DistanceArrays<model::ArrayView>& arrays_;
     model::HierarchyLevels levels_;
+    NearLeaves* near_;
+    float slack_;
     std::uint32_t triangles_;
     float tie_;
 };

@@ -15,7 +15,11 @@ namespace {
 
 class PacketSearch : Hierarchy {
 public:
-    PacketSearch(const ModelView& model, PointPacket& points) : Hierarchy(model), points_(points) {}
+    /// near, slack: as a Hierarchy takes them.
+    PacketSearch(const ModelView& model, PointPacket& points, NearLeaves* near, float slack)
+        : Hierarchy(model, near, slack), points_(points)
+    {
+    }
 
     void run()
     {
@@ -161,7 +165,7 @@ private:
             hn::StoreU(p.x, df, near_points_[0] + i);
             hn::StoreU(p.y, df, near_points_[1] + i);
             hn::StoreU(p.z, df, near_points_[2] + i);
-            const F reach = tie_above_lanes(hn::GatherIndex(df, points_.distance_sq, index));
+            const F reach = reach_above_lanes(hn::GatherIndex(df, points_.distance_sq, index));
             hn::StoreU(hn::Mul(reach, set(scale * scale)), df, near_points_[3] + i);
         }
     }
@@ -243,7 +247,7 @@ private:
             const V3 p{hn::LoadU(df, near_points_[0] + i), hn::LoadU(df, near_points_[1] + i),
                        hn::LoadU(df, near_points_[2] + i)};
             const F d_sq = to_box(boxes, p, [c](const float* row) HWY_ATTR { return set(row[c]); });
-            taken = hn::And(taken, hn::Le(d_sq, tie_above_lanes(hn::GatherIndex(df, points_.distance_sq, index))));
+            taken = hn::And(taken, hn::Le(d_sq, reach_above_lanes(hn::GatherIndex(df, points_.distance_sq, index))));
             if (!any(taken)) continue;
             pack(index, taken, to.index + to.count);
             pack(p.x, taken, to.p[0] + to.count);
@@ -273,6 +277,12 @@ private:
     }
 
     HWY_INLINE F tie_above_lanes(F distance_sq) const { return mul_add(distance_sq, set(k_tie), set(tie_)); }
+    HWY_INLINE F reach_above_lanes(F distance_sq) const
+    {
+        if (near_ == nullptr) return tie_above_lanes(distance_sq);
+        const F reach = hn::Add(hn::Sqrt(distance_sq), set(slack_));
+        return hn::Mul(reach, reach);
+    }
 
     /// A leaf's triangles, from `first` in the block and from `slot` among the entries.
     HWY_INLINE void measure(const LeafList& list, std::size_t first, std::uint32_t slot)
@@ -283,6 +293,7 @@ private:
             const V3 p{hn::LoadU(df, list.p[0] + i), hn::LoadU(df, list.p[1] + i), hn::LoadU(df, list.p[2] + i)};
             F least = far, outside_sq = far, inside_sq = far, unclear_sq = far;
             I nearest = hn::Zero(di);
+            HWY_ALIGN float each_sq[k_hierarchy_leaf][k_lanes];
             for (std::size_t k = 0; k < k_hierarchy_leaf; ++k) {
                 const TriangleFrames::Foot foot = frames_.foot_one(first + k, p);
                 const TriangleFrames::Seen s = frames_.see_one(first + k, foot);
@@ -292,10 +303,13 @@ private:
                 outside_sq = hn::Min(outside_sq, blend(outside, s.distance_sq, far));
                 inside_sq = hn::Min(inside_sq, blend(outside, far, s.distance_sq));
                 unclear_sq = hn::Min(unclear_sq, blend(s.flat, s.distance_sq, far));
+                if (near_ != nullptr) hn::Store(s.distance_sq, df, each_sq[k]);
             }
-            const M changed =
-                hn::And(within(list, i), hn::Le(least, tie_above_lanes(hn::GatherIndex(df, points_.distance_sq, index))));
+            const F before = hn::GatherIndex(df, points_.distance_sq, index);
+            const M changed = hn::And(within(list, i), hn::Le(least, reach_above_lanes(before)));
             if (!any(changed)) continue;
+            if (near_ != nullptr)
+                remember_each(slot / k_hierarchy_leaf, changed, index, least, reach_above_lanes(hn::Min(before, least)), each_sq);
             HWY_ALIGN std::int32_t at[k_lanes], which[k_lanes];
             HWY_ALIGN float values[4][k_lanes];
             hn::Store(index, di, at);
@@ -315,6 +329,26 @@ private:
                 points_.unclear_sq[point] = std::min(points_.unclear_sq[point], values[3][lane]);
             });
         }
+    }
+
+    /// Triangles of a leaf for the points in some lanes; each_sq: their squared distances.
+    HWY_INLINE void remember_each(std::uint32_t leaf, M lanes, I index, F least, F reach,
+                                  const float (&each_sq)[k_hierarchy_leaf][k_lanes])
+    {
+        I triangles = hn::Zero(di);
+        for (std::uint32_t k = 0; k < k_hierarchy_leaf; ++k)
+            triangles =
+                hn::Or(triangles, hn::IfThenElseZero(hn::RebindMask(di, hn::Le(hn::Load(df, each_sq[k]), reach)), child_bit(k)));
+        HWY_ALIGN std::int32_t at[k_lanes], bits[k_lanes];
+        HWY_ALIGN float least_sq[k_lanes], reach_sq[k_lanes];
+        hn::Store(index, di, at);
+        hn::Store(triangles, di, bits);
+        hn::Store(least, df, least_sq);
+        hn::Store(reach, df, reach_sq);
+        each_lane(lanes, [&](std::size_t lane) {
+            near_->add(static_cast<std::size_t>(at[lane]), leaf, static_cast<std::uint32_t>(bits[lane]), least_sq[lane],
+                       reach_sq[lane]);
+        });
     }
 
     static constexpr std::size_t k_levels = model::k_max_hierarchy_levels + 1;
