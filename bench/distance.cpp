@@ -18,7 +18,10 @@
 #include <cstdio>
 #include <cstring>
 #include <functional>
+#include <span>
+#include <string>
 #include <string_view>
+#include <utility>
 
 namespace sqmap::bench {
 namespace {
@@ -27,10 +30,11 @@ constexpr double k_band = 0.05;  // of R_max
 constexpr std::size_t k_timed = 100000;
 constexpr int k_rounds = 5;
 
-/// On the surface, moved along its normal by up to the band.
+/// On the surface, moved along its normal by up to a share of R_max.
 class BandPoints {
 public:
-    BandPoints(const Setting& setting, std::uint64_t seed) : setting_(setting), random_(seed)
+    BandPoints(const Setting& setting, std::uint64_t seed, double share = k_band)
+        : setting_(setting), random_(seed), share_(share)
     {
         double sum = 0;
         for (const mesh::Triangle& t : setting.object.triangles) cumulated_.push_back(sum += norm(across(t)));
@@ -46,7 +50,7 @@ public:
             b = 1 - b;
         }
         return v[t[0]] + a * (v[t[1]] - v[t[0]]) + b * (v[t[2]] - v[t[0]]) +
-               random_.between(-1, 1) * k_band * setting_.r_max * normalized(across(t));
+               random_.between(-1, 1) * share_ * setting_.r_max * normalized(across(t));
     }
 
 private:
@@ -58,6 +62,7 @@ private:
 
     const Setting& setting_;
     SplitMix64 random_;
+    double share_;
     std::vector<double> cumulated_;
 };
 
@@ -111,7 +116,9 @@ Times race(std::size_t points, const std::function<void()>& embree, const std::f
     return {times[0][k_rounds / 2], times[1][k_rounds / 2]};
 }
 
-Times race(const EmbreeNearest& embree, const model::ModelView& model, std::span<const Vec3d> points)
+/// ours(points, answers)
+template <class Ours>
+Times race(const EmbreeNearest& embree, std::span<const Vec3d> points, Ours&& ours)
 {
     std::vector<query::SignedDistance> answers(points.size());
     float sum = 0;
@@ -120,9 +127,41 @@ Times race(const EmbreeNearest& embree, const model::ModelView& model, std::span
         [&] {
             for (const Vec3d& p : points) sum += embree.signed_distance(cast<float>(p));
         },
-        [&] { query::distances(model, points, answers, query::k_baked_band); });
+        [&] { ours(points, std::span(answers)); });
     if (std::isnan(sum)) std::printf("nan\n");
     return times;
+}
+
+void print(const char* name, const Times& t)
+{
+    std::printf("  %-28s embree %5.0f ns, sqmap %5.0f ns, %.1f times less\n", name, t.embree_ns, t.ours_ns,
+                t.embree_ns / t.ours_ns);
+}
+
+/// Everywhere, in double and in float: near the surface, in the object's box, and in a box ten times as large.
+void race_everywhere(const Setting& setting, const EmbreeNearest& embree, const model::ModelView& model, std::size_t count)
+{
+    BandPoints near(setting, 3, 0.04);
+    SplitMix64 random(4);
+    Boxd box;
+    for (const Vec3d& v : setting.object.vertices) extend(box, v);
+    const Vec3d middle = centre(box), half = 0.5 * size(box);
+    const auto in_box = [&](double scale) {
+        Vec3d p;
+        for (int k = 0; k < 3; ++k) p[k] = middle[k] + random.between(-scale, scale) * half[k];
+        return p;
+    };
+    const std::pair<const char*, std::function<Vec3d()>> sets[] = {{"within 4 %", [&] { return near.next(); }},
+                                                                   {"in the box", [&] { return in_box(1); }},
+                                                                   {"in ten times the box", [&] { return in_box(10); }}};
+    for (const auto& [name, next] : sets) {
+        std::vector<Vec3d> points;
+        for (std::size_t i = 0; i < count; ++i) points.push_back(next());
+        const auto in_float = [&](auto p, auto answers) { query::distances(model, p, answers, query::k_everywhere); };
+        const auto in_double = [&](auto p, auto answers) { query::exact_distances(model, p, answers); };
+        print((std::string(name) + ", double").c_str(), race(embree, points, in_double));
+        print((std::string(name) + ", float").c_str(), race(embree, points, in_float));
+    }
 }
 
 /// The probe at random poses about the object: its points within the band, in the order of its file.
@@ -194,12 +233,11 @@ void run(std::size_t count, const Files& files, bool exact)
     near.resize(std::min(near.size(), k_timed));
     beyond.resize(k_timed);
     std::vector<Vec3d> coherent = probe_points(*setting);
+    const auto within = [&](auto p, auto answers) { query::distances(model, p, answers, query::k_baked_band); };
     for (const auto& [name, points] : {std::pair{"random in the band", &near}, std::pair{"a probe's points", &coherent},
-                                       std::pair{"beyond the band", &beyond}}) {
-        const Times t = race(embree, model, *points);
-        std::printf("  %-20s embree %5.0f ns, sqmap %5.0f ns, %.1f times less\n", name, t.embree_ns, t.ours_ns,
-                    t.embree_ns / t.ours_ns);
-    }
+                                       std::pair{"beyond the band", &beyond}})
+        print(name, race(embree, *points, within));
+    race_everywhere(*setting, embree, model, count);
 }
 
 }  // namespace

@@ -6,23 +6,26 @@
 #include "sqmap/query/point.h"
 #include "structs.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <memory>
 
 namespace sqmap::capi {
 namespace {
 
 constexpr double k_nan = std::numeric_limits<double>::quiet_NaN();
-constexpr std::size_t k_batch = 4096;  ///< what query::distances shares work among
+constexpr std::size_t k_batch = 4096;          ///< what query::distances shares work among
+constexpr std::size_t k_widest_batch = 65536;  ///< what it puts in order first
 
-/// Calls work(slice) for all of count, on this thread alone where it is one.
+/// Calls work(slice) for all of count, `batch` at a time, on this thread alone where it is one.
 template <class Work>
-void for_batches(std::size_t count, unsigned threads, Work&& work)
+void for_batches(std::size_t count, unsigned threads, Work&& work, std::size_t batch = k_batch)
 {
-    if (threads > 1) return parallel::for_slices(count, k_batch, threads, std::forward<Work>(work));
-    for (std::size_t first = 0; first < count; first += k_batch) work(parallel::Slice{first, std::min(k_batch, count - first)});
+    if (threads > 1) return parallel::for_slices(count, batch, threads, std::forward<Work>(work));
+    for (std::size_t first = 0; first < count; first += batch) work(parallel::Slice{first, std::min(batch, count - first)});
 }
 
 template <class T, class Get>
@@ -114,9 +117,16 @@ std::size_t answer(const query::Body& body, const Batch& batch, const sqmap_quer
 template <class How>
 void answer(const Batch& batch, const sqmap_query_options& o, const sqmap_distances& out, How&& how)
 {
-    for_batches(batch.points.size(), threads_of(o.threads), [&](parallel::Slice slice) {
-        alignas(query::SignedDistance) std::byte memory[k_batch * sizeof(query::SignedDistance)];  // not set to defaults first
-        const std::span<query::SignedDistance> answers{reinterpret_cast<query::SignedDistance*>(memory), k_batch};
+    const unsigned threads = threads_of(o.threads);
+    const std::size_t count = batch.points.size(), together = std::clamp(count / std::max(threads, 1u), k_batch, k_widest_batch);
+    const auto work = [&](parallel::Slice slice) {
+        // Not set to defaults first.
+        alignas(query::SignedDistance) std::byte few[k_batch * sizeof(query::SignedDistance)];
+        std::unique_ptr<std::byte[]> many;
+        if (slice.count > k_batch)
+            many = std::make_unique_for_overwrite<std::byte[]>(slice.count * sizeof(query::SignedDistance));
+        std::byte* const memory = many ? many.get() : few;
+        const std::span<query::SignedDistance> answers{reinterpret_cast<query::SignedDistance*>(memory), slice.count};
         how(batch.points.subspan(slice.first, slice.count), answers);
         const auto at = [&](std::size_t i) -> const query::SignedDistance& { return answers[i]; };
         fill(out.distance, slice,
@@ -127,7 +137,8 @@ void answer(const Batch& batch, const sqmap_query_options& o, const sqmap_distan
         fill(out.known, slice, [&](std::size_t i) { return static_cast<std::uint8_t>(at(i).known); });
         fill(out.status, slice, [&](std::size_t i) { return at(i).status; });
         fill(out.triangle, slice, [&](std::size_t i) { return at(i).triangle; });
-    });
+    };
+    for_batches(count, threads, work, together);
 }
 
 /// A tie goes to the triangle that faces the point most, then to the first in the input.

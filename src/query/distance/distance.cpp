@@ -9,6 +9,8 @@
 #include "query/exact/exact_layer.h"
 #include "query/probe/probe_job.h"
 
+#include <hwy/cache_control.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -21,7 +23,9 @@ namespace {
 
 using model::ModelView;
 
-constexpr double k_widest = 1e15;  // model units: squares of floats do not overflow
+constexpr std::size_t k_ahead = 16;               // answers and points are fetched so many earlier where they are out of order
+constexpr std::size_t k_ordered_at_once = 65536;  // more leave the caches while they wait
+constexpr double k_widest = 1e15;                 // model units: squares of floats do not overflow
 
 /// Exact distances are sought in double where the model has doubles, of a size whose fourth powers are doubles too.
 bool has_doubles(const ModelView& model)
@@ -117,9 +121,13 @@ public:
         within_ = static_cast<float>(band >= 0 ? std::min(band / model.header.unit, k_widest) : baked);
     }
 
+    /// From then on the parts of the answers are left as they are.
+    void keep_parts() { keeps_parts_ = true; }
+
     void add(Vec3d point, std::size_t index)
     {
         SignedDistance& answer = answers_[index];
+        const KeptPart part(answer, keeps_parts_);
         answer.witness = point;
         if (!is_finite(point) || !finite_) {
             answer = {};
@@ -155,6 +163,23 @@ public:
     Vec3d position_in_frame(Vec3f p) const { return apply(pose_, origin_of(model_) + model_.header.unit * cast<double>(p)); }
 
 private:
+    /// Puts an answer's part back.
+    class KeptPart {
+    public:
+        KeptPart(SignedDistance& answer, bool keeps) : answer_(answer), part_(keeps ? answer.part : 0), keeps_(keeps) {}
+        KeptPart(const KeptPart&) = delete;
+        KeptPart& operator=(const KeptPart&) = delete;
+        ~KeptPart()
+        {
+            if (keeps_) answer_.part = part_;
+        }
+
+    private:
+        SignedDistance& answer_;
+        const std::int32_t part_;
+        const bool keeps_;
+    };
+
     void bound()
     {
         const std::span<const Vec3f> points = new_.points();
@@ -162,11 +187,15 @@ private:
         std::uint16_t near[k_bounded_at_once];
         const std::size_t count = bound_surfaces(model_, within_, points, found, near);
         std::size_t k = 0;
-        for (std::size_t i = 0; i < points.size(); ++i)
-            if (k < count && near[k] == i)
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            if (k < count && near[k] == i) {
                 ++k;
-            else
-                finish_bound(found[i], answers_[new_.index[i]]);
+                continue;
+            }
+            SignedDistance& answer = answers_[new_.index[i]];
+            const KeptPart part(answer, keeps_parts_);
+            finish_bound(found[i], answer);
+        }
         if (near_.count + count > k_searched_at_once) search();
         for (std::size_t i = 0; i < count; ++i) near_.add(points[near[i]], new_.index[near[i]]);
         new_.count = 0;
@@ -178,7 +207,9 @@ private:
         const std::span found(found_.data(), points.size());
         search_surfaces(model_, points, found);
         for (std::size_t i = 0; i < points.size(); ++i) {
+            hwy::Prefetch(&answers_[near_.index[std::min(i + k_ahead, points.size() - 1)]]);
             SignedDistance& answer = answers_[near_.index[i]];
+            const KeptPart part(answer, keeps_parts_);
             if (model::has_exact(model_))
                 finish_exact(points[i], found[i], answer);
             else
@@ -193,7 +224,9 @@ private:
         const std::span near(triangles_.data(), points.size());
         search_near_triangles(model_, points, near);
         for (std::size_t i = 0; i < points.size(); ++i) {
+            hwy::Prefetch(&answers_[near_.index[std::min(i + k_ahead, points.size() - 1)]]);
             SignedDistance& answer = answers_[near_.index[i]];
+            const KeptPart part(answer, keeps_parts_);
             if (near[i].entry >= 0)
                 finish_in_double(points[i], near[i], answer);
             else if (model::has_exact(model_))
@@ -387,11 +420,13 @@ private:
     std::span<SignedDistance> answers_;
     float within_;
     DistanceKind exact_kind_ = DistanceKind::Exact;
-    bool in_double_ = false;
+    bool in_double_ = false, keeps_parts_ = false;
     WaitingPoints<k_bounded_at_once> new_;
     WaitingPoints<k_searched_at_once> near_;
-    Scratch<NearestSurface, k_searched_at_once> found_;
-    Scratch<NearTriangles, k_searched_at_once> triangles_;
+    union {  // by turns
+        Scratch<NearestSurface, k_searched_at_once> found_;
+        Scratch<NearTriangles, k_searched_at_once> triangles_;
+    };
 };
 
 /// The answer for a body without a model.
@@ -403,6 +438,79 @@ SignedDistance of_nothing(Vec3d point)
     return answer;
 }
 
+/// Puts the points' numbers into the answers' parts, so that points of one cell of a grid follow one another, and cells that are
+/// near to one another too. The caller's memory holds the order, as a query takes none of its own.
+class NearbyOrder {
+public:
+    /// How many at least: fewer are searched at once as they are.
+    static constexpr std::size_t k_min_points = 2 * k_searched_at_once;
+
+    NearbyOrder(const Body& touched, std::span<const Vec3d> points, std::span<SignedDistance> answers)
+    {
+        frame(touched, points);
+        std::uint32_t next[k_cells + 1] = {};
+        for (const Vec3d& p : points) ++next[cell_of(p) + 1];
+        for (std::size_t c = 0; c < k_cells; ++c) next[c + 1] += next[c];
+        for (std::size_t i = 0; i < points.size(); ++i) answers[next[cell_of(points[i])]++].part = static_cast<std::int32_t>(i);
+    }
+
+private:
+    static constexpr std::size_t k_side = 16, k_cells = k_side * k_side * k_side;
+    static constexpr double k_farthest = 16;  ///< times the object's radius: what is farther away goes into the outermost cells
+
+    /// Cells divide the box of the points.
+    void frame(const Body& touched, std::span<const Vec3d> points)
+    {
+        const model::Header& h = touched.model->header;
+        const Vec3d middle = apply(touched.pose, origin_of(*touched.model) + h.unit * cast<double>(model::vec3(h.sphere)));
+        const double widest = k_farthest * h.unit * static_cast<double>(h.sphere[3]);
+        Vec3d hi;
+        for (int k = 0; k < 3; ++k) {
+            lo_[k] = middle[k] + widest;
+            hi[k] = middle[k] - widest;
+            for (const Vec3d& p : points) {
+                lo_[k] = std::min(lo_[k], p[k]);
+                hi[k] = std::max(hi[k], p[k]);
+            }
+            lo_[k] = std::max(lo_[k], middle[k] - widest);
+            hi[k] = std::min(hi[k], middle[k] + widest);
+            const double cells = static_cast<double>(k_side) / (hi[k] - lo_[k]);
+            per_cell_[k] = cells > 0 && cells < 1e300 ? cells : 0;
+        }
+    }
+
+    /// Along a curve of z-order.
+    std::size_t cell_of(Vec3d p) const
+    {
+        std::size_t cell = 0;
+        for (int k = 0; k < 3; ++k) {
+            const double at = (p[k] - lo_[k]) * per_cell_[k];
+            const std::size_t i = at > 0 ? static_cast<std::size_t>(std::min(at, k_side - 1.0)) : 0;  // 0 where it is no number
+            cell |= ((i & 1) | (i & 2) << 2 | (i & 4) << 4 | (i & 8) << 6) << k;
+        }
+        return cell;
+    }
+
+    Vec3d lo_, per_cell_;
+};
+
+void answer_in_order(const ModelView& model, std::span<const Vec3d> points, std::span<SignedDistance> answers, Batch& batch)
+{
+    batch.keep_parts();
+    for (std::size_t k = 0; k < points.size(); ++k) {
+        const auto later = static_cast<std::size_t>(answers[std::min(k + k_ahead, points.size() - 1)].part);
+        hwy::Prefetch(&points[later]);
+        hwy::Prefetch(&answers[later]);
+        const auto i = static_cast<std::size_t>(answers[k].part);
+        batch.add(points[i], i);
+    }
+    batch.flush();
+    for (SignedDistance& a : answers)
+        a.part = a.triangle < 0
+                     ? -1
+                     : static_cast<std::int32_t>(model::part_of(model.triangle_part[static_cast<std::size_t>(a.triangle)]));
+}
+
 /// how: the band, or Batch::InDouble.
 template <class How>
 void answer_batch(const Body& touched, std::span<const Vec3d> points, std::span<SignedDistance> answers, How how)
@@ -410,6 +518,16 @@ void answer_batch(const Body& touched, std::span<const Vec3d> points, std::span<
     const std::size_t count = std::min(points.size(), answers.size());
     if (touched.model == nullptr) {
         std::transform(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(count), answers.begin(), of_nothing);
+        return;
+    }
+    // A part follows from the triangle only where triangles answer.
+    if (count >= NearbyOrder::k_min_points && model::has_exact(*touched.model)) {
+        for (std::size_t first = 0; first < count; first += k_ordered_at_once) {
+            const std::size_t some = std::min(k_ordered_at_once, count - first);
+            Batch batch(*touched.model, touched.pose, how, answers.subspan(first, some));
+            NearbyOrder(touched, points.subspan(first, some), answers.subspan(first, some));
+            answer_in_order(*touched.model, points.subspan(first, some), answers.subspan(first, some), batch);
+        }
         return;
     }
     Batch batch(*touched.model, touched.pose, how, answers);

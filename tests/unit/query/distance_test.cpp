@@ -185,6 +185,34 @@ TEST_P(DistanceOf, OnePointIsAsABatchToTheBit)
     }
 }
 
+TEST_P(DistanceOf, ManyPointsInOneCallAreAsOneByOneToTheBit)
+{
+    const Baked& b = GetParam()();
+    SplitMix64 random(21);
+    std::vector<Vec3d> points;
+    for (int i = 0; i < 9000; ++i) {
+        const double reach = i % 3 == 0 ? 20 * b.r_max : b.r_max;
+        const auto next = [&] { return random.between(-reach, reach); };
+        points.push_back(b.mesh.vertices[random.bits() % b.mesh.vertices.size()] + Vec3d{next(), next(), next()});
+    }
+    points[1] = {1e300, -1e300, 1e300};
+    points[2] = b.mesh.vertices[0];
+    points.back().x = std::numeric_limits<double>::quiet_NaN();
+    std::vector<SignedDistance> in_float(points.size()), in_double(points.size());
+    const Body body{&b.view, nullptr, {rotation_by(Vec3d{1, 2, 3}), {3, 4, 5}}};
+    for (Vec3d& p : points) p = apply(body.pose, p);
+    distances(body, points, in_float);
+    exact_distances(body, points, in_double);
+    for (std::size_t i = 0; i + 1 < points.size(); ++i) {
+        expect_same(distance(body, points[i]), in_float[i]);
+        expect_same(exact_distance(body, points[i]), in_double[i]);
+        if (HasFatalFailure()) return;
+    }
+    EXPECT_EQ(in_float.back().status, k_not_finite);
+    EXPECT_EQ(in_double.back().status, k_not_finite);
+    EXPECT_EQ(in_double.back().part, -1);
+}
+
 TEST_P(DistanceOf, AProbeIsAsItsPoints)
 {
     const Baked& b = GetParam()();
