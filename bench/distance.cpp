@@ -143,7 +143,7 @@ void race_everywhere(const Setting& setting, const EmbreeNearest& embree, const 
 {
     BandPoints near(setting, 3, 0.04);
     SplitMix64 random(4);
-    Boxd box;
+    Box3<double> box;
     for (const Vec3d& v : setting.object.vertices) extend(box, v);
     const Vec3d middle = centre(box), half = 0.5 * size(box);
     const auto in_box = [&](double scale) {
@@ -157,8 +157,8 @@ void race_everywhere(const Setting& setting, const EmbreeNearest& embree, const 
     for (const auto& [name, next] : sets) {
         std::vector<Vec3d> points;
         for (std::size_t i = 0; i < count; ++i) points.push_back(next());
-        const auto in_float = [&](auto p, auto answers) { query::distances(model, p, answers, query::k_everywhere); };
-        const auto in_double = [&](auto p, auto answers) { query::exact_distances(model, p, answers); };
+        const auto in_float = [&](auto p, auto found) { query::distances(model, p, found, query::k_everywhere); };
+        const auto in_double = [&](auto p, auto found) { query::exact_distances(model, p, found); };
         print((std::string(name) + ", double").c_str(), race(embree, points, in_double));
         print((std::string(name) + ", float").c_str(), race(embree, points, in_float));
     }
@@ -233,7 +233,7 @@ void run(std::size_t count, const Files& files, bool exact)
     near.resize(std::min(near.size(), k_timed));
     beyond.resize(k_timed);
     std::vector<Vec3d> coherent = probe_points(*setting);
-    const auto within = [&](auto p, auto answers) { query::distances(model, p, answers, query::k_baked_band); };
+    const auto within = [&](auto p, auto found) { query::distances(model, p, found, query::k_baked_band); };
     for (const auto& [name, points] : {std::pair{"random in the band", &near}, std::pair{"a probe's points", &coherent},
                                        std::pair{"beyond the band", &beyond}})
         print(name, race(embree, *points, within));

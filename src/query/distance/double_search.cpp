@@ -96,13 +96,9 @@ public:
     Ties(const ModelView& model, Vec3d point, std::uint32_t entry) : model_(model), point_(point), first_(entry)
     {
         const model::Header& h = model.header;
-        const Vec3d origin{h.origin[0], h.origin[1], h.origin[2]}, in_model = (point - origin) / h.unit;
-        const auto sum = [](Vec3d v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); };
-        const double object = sum(cast<double>(model::vec3(h.sphere))) + static_cast<double>(h.sphere[3]);
-        tolerance_ = 1e-15 * (sum(point) + sum(origin) + h.unit * object);
-        // Pieces are carried over from where they are stored, which rounding moves by as much as vertices.
-        slack_ = static_cast<double>(k_box_rounding) * (sum(in_model) + object) + tolerance_ / h.unit;
-        in_model_ = cast<float>(in_model);
+        origin_ = {h.origin[0], h.origin[1], h.origin[2]};
+        object_ = sum_of(cast<double>(model::vec3(h.sphere))) + static_cast<double>(h.sphere[3]);
+        tolerance_ = 1e-15 * (sum_of(point) + sum_of(origin_) + h.unit * object_);
         measure(entry);
     }
 
@@ -119,13 +115,20 @@ public:
                 leaves[k] = leaves[k - 1];
             leaves[k] = word;
         }
-        for (const std::uint32_t word : std::span(leaves, near.count)) visit(word >> 8, word & 0xffu);
+        for (const std::uint32_t word : std::span(leaves, near.count)) measure_leaf(word >> 8, word & 0xffu);
         return answer();
     }
     [[nodiscard]] NearestInDouble nearest()
     {
-        const auto visit = [](void* ties, std::uint32_t leaf) { return static_cast<Ties*>(ties)->visit(leaf, 0xff); };
-        visit_leaves(model_, in_model_, reach(), visit, this);
+        const double unit = model_.header.unit;
+        const Vec3d in_model = (point_ - origin_) / unit;
+        // Pieces are carried over from where they are stored, which rounding moves by as much as vertices.
+        slack_ = static_cast<double>(k_box_rounding) * (sum_of(in_model) + object_) + tolerance_ / unit;
+        const auto visit = [](void* ties, std::uint32_t leaf) {
+            static_cast<Ties*>(ties)->measure_leaf(leaf, 0xff);
+            return static_cast<Ties*>(ties)->reach();
+        };
+        visit_leaves(model_, cast<float>(in_model), reach(), visit, this);
         return answer();
     }
 
@@ -135,7 +138,21 @@ private:
         unsigned corners;
         Vec3d offset;
         double distance_sq;
+        Corners at;
     };
+    /// Of a triangle: its normal, zero without an area, and the point's height above it.
+    struct Side {
+        Vec3d normal;
+        double height;
+    };
+    static Side side_of(const Tie& tie)
+    {
+        const Vec3d across = cross(tie.at[1] - tie.at[0], tie.at[2] - tie.at[0]);
+        const double area = norm(across);
+        const Vec3d normal = area > 0 ? across / area : Vec3d{};
+        return {normal, -dot(tie.offset, normal)};
+    }
+    static double sum_of(Vec3d v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); }
 
     Tie* ties() { return reinterpret_cast<Tie*>(memory_); }
     const Tie* ties() const { return reinterpret_cast<const Tie*>(memory_); }
@@ -143,7 +160,7 @@ private:
     float reach() const { return static_cast<float>((std::sqrt(best_sq_) / model_.header.unit + slack_) * (1 + 1e-6)); }
 
     /// triangles: a bit for each.
-    float visit(std::uint32_t leaf, std::uint32_t triangles)
+    void measure_leaf(std::uint32_t leaf, std::uint32_t triangles)
     {
         const model::DistanceArrays<model::ArrayView>& d = model_.distance;
         const std::size_t first = std::size_t{leaf} * model::k_hierarchy_leaf;
@@ -153,7 +170,6 @@ private:
             const std::uint32_t entry = d.entries16.empty() ? d.entries32[i] : d.entries16[i];
             if (entry != first_) measure(entry);
         }
-        return reach();
     }
 
     void measure(std::uint32_t entry)
@@ -171,7 +187,7 @@ private:
             count_ = static_cast<std::size_t>(std::remove_if(ties(), ties() + count_, is_farther) - ties());
         }
         if (count_ < k_max_ties)
-            ties()[count_++] = {entry, foot.corners, offset, distance_sq};
+            ties()[count_++] = {entry, foot.corners, offset, distance_sq, t};
         else
             is_full_ = true;
     }
@@ -188,18 +204,13 @@ private:
         NearestInDouble out;
         out.distance = std::sqrt(best_sq_);
         const Tie* named = nullptr;
-        bool is_on_faces = true;
-        double best_facing = -1, sum = 0, sizes = 0;
+        bool is_on_faces = true, is_above = true, is_below = true;
+        double best_facing = -1;
         for (const Tie& tie : std::span(ties(), count_)) {
-            const Corners t = corners_of(model_, tie.entry);
-            const Vec3d across = cross(t[1] - t[0], t[2] - t[0]);
-            const double area = norm(across), away = std::sqrt(tie.distance_sq);
-            const Vec3d normal = area > 0 ? across / area : Vec3d{};
-            const double weight = weight_of(t, tie.corners), height = -dot(tie.offset, normal);
+            const double height = side_of(tie).height, away = std::sqrt(tie.distance_sq);
             is_on_faces = is_on_faces && tie.corners == 7;
-            out.normal += weight * normal;
-            sum += weight * height;
-            sizes += weight * away;
+            is_above = is_above && height > 2 * k_clear * away;
+            is_below = is_below && height < -2 * k_clear * away;
             const double facing = away > 0 ? std::abs(height) / away : 0;
             const std::uint32_t triangle = triangle_of(model_, tie.entry);
             if (named != nullptr &&
@@ -211,22 +222,43 @@ private:
         }
         if (named == nullptr) return out;  // coordinates that overflow
         out.offset = named->offset;
-        if (const double length = norm(out.normal); length > 0) out.normal = out.normal / length;
+        // Where all see the point from one side, so does any weighted mean of them.
+        const double share = is_above ? 1 : is_below ? -1 : weigh(out.normal);
+        if ((is_above || is_below) && out.distance <= k_near * static_cast<double>(model_.header.sphere[3]) * model_.header.unit)
+            (void)weigh(out.normal);
         // Pieces meet where float stores their corners, so that of those about an edge one alone may tie.
         const bool is_whole = model_.piece_triangle.empty() || is_on_faces;
-        const bool says = !is_full_ && is_whole && std::abs(sum) > k_clear * sizes && out.distance > 4 * tolerance_;
-        if (says) out.side = sum > 0 ? 1 : -1;
+        const bool says = !is_full_ && is_whole && std::abs(share) > k_clear && out.distance > 4 * tolerance_;
+        if (says) out.side = share > 0 ? 1 : -1;
         return out;
+    }
+
+    /// The unit mean of the normals, weighted by angles; returns the point's height by them as a share of its distance.
+    double weigh(Vec3d& normal) const
+    {
+        normal = {};
+        double sum = 0, sizes = 0;
+        for (const Tie& tie : std::span(ties(), count_)) {
+            const Side side = side_of(tie);
+            const double weight = weight_of(tie.at, tie.corners);
+            normal += weight * side.normal;
+            sum += weight * side.height;
+            sizes += weight * std::sqrt(tie.distance_sq);
+        }
+        if (const double length = norm(normal); length > 0) normal = normal / length;
+        return sizes > 0 ? sum / sizes : 0;
     }
 
     static_assert(model::k_hierarchy_leaf == 8 && model::k_hierarchy_width == 16);
     static constexpr int k_group_bits = 4;
+    static constexpr double k_near = 2e-9;          ///< of the object's radius: up to there the normal is wanted
     static constexpr std::size_t k_max_ties = 256;  ///< at more the exact layer says on which side the point is
 
     const ModelView& model_;
     Vec3d point_;
     std::uint32_t first_;
-    Vec3f in_model_{};
+    Vec3d origin_{};
+    double object_ = 0;     ///< model units: the size of its coordinates
     double tolerance_ = 0;  ///< mesh units: what double tells of distances
     double slack_ = 0;      ///< model units: by how much boxes may be farther than they seem
     double best_sq_ = INFINITY, limit_sq_ = INFINITY;
