@@ -287,13 +287,62 @@ private:
     /// A leaf's triangles, from `first` in the block and from `slot` among the entries.
     HWY_INLINE void measure(const LeafList& list, std::size_t first, std::uint32_t slot)
     {
+        if (near_ == nullptr)
+            measure_sides(list, first, slot);
+        else
+            measure_near(list, first, slot);
+    }
+
+    /// As measure, with the triangles that are near.
+    HWY_INLINE void measure_near(const LeafList& list, std::size_t first, std::uint32_t slot)
+    {
+        const auto leaf = slot / static_cast<std::uint32_t>(k_hierarchy_leaf);
+        for (std::size_t i = 0; i < list.count; i += hn::Lanes(df)) {
+            const I index = blend(within(list, i), hn::LoadU(di, list.index + i), set_int(list.index[i]));
+            const V3 p{hn::LoadU(df, list.p[0] + i), hn::LoadU(df, list.p[1] + i), hn::LoadU(df, list.p[2] + i)};
+            F least = set(PointPacket::k_far_sq);
+            HWY_ALIGN float each_sq[k_hierarchy_leaf][k_lanes];
+            for (std::size_t k = 0; k < k_hierarchy_leaf; ++k) {
+                const F d_sq = frames_.see_one(first + k, frames_.foot_one(first + k, p)).distance_sq;
+                least = hn::Min(least, d_sq);
+                hn::Store(d_sq, df, each_sq[k]);
+            }
+            const F before = hn::GatherIndex(df, points_.distance_sq, index);
+            const M changed = hn::And(within(list, i), hn::Le(least, reach_above_lanes(before)));
+            if (!any(changed)) continue;
+            const F reach = reach_above_lanes(hn::Min(before, least));
+            I triangles = hn::Zero(di);
+            for (std::uint32_t k = 0; k < k_hierarchy_leaf; ++k) {
+                const M is_near = hn::Le(hn::Load(df, each_sq[k]), reach);
+                triangles = hn::Or(triangles, hn::IfThenElseZero(hn::RebindMask(di, is_near), child_bit(k)));
+            }
+            HWY_ALIGN std::int32_t at[k_lanes], bits[k_lanes];
+            HWY_ALIGN float least_sq[k_lanes], reach_sq[k_lanes];
+            hn::Store(index, di, at);
+            hn::Store(triangles, di, bits);
+            hn::Store(least, df, least_sq);
+            hn::Store(reach, df, reach_sq);
+            each_lane(changed, [&](std::size_t lane) {
+                const auto point = static_cast<std::size_t>(at[lane]);
+                near_->add(point, leaf, static_cast<std::uint32_t>(bits[lane]), least_sq[lane], reach_sq[lane]);
+                if (!(least_sq[lane] < points_.distance_sq[point])) return;
+                points_.distance_sq[point] = least_sq[lane];
+                std::uint32_t k = 0;
+                while (each_sq[k][lane] != least_sq[lane]) ++k;
+                points_.slot[point] = slot + k;
+            });
+        }
+    }
+
+    /// As measure, with the side that each point is seen from.
+    HWY_INLINE void measure_sides(const LeafList& list, std::size_t first, std::uint32_t slot)
+    {
         const F far = set(PointPacket::k_far_sq);
         for (std::size_t i = 0; i < list.count; i += hn::Lanes(df)) {
             const I index = blend(within(list, i), hn::LoadU(di, list.index + i), set_int(list.index[i]));
             const V3 p{hn::LoadU(df, list.p[0] + i), hn::LoadU(df, list.p[1] + i), hn::LoadU(df, list.p[2] + i)};
             F least = far, outside_sq = far, inside_sq = far, unclear_sq = far;
             I nearest = hn::Zero(di);
-            HWY_ALIGN float each_sq[k_hierarchy_leaf][k_lanes];
             for (std::size_t k = 0; k < k_hierarchy_leaf; ++k) {
                 const TriangleFrames::Foot foot = frames_.foot_one(first + k, p);
                 const TriangleFrames::Seen s = frames_.see_one(first + k, foot);
@@ -303,13 +352,10 @@ private:
                 outside_sq = hn::Min(outside_sq, blend(outside, s.distance_sq, far));
                 inside_sq = hn::Min(inside_sq, blend(outside, far, s.distance_sq));
                 unclear_sq = hn::Min(unclear_sq, blend(s.flat, s.distance_sq, far));
-                if (near_ != nullptr) hn::Store(s.distance_sq, df, each_sq[k]);
             }
-            const F before = hn::GatherIndex(df, points_.distance_sq, index);
-            const M changed = hn::And(within(list, i), hn::Le(least, reach_above_lanes(before)));
+            const M changed =
+                hn::And(within(list, i), hn::Le(least, tie_above_lanes(hn::GatherIndex(df, points_.distance_sq, index))));
             if (!any(changed)) continue;
-            if (near_ != nullptr)
-                remember_each(slot / k_hierarchy_leaf, changed, index, least, reach_above_lanes(hn::Min(before, least)), each_sq);
             HWY_ALIGN std::int32_t at[k_lanes], which[k_lanes];
             HWY_ALIGN float values[4][k_lanes];
             hn::Store(index, di, at);
@@ -329,26 +375,6 @@ private:
                 points_.unclear_sq[point] = std::min(points_.unclear_sq[point], values[3][lane]);
             });
         }
-    }
-
-    /// Triangles of a leaf for the points in some lanes; each_sq: their squared distances.
-    HWY_INLINE void remember_each(std::uint32_t leaf, M lanes, I index, F least, F reach,
-                                  const float (&each_sq)[k_hierarchy_leaf][k_lanes])
-    {
-        I triangles = hn::Zero(di);
-        for (std::uint32_t k = 0; k < k_hierarchy_leaf; ++k)
-            triangles =
-                hn::Or(triangles, hn::IfThenElseZero(hn::RebindMask(di, hn::Le(hn::Load(df, each_sq[k]), reach)), child_bit(k)));
-        HWY_ALIGN std::int32_t at[k_lanes], bits[k_lanes];
-        HWY_ALIGN float least_sq[k_lanes], reach_sq[k_lanes];
-        hn::Store(index, di, at);
-        hn::Store(triangles, di, bits);
-        hn::Store(least, df, least_sq);
-        hn::Store(reach, df, reach_sq);
-        each_lane(lanes, [&](std::size_t lane) {
-            near_->add(static_cast<std::size_t>(at[lane]), leaf, static_cast<std::uint32_t>(bits[lane]), least_sq[lane],
-                       reach_sq[lane]);
-        });
     }
 
     static constexpr std::size_t k_levels = model::k_max_hierarchy_levels + 1;
