@@ -118,7 +118,9 @@ template <class How>
 void answer(const Batch& batch, const sqmap_query_options& o, const sqmap_distances& out, How&& how)
 {
     const unsigned threads = threads_of(o.threads);
-    const std::size_t count = batch.points.size(), together = std::clamp(count / std::max(threads, 1u), k_batch, k_widest_batch);
+    const std::size_t count = batch.points.size();
+    // One thread allocates nothing.
+    const std::size_t together = threads > 1 ? std::clamp(count / threads, k_batch, k_widest_batch) : k_batch;
     const auto work = [&](parallel::Slice slice) {
         // Not set to defaults first.
         alignas(query::SignedDistance) std::byte few[k_batch * sizeof(query::SignedDistance)];
