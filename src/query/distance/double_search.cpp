@@ -102,7 +102,7 @@ public:
         measure(entry);
     }
 
-    /// Of these triangles, in the order in which a search visits them.
+    /// The nearest of these triangles, in the order in which a search visits them.
     [[nodiscard]] NearestInDouble nearest_of(const NearTriangles& near)
     {
         std::uint32_t leaves[NearTriangles::k_capacity];
@@ -140,7 +140,7 @@ private:
         double distance_sq;
         Corners at;
     };
-    /// Of a triangle: its normal, zero without an area, and the point's height above it.
+    /// A triangle's normal, zero without an area, and the point's height above it.
     struct Side {
         Vec3d normal;
         double height;
@@ -222,7 +222,7 @@ private:
         }
         if (named == nullptr) return out;  // coordinates that overflow
         out.offset = named->offset;
-        // Where all see the point from one side, so does any weighted mean of them.
+        // If all see the point from one side, any weighted mean of them does.
         const double share = is_above ? 1 : is_below ? -1 : weigh(out.normal);
         if ((is_above || is_below) && out.distance <= k_near * static_cast<double>(model_.header.sphere[3]) * model_.header.unit)
             (void)weigh(out.normal);
