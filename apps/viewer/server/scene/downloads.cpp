@@ -7,8 +7,10 @@
 #include "viewer/server/scene/geometry.h"
 #include "viewer/server/scene/glb.h"
 #include "viewer/server/scene/inspect.h"
+#include "viewer/server/scene/meetings.h"
 
 #include <cmath>
+#include <vector>
 
 namespace sqmap::viewer {
 namespace {
@@ -141,6 +143,14 @@ void slice(const Call& call, const Shown& s, Worker& pictures)
     });
 }
 
+/// The objects that are seen; null in place of the others.
+std::vector<ObjectPtr> seen(const Scene& scene)
+{
+    std::vector<ObjectPtr> out;
+    for (const Scene::Entry& entry : scene.entries()) out.push_back(entry.hidden ? nullptr : entry.object);
+    return out;
+}
+
 }  // namespace
 
 void add_downloads(Routes& routes, const Scene& scene, Worker& pictures)
@@ -159,6 +169,10 @@ void add_downloads(Routes& routes, const Scene& scene, Worker& pictures)
             if (pictures.busy()) return call.answer(busy());
             make(call, *s, pictures);
         });
+    routes.get("/api/contacts", [&scene, &pictures](const Call& call) {
+        if (pictures.busy()) return call.answer(busy());
+        pictures.work([answer = call.answer, objects = seen(scene)] { answer(json_reply(meetings_json(objects))); });
+    });
 }
 
 }  // namespace sqmap::viewer

@@ -17,6 +17,7 @@ import { endInvitation, firstMinute, lookAt } from './first';
 import { dialog, exportMenu, heardProgress, openButton, readingButton, zone } from './panels/files';
 import { restoreView } from './session';
 import { inspected } from './panels/inspect';
+import { shownMeetings } from './panels/meetings';
 import './pad';
 import { answersBox, dropPick, pickBox } from './panels/look';
 import { showEmpty } from './empty';
@@ -122,4 +123,4 @@ link.open({
 });
 
 // For the browser tests.
-Object.assign(window, { sqmap: { distinctColours, meter, world, map, inspected, hand, charts, game, sweep, link, costume, recorder, immersive, facts: () => state.facts, status: () => state.status, frame: () => state.frame, frames: () => state.frames } });
+Object.assign(window, { sqmap: { distinctColours, meter, world, map, inspected, shownMeetings, hand, charts, game, sweep, link, costume, recorder, immersive, facts: () => state.facts, status: () => state.status, frame: () => state.frame, frames: () => state.frames } });

@@ -14,6 +14,7 @@ import { viewWords } from '../where';
 import { card, check, choice } from './controls';
 import { inspectBox } from './inspect';
 import { lookFrom, measureCards, measuring, VIEWS } from './measure';
+import { meetingsCard } from './meetings';
 import { map, partBox, select } from './parts';
 
 const numbers = h('dl', { class: 'numbers', id: 'numbers' });
@@ -89,7 +90,7 @@ export const lookPanel = h('div', {},
       check('Map samples', false, (on) => { world.objects.withSamples = on; void world.objects.paint(); }, 'samples'),
       check('Contact margin', false, (on) => { world.objects.withOffset = on; void world.objects.paint(); }, 'offset', 'The surface moved out by the stored offset: eq. 12'),
       check('Hidden surface', false, (on) => { world.objects.withHidden = on; void world.objects.paint(); }, 'hidden', 'What its part\u2019s projection does not see first: Q2 of section 5'))),
-  ...measureCards, partCard);
+  ...measureCards, meetingsCard, partCard);
 /// The numbers of the picked point, and the program's answers there.
 export const pickBox = card('Point', numbers), answersBox = h('div', {}, inspectBox);
 on(['mode', 'playing'], () => { pickBox.hidden = answersBox.hidden = state.mode !== 'look' || state.playing; });
