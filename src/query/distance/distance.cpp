@@ -121,22 +121,26 @@ public:
         within_ = static_cast<float>(band >= 0 ? std::min(band / model.header.unit, k_widest) : baked);
     }
 
-    /// From then on the parts of the answers are left as they are.
-    void keep_parts() { keeps_parts_ = true; }
+    /// From then on the parts of the answers are left as they are, and an answer is written once: points are those of add.
+    void keep_parts(std::span<const Vec3d> points)
+    {
+        keeps_parts_ = true;
+        points_ = points;
+    }
 
     void add(Vec3d point, std::size_t index)
     {
-        SignedDistance& answer = answers_[index];
-        const KeptPart part(answer, keeps_parts_);
-        answer.witness = point;
         if (!is_finite(point) || !finite_) {
+            SignedDistance& answer = answers_[index];
+            const KeptPart part(answer, keeps_parts_);
             answer = {};
             answer.witness = point;
             answer.status = k_not_finite;
             return;
         }
+        if (points_.empty()) answers_[index].witness = point;
         const Vec3d in_mesh = apply(to_mesh_, point), in_model = per_unit_ * (in_mesh - origin_);
-        if ((!has_tree_ || !root_.holds(in_model)) && !is_sought(in_mesh, answer)) return;
+        if ((!has_tree_ || !root_.holds(in_model)) && !is_sought(in_mesh)) return finish_beyond(in_mesh, point, index);
         new_.add(cast<float>(in_model), index);
         if (new_.count == k_bounded_at_once) bound();
     }
@@ -147,16 +151,11 @@ public:
         search();
     }
 
-    /// A point outside the root, answer.witness: whether the hierarchy is searched for it all the same, as the band is so wide.
-    /// Beyond the band the outermost leaves still bound the distance from below.
-    bool is_sought(Vec3d in_mesh, SignedDistance& answer) const
+    /// A point outside the root: whether the hierarchy is searched for it all the same, as the band is so wide.
+    bool is_sought(Vec3d in_mesh) const
     {
-        const Vec3d point = answer.witness;
-        answer = {};
-        answer.witness = point;
-        answer.distance = away_from_sphere(model_, in_mesh);
-        if (model_.answers != nullptr && !has_tree_) answer.status = model_.answers->no_distance;
-        return has_tree_ && model::has_exact(model_) && answer.distance <= static_cast<double>(within_) * model_.header.unit;
+        return has_tree_ && model::has_exact(model_) &&
+               away_from_sphere(model_, in_mesh) <= static_cast<double>(within_) * model_.header.unit;
     }
 
     /// Moves a point from model space to the caller's frame.
@@ -180,6 +179,30 @@ private:
         const bool keeps_;
     };
 
+    /// Beyond the band the object's sphere bounds the distance from below.
+    void finish_beyond(Vec3d in_mesh, Vec3d point, std::size_t index)
+    {
+        SignedDistance& answer = answers_[index];
+        const KeptPart part(answer, keeps_parts_);
+        answer = {};
+        answer.witness = point;
+        answer.distance = away_from_sphere(model_, in_mesh);
+        if (model_.answers != nullptr && !has_tree_) answer.status = model_.answers->no_distance;
+    }
+
+    /// Fetches a point and its answer ahead, and puts the point where its answer is finished.
+    SignedDistance& begin(const std::size_t* index, std::size_t i, std::size_t count)
+    {
+        const std::size_t later = index[std::min(i + k_ahead, count - 1)];
+        hwy::Prefetch(&answers_[later]);
+        SignedDistance& answer = answers_[index[i]];
+        if (!points_.empty()) {
+            hwy::Prefetch(&points_[later]);
+            answer.witness = points_[index[i]];
+        }
+        return answer;
+    }
+
     void bound()
     {
         const std::span<const Vec3f> points = new_.points();
@@ -192,7 +215,7 @@ private:
                 ++k;
                 continue;
             }
-            SignedDistance& answer = answers_[new_.index[i]];
+            SignedDistance& answer = begin(new_.index, i, points.size());
             const KeptPart part(answer, keeps_parts_);
             finish_bound(found[i], answer);
         }
@@ -207,8 +230,7 @@ private:
         const std::span found(found_.data(), points.size());
         search_surfaces(model_, points, found);
         for (std::size_t i = 0; i < points.size(); ++i) {
-            hwy::Prefetch(&answers_[near_.index[std::min(i + k_ahead, points.size() - 1)]]);
-            SignedDistance& answer = answers_[near_.index[i]];
+            SignedDistance& answer = begin(near_.index, i, points.size());
             const KeptPart part(answer, keeps_parts_);
             if (model::has_exact(model_))
                 finish_exact(points[i], found[i], answer);
@@ -224,8 +246,7 @@ private:
         const std::span near(triangles_.data(), points.size());
         search_near_triangles(model_, points, near);
         for (std::size_t i = 0; i < points.size(); ++i) {
-            hwy::Prefetch(&answers_[near_.index[std::min(i + k_ahead, points.size() - 1)]]);
-            SignedDistance& answer = answers_[near_.index[i]];
+            SignedDistance& answer = begin(near_.index, i, points.size());
             const KeptPart part(answer, keeps_parts_);
             if (near[i].entry >= 0)
                 finish_in_double(points[i], near[i], answer);
@@ -418,6 +439,7 @@ private:
     const Vec3d origin_;
     const double per_unit_;
     std::span<SignedDistance> answers_;
+    std::span<const Vec3d> points_;  ///< where they are kept; empty: a waiting point is its answer's witness
     float within_;
     DistanceKind exact_kind_ = DistanceKind::Exact;
     bool in_double_ = false, keeps_parts_ = false;
@@ -496,11 +518,10 @@ private:
 
 void answer_in_order(const ModelView& model, std::span<const Vec3d> points, std::span<SignedDistance> answers, Batch& batch)
 {
-    batch.keep_parts();
+    batch.keep_parts(points);
     for (std::size_t k = 0; k < points.size(); ++k) {
         const auto later = static_cast<std::size_t>(answers[std::min(k + k_ahead, points.size() - 1)].part);
         hwy::Prefetch(&points[later]);
-        hwy::Prefetch(&answers[later]);
         const auto i = static_cast<std::size_t>(answers[k].part);
         batch.add(points[i], i);
     }
