@@ -77,6 +77,24 @@ void write(const BakedModel& baked, const BakeArguments& o)
     baked.save(o.model);
 }
 
+/// Which parts of a paper model stay above --max-q2, and why.
+void print_hidden_parts(const BakedModel& baked, const BakeArguments& o)
+{
+    if (o.bake.projection != "normal" || !o.bake.given("--max-q2")) return;
+    std::string above;
+    for (std::size_t i = 0; i < baked.report.parts.size(); ++i) {
+        const double share = baked.report.parts[i].q2_share;
+        if (share <= o.bake.bake.max_q2_share) continue;
+        char text[60];
+        std::snprintf(text, sizeof text, "%s%zu (%.2f %%)", above.empty() ? "" : ", ", i, 100 * share);
+        above += text;
+    }
+    if (above.empty()) return;
+    std::printf("  more than %.3g %% Q2 (--max-q2) in parts %s: %s\n", 100 * o.bake.bake.max_q2_share, above.c_str(),
+                baked.report.parts.size() >= o.bake.bake.max_parts ? "--max-parts stops the cuts"
+                                                                   : "no cut of theirs shows more of the surface");
+}
+
 void print(const BakedModel& baked, const BakeArguments& o)
 {
     const std::size_t bytes = std::filesystem::file_size(o.model);
@@ -87,6 +105,7 @@ void print(const BakedModel& baked, const BakeArguments& o)
     std::printf("%s: %zu parts, %.0f kB, baked in %.2f s of CPU time\n", o.model.c_str(), baked.report.parts.size(),
                 static_cast<double>(bytes) / 1000, seconds);
     print_measured(baked.model.common.measured);
+    print_hidden_parts(baked, o);
 }
 
 int run(const BakeArguments& o)

@@ -257,8 +257,8 @@ void Bake::parts()
     lap("decompose");
     progress("fit", 0);
     const CanonicalMesh canonical = canonical_mesh(mesh_);
-    fitted_ = options_.partition != nullptr ? fit_partition(*solid_, canonical, first, options_)
-                                            : refine_partition(*solid_, canonical, first, options_);
+    const PartsInput input{*solid_, canonical, hidden_share()};
+    fitted_ = options_.partition != nullptr ? fit_partition(input, first, options_) : refine_partition(input, first, options_);
 }
 
 void Bake::polytopes()

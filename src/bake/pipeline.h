@@ -102,6 +102,8 @@ protected:
     virtual void accept() {}
     /// By which factor a model misses its targets; up to 1 it meets them.
     [[nodiscard]] virtual double shortfall(const model::Measured& m) const = 0;
+    /// The share of a part that its projection does not see first; empty: that of the central projection.
+    [[nodiscard]] virtual HiddenShare hidden_share() const { return {}; }
     /// Maps that do not see more than so much of the surface are not made finer; percent.
     [[nodiscard]] virtual double max_hidden() const = 0;
 

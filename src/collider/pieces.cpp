@@ -136,8 +136,9 @@ Pieces pieces_of(const CutInput& input, const CutOptions& options)
     bake::BakeOptions bake{.max_parts = options.max_parts, .threads = options.threads};
     bake.decompose.max_parts = options.max_parts;
     const mesh::Solid solid(mesh, input.crossed);
+    const bake::CanonicalMesh canonical = bake::canonical_mesh(mesh);
     const bake::FittedPartition fitted =
-        bake::refine_partition(solid, bake::canonical_mesh(mesh), decompose::decompose(mesh, bake.decompose), bake);
+        bake::refine_partition({solid, canonical}, decompose::decompose(mesh, bake.decompose), bake);
     const auto held = nearest_parts(input, fitted.partition);
     for (std::size_t i = 0; i < fitted.parts.size(); ++i) {
         const bake::Patch& patch = fitted.parts[i].fitted.patch;

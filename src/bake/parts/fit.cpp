@@ -137,12 +137,15 @@ std::vector<HalfSpacef> fit_polytope(const mesh::Mesh& mesh, const FittedPart& p
     return fit::bounding_polytope(mesh::convex_hull(held.points), held.points, part.fit.superquadric);
 }
 
-PartQuality quality_of(const mesh::Solid& solid, const CanonicalMesh& canonical, const FittedPart& part)
+PartQuality quality_of(const PartsInput& input, const FittedPart& part)
 {
     PartQuality quality;
+    const mesh::Solid& solid = input.solid;
     for (const std::uint32_t t : part.patch.triangles) quality.area += mesh::triangle_area(solid.mesh(), t);
     quality.solid_volume = enclosed_volume(solid.mesh(), part.patch);
-    quality.q2_share = hidden_share(solid, ordered_in(canonical, part.patch), cast<double>(part.centre));
+    const std::vector<std::uint32_t> ordered = ordered_in(input.canonical, part.patch);
+    quality.q2_share =
+        input.hidden ? input.hidden(solid, ordered, part) : hidden_share(solid, ordered, cast<double>(part.centre));
     return quality;
 }
 

@@ -17,8 +17,8 @@ namespace sqmap::bake {
 /// The convex polytope of a part beside its superquadric. mesh: in model space. Cost: some 3 ms. Thread-safe.
 [[nodiscard]] std::vector<HalfSpacef> fit_polytope(const mesh::Mesh& mesh, const FittedPart& part);
 
-/// How well the fit serves. canonical: as for fit_patch, so that no sample depends on the file's frame.
-[[nodiscard]] PartQuality quality_of(const mesh::Solid& solid, const CanonicalMesh& canonical, const FittedPart& part);
+/// How well the fit serves. No sample depends on the file's frame.
+[[nodiscard]] PartQuality quality_of(const PartsInput& input, const FittedPart& part);
 
 /// Patch and caps of a part as one surface, for certificates.
 struct HeldSurface {

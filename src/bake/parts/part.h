@@ -6,8 +6,11 @@
 #include "sqmap/math/half_space.h"
 #include "sqmap/math/vec.h"
 #include "sqmap/mesh/mesh.h"
+#include "sqmap/mesh/solid.h"
 
 #include <cstdint>
+#include <functional>
+#include <span>
 #include <vector>
 
 namespace sqmap::bake {
@@ -27,6 +30,11 @@ struct FittedPart {
     Vec3f centre;                        ///< of the central projection, model space
     std::vector<HalfSpacef> polytope{};  ///< beside the superquadric: holds patch and caps too; empty until it is fitted
 };
+
+/// The share of a part's area that other surface hides from its projection (section 5's Q2), from some of its triangles, whose
+/// order does not depend on the mesh's frame. Thread-safe.
+using HiddenShare =
+    std::function<double(const mesh::Solid& solid, std::span<const std::uint32_t> triangles, const FittedPart& part)>;
 
 /// How well one superquadric and one projection serve a part.
 struct PartQuality {
@@ -57,5 +65,12 @@ struct CanonicalMesh {
     Mat3d frame;  ///< turns model space into the canonical frame
 };
 [[nodiscard]] CanonicalMesh canonical_mesh(const mesh::Mesh& mesh);
+
+/// A solid whose parts are fitted, and what refinement counts as hidden.
+struct PartsInput {
+    const mesh::Solid& solid;        ///< of the mesh in model space
+    const CanonicalMesh& canonical;  ///< of the same mesh
+    HiddenShare hidden{};            ///< empty: hidden from the central projection
+};
 
 }  // namespace sqmap::bake

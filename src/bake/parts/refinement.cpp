@@ -4,6 +4,7 @@
 #include "parallel/for_each.h"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <optional>
 #include <utility>
@@ -17,8 +18,8 @@ constexpr double k_min_cost = 0.005;  ///< no cut is tried for a part that costs
 /// Fits the parts of one mesh's partitions, and keeps every fit: the same patch comes back while cuts are tried.
 class PartFitter {
 public:
-    PartFitter(const mesh::Solid& solid, const CanonicalMesh& canonical, const BakeOptions& options)
-        : solid_(solid), canonical_(canonical), options_(options)
+    PartFitter(const PartsInput& input, const BakeOptions& options)
+        : input_(input), solid_(input.solid), canonical_(input.canonical), options_(options)
     {
     }
 
@@ -53,7 +54,7 @@ public:
             parallel::for_each(end - first, options_.threads, [&](std::size_t i) {
                 const std::size_t part = unknown[first + i];
                 parts[part].fitted = fit_patch(solid_, canonical_, std::move(patches[part]), options_.fit);
-                parts[part].quality = quality_of(solid_, canonical_, parts[part].fitted);
+                parts[part].quality = quality_of(input_, parts[part].fitted);
             });
             for (std::size_t i = first; i < end; ++i) {
                 history_.push_back(parts[unknown[i]]);
@@ -98,6 +99,7 @@ private:
         return std::nullopt;
     }
 
+    const PartsInput& input_;
     const mesh::Solid& solid_;
     const CanonicalMesh& canonical_;
     const BakeOptions& options_;
@@ -199,6 +201,52 @@ void split_parts(const decompose::Cutter& cutter, const Cost& cost, PartFitter& 
     }
 }
 
+/// Area of the parts' Q2.
+template <class Parts>
+double hidden_area(const Parts& parts)
+{
+    double area = 0;
+    for (const MeasuredPart* part : parts) area += part->quality.q2_share * part->quality.area;
+    return area;
+}
+
+std::vector<const MeasuredPart*> pointers_to(const std::vector<MeasuredPart>& parts)
+{
+    std::vector<const MeasuredPart*> all;
+    for (const MeasuredPart& part : parts) all.push_back(&part);
+    return all;
+}
+
+/// Splits the part with the largest hidden area of those above options.max_q2_share, however little it costs, while that shows a
+/// fifth of that area.
+void split_hidden(const decompose::Cutter& cutter, PartFitter& fitter, FittedPartition& now)
+{
+    constexpr double k_shown = 0.2;
+    const BakeOptions& options = fitter.options();
+    Surfaces given_up;
+    while (now.parts.size() < options.max_parts) {
+        const MeasuredPart* worst = nullptr;
+        for (const MeasuredPart& part : now.parts) {
+            if (part.quality.q2_share <= options.max_q2_share) continue;
+            if (std::find(given_up.begin(), given_up.end(), surface_of(part)) != given_up.end()) continue;
+            if (worst == nullptr || hidden_area(std::array{&part}) > hidden_area(std::array{worst})) worst = &part;
+        }
+        if (worst == nullptr) return;
+        const auto index = static_cast<std::uint32_t>(worst - now.parts.data());
+        decompose::Split split = cutter.split(now.partition, index, options.decompose);
+        std::optional<std::vector<MeasuredPart>> next;
+        if (split.found && split.partition.part_count <= options.max_parts) {
+            const double largest = hidden_area(pointers_to(now.parts)) - k_shown * hidden_area(std::array{worst});
+            next = fitter.parts_of(split.partition,
+                                   [&](const std::vector<const MeasuredPart*>& known) { return hidden_area(known) > largest; });
+        }
+        if (next)
+            now = {std::move(split.partition), std::move(*next)};
+        else
+            given_up.push_back(surface_of(*worst));
+    }
+}
+
 /// Undoes a cut of split_parts' kind that one superquadric serves as well. False if there is none.
 bool undo_cut(const decompose::Cutter& cutter, const Cost& cost, PartFitter& fitter, FittedPartition& now)
 {
@@ -217,22 +265,21 @@ bool undo_cut(const decompose::Cutter& cutter, const Cost& cost, PartFitter& fit
 
 }  // namespace
 
-FittedPartition fit_partition(const mesh::Solid& solid, const CanonicalMesh& canonical, const decompose::Partition& partition,
-                              const BakeOptions& options)
+FittedPartition fit_partition(const PartsInput& input, const decompose::Partition& partition, const BakeOptions& options)
 {
-    return {partition, PartFitter(solid, canonical, options).parts_of(partition)};
+    return {partition, PartFitter(input, options).parts_of(partition)};
 }
 
-FittedPartition refine_partition(const mesh::Solid& solid, const CanonicalMesh& canonical, const decompose::Partition& partition,
-                                 const BakeOptions& options)
+FittedPartition refine_partition(const PartsInput& input, const decompose::Partition& partition, const BakeOptions& options)
 {
-    PartFitter fitter(solid, canonical, options);
+    PartFitter fitter(input, options);
     FittedPartition now{partition, fitter.parts_of(partition)};
     const Cost cost(now.parts);
-    const decompose::Cutter cutter(solid.mesh());
+    const decompose::Cutter cutter(input.solid.mesh());
     split_parts(cutter, cost, fitter, now);
     while (undo_cut(cutter, cost, fitter, now)) {
     }
+    if (input.hidden) split_hidden(cutter, fitter, now);
     now.partition = cutter.ordered_by_area(now.partition);
     now.parts = fitter.parts_of(now.partition);
     return now;

@@ -19,12 +19,13 @@ struct FittedPartition {
 
 /// Fits every part of a partition, caps included.
 /// Cost: some 25 ms a part, on options.threads threads; the result does not depend on how many.
-[[nodiscard]] FittedPartition fit_partition(const mesh::Solid& solid, const CanonicalMesh& canonical,
-                                            const decompose::Partition& partition, const BakeOptions& options);
+[[nodiscard]] FittedPartition fit_partition(const PartsInput& input, const decompose::Partition& partition,
+                                            const BakeOptions& options);
 
 /// The same, and then splits the part that is served worst while that pays, up to options.max_parts, and undoes cuts of its own
-/// kind that one superquadric serves as well. Cuts that passed a test of section 3 stay. Parts come in order of area.
-[[nodiscard]] FittedPartition refine_partition(const mesh::Solid& solid, const CanonicalMesh& canonical,
-                                               const decompose::Partition& partition, const BakeOptions& options);
+/// kind that one superquadric serves as well. Cuts that passed a test of section 3 stay. With input.hidden, parts that are hidden
+/// by more than options.max_q2_share are split on while that shows more of the surface. Parts come in order of area.
+[[nodiscard]] FittedPartition refine_partition(const PartsInput& input, const decompose::Partition& partition,
+                                               const BakeOptions& options);
 
 }  // namespace sqmap::bake

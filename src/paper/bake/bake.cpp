@@ -16,11 +16,15 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <string>
 
 namespace sqmap::paper {
 
 namespace {
+
+constexpr std::size_t k_q2_samples = 200;  // triangles of a part that refinement looks at
+constexpr double k_fine_q2 = 0.05;         // below such a share it looks at all
 
 void check(const MapOptions& map)
 {
@@ -124,6 +128,13 @@ private:
         bake::bake_locator(surface(), locator_, led);
         bake::bake_candidate_lists(*solid_, nullptr, locator_, led);
         take_cells(led, model_);
+    }
+    bake::HiddenShare hidden_share() const override
+    {
+        const std::size_t samples = options_.max_q2_share < k_fine_q2 ? 0 : k_q2_samples;
+        return [samples](const mesh::Solid& solid, std::span<const std::uint32_t> triangles, const bake::FittedPart& part) {
+            return hidden_from_feet({solid.bvh(), solid.mesh(), triangles}, ExactFeet(part.fit.superquadric), samples);
+        };
     }
     void measure() override
     {

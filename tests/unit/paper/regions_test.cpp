@@ -249,6 +249,25 @@ TEST(Regions, OfARingInATallCylinderAreHiddenInside)
     }
 }
 
+TEST(MaxQ2, CutsPartsThatTheirFeetDoNotSee)
+{
+    // Neither looseness nor curvature cuts: what is cut on top is cut because it is hidden.
+    bake::BakeOptions options{.target_error = 100, .exact = false};
+    options.max_looseness = 1e6;
+    options.max_q2_share = 1;
+    options.decompose.hyperbolic_curvature = 1000;
+    const mesh::Mesh hand = test::small_hand();
+    const MapOptions maps{.grid = {9, 16}, .subdivisions = 0};
+    const BakeResult as_it_is = bake(hand, true, options, maps);
+    options.max_q2_share = 0.005;
+    const BakeResult cut = bake(hand, true, options, maps);
+    EXPECT_GT(as_it_is.model.common.measured.q2_share, 0.5);
+    EXPECT_GT(cut.report.parts.size(), as_it_is.report.parts.size());
+    EXPECT_LT(cut.model.common.measured.q2_share, 0.7 * as_it_is.model.common.measured.q2_share);
+    options.threads = 3;
+    EXPECT_EQ(serialize(bake(hand, true, options, maps).model), serialize(cut.model)) << "on three threads";
+}
+
 TEST(Labels, AreThePartsThatTheBakeReports)
 {
     const mesh::Mesh hand = test::small_hand();
