@@ -148,7 +148,7 @@ typedef struct sqmap_facts {
     int32_t is_solid;              ///< 0: a surface without inside
     int32_t has_exact;             ///< the triangles are in the model
     int32_t is_normal;             ///< of the normal projection
-    int32_t is_doubtful;           ///< layer 3 has wrong verdicts: take SQMAP_LAYER_EXACT or SQMAP_LAYER_AUTO
+    int32_t is_doubtful;           ///< layer 3 has wrong verdicts or a depth p99 above 0.5 % of R_max: SQMAP_LAYER_AUTO is exact
     int32_t has_input;             ///< the mesh's own coordinates and numbers are in the model: exact distances are in double
     int32_t cure;                  ///< how the mesh became a solid: 0 as it was given or repaired, 1 closed, 2 wrapped
 } sqmap_facts;

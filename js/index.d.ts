@@ -161,7 +161,7 @@ export interface BakeOptions {
 }
 
 /** Facts of a model; lengths in the mesh's units. rMax: the largest distance between two vertices; band: within it distances are
- *  exact; centre, radius: of a sphere that holds the object; isDoubtful: layer 3 has wrong verdicts, take "exact" or "auto";
+ *  exact; centre, radius: of a sphere that holds the object; isDoubtful: layer 3 has wrong verdicts or a depth p99 above 0.5 % of rMax, "auto" is exact;
  *  cure: how the mesh became a solid, "" as it was given or repaired. */
 export interface Facts {
   rMax: number; band: number; centre: number[]; radius: number; bytes: number;

@@ -20,6 +20,7 @@ import subprocess
 import sys
 import time
 
+import corollaries
 import demo
 import demo_meshes
 import docs_images
@@ -282,6 +283,9 @@ def main():
         (out / "run.json").write_text(json.dumps({"date": time.strftime("%Y-%m-%d"), "commit": commit, "frames": scale.frames,
                                                   "stand_ins": {m.role: m.mesh.stem for m in models}}))
     draw_pictures(models, out, images)
+    say("corollaries of section 5")
+    corollaries.draw(out, images, None if arguments.quick else ROOT / "docs" / "data" / "reproduction" / "corollaries.txt",
+                     corollaries.GRIDS[:3] if arguments.quick else corollaries.GRIDS)
     say("tables and plots")
     data = load(models, out)
     data.run = json.loads((out / "run.json").read_text())
