@@ -109,12 +109,33 @@ struct Figure {
     }
 };
 
+/// The greatest depth in the touched body, its time and position, and the number of frames in which there was any.
+struct Depth {
+    double deepest = 0, time = 0;
+    Vec3d at{};
+    std::size_t frames = 0;
+
+    void add(double depth, Vec3d where, double when)
+    {
+        frames += depth > 0 ? 1 : 0;
+        if (depth > deepest) deepest = depth, at = where, time = when;
+    }
+    [[nodiscard]] std::string text() const
+    {
+        char out[160];
+        std::snprintf(out, sizeof out, "%.4f %% (at %.2f s, %.2f %.2f %.2f m; in %zu frames)", 100 * deepest / k_height, time,
+                      at.x, at.y, at.z, frames);
+        return out;
+    }
+};
+
 /// One garment of one fabric through its time.
 struct Run {
     std::string garment, fabric;
     std::vector<double> percent;  ///< of skin in each picture
     Seen worst;
-    double worst_time = 0, worst_turn = 0, step_ms = 0, nodes = 0, interiors = 0, pull = 0;
+    double worst_time = 0, worst_turn = 0, step_ms = 0, pull = 0;
+    Depth nodes, interiors;
     std::uint32_t status = 0;
     std::size_t vertices = 0;
 };
@@ -167,7 +188,7 @@ struct Hands {
 
 Run play(Figure& figure, const std::string& garment, const std::string& fabric, double seconds, std::uint32_t vertices)
 {
-    Run run{garment, fabric, {}, {}, 0, 0, 0, 0, 0, 0, 0, 0};
+    Run run{garment, fabric, {}, {}, 0, 0, 0, 0, {}, {}, 0, 0};
     app::Costume costume = app::costume(garment, vertices);
     figure.move(0, true);
     sim::Cloth cloth(costume.garment, sim::fabric(fabric));
@@ -209,8 +230,8 @@ Run play(Figure& figure, const std::string& garment, const std::string& fabric, 
         }
         run.percent.push_back(percent);
         const sim::Penetration deep = sim::penetration(cloth.positions(), cloth.triangles(), figure.solids, {.steps = 3});
-        run.nodes = std::max(run.nodes, deep.nodes);
-        run.interiors = std::max(run.interiors, deep.interiors);
+        run.nodes.add(deep.nodes, deep.node_at, time);
+        run.interiors.add(deep.interiors, deep.interior_at, time);
     }
     run.step_ms = 1e3 * spent / steps;
     return run;
@@ -222,15 +243,15 @@ void print(Run& run)
     const double median = run.percent.empty() ? 0 : run.percent[run.percent.size() / 2];
     std::printf(
         "%-7s %-8s %5zu vertices  skin: median %.4f %%, worst %.4f %% (%zu of %zu pixels of cloth, at %.2f s from %.0f degrees), "
-        "none "
-        "in %zu of %zu frames\n"
-        "        touched body: nodes %.4f %%, interiors %.4f %% of the height; skin lies %.1f mm below it; pulled to %.1f N; a "
-        "step "
-        "%.2f ms of CPU time, %.2f of real time; status %u\n",
+        "none in %zu of %zu frames\n",
         run.garment.c_str(), run.fabric.c_str(), run.vertices, median, run.worst.percent(), run.worst.skin, run.worst.cloth,
         run.worst_time, run.worst_turn, static_cast<std::size_t>(std::count(run.percent.begin(), run.percent.end(), 0.0)),
-        run.percent.size(), 100 * run.nodes / k_height, 100 * run.interiors / k_height, 1e3 * app::k_skin_below, run.pull,
-        run.step_ms, 1e3 / (k_rate * run.step_ms), run.status);
+        run.percent.size());
+    std::printf(
+        "        depth in the touched body, share of the height: nodes %s, interiors %s; skin lies %.1f mm below it\n"
+        "        pulled to %.1f N; a step %.2f ms of CPU time, %.2f of real time; status %u\n",
+        run.nodes.text().c_str(), run.interiors.text().c_str(), 1e3 * app::k_skin_below, run.pull, run.step_ms,
+        1e3 / (k_rate * run.step_ms), run.status);
     std::fflush(stdout);
 }
 
