@@ -12,6 +12,7 @@ namespace sqmap::sim {
 
 namespace {
 
+constexpr int k_bends_every = 3;  ///< shares: bending is weak, so that its force may act for several at once
 constexpr int k_last_pushes = 3;  ///< a node between several surfaces needs more than one
 constexpr int k_self_pushes = 8;  ///< at most: stop() puts back pairs that still cross
 
@@ -25,6 +26,15 @@ void Cloth::expect(const query::SkinLattice& lattice)
 {
     state_->contacts.expect(lattice, state_->position);
     state_->interiors.expect(lattice, state_->position);
+    state_->settling.expect(lattice);
+}
+
+std::size_t Cloth::settle(std::span<const Collider> colliders) noexcept
+{
+    State& s = *state_;
+    const std::size_t moved = s.settling.run({s.position, s.moving, s.contacts.normals()}, colliders);
+    for (std::size_t i = 0; i < s.position.size() && moved > 0; ++i) s.node(i).m_x = to_bullet(s.position[i]);
+    return moved;
 }
 
 StepReport Cloth::step(double dt, std::span<const Collider> colliders) noexcept
@@ -41,17 +51,18 @@ StepReport Cloth::step(double dt, std::span<const Collider> colliders) noexcept
     }
     const bool colliders_stand = all_stand(colliders);
     const double start = cpu_seconds();
-    btSoftBody& body = *s.body;
     // The tailor's hands carry a garment until it is sewn.
     const bool sewing =
         std::any_of(s.seams.begin(), s.seams.end(), [](const State::SeamLinks& l) { return l.carried && l.age < k_sewing_time; });
-    s.info.m_gravity = sewing ? btVector3(0, 0, 0) : to_bullet(s.options.gravity);
-    body.predictMotion(static_cast<btScalar>(dt));
+    const Vec3d gravity = sewing ? Vec3d{} : s.options.gravity;
+    const int shares = std::max(1, s.options.iterations);
+    State::Share share{dt / shares, 0, 1.0 / shares};
     s.move_pins(colliders);
     s.set_seams(dt);
+    s.previous.swap(s.position);
     s.take_nodes();
-    s.take_links();
-    s.previous.swap(s.position);  // Bullet predicts from there, in float
+    s.take_links(share.dt);
+    s.find_tight();
     s.contacts.ride(colliders);
     s.interiors.ride(colliders);
     double mark = cpu_seconds();
@@ -64,10 +75,14 @@ StepReport Cloth::step(double dt, std::span<const Collider> colliders) noexcept
     }
     // Threads pull against the half-spaces of the last step; nodes that they pulled into a collider, or through one, are found
     // afterwards and pushed out last.
-    for (State::Held& h : s.held) h.pull = {};
-    for (int i = 0; i < s.options.iterations; ++i) {
+    s.tension = {};
+    for (int i = 0; i < shares; ++i) {
+        share.done = static_cast<double>(i + 1) / shares;
+        s.advance(share, gravity);
+        if (i % k_bends_every == 0) s.solve_bending(share, std::min(k_bends_every, shares - i));
         s.solve_threads();
-        s.solve_held(dt);
+        s.solve_tight();
+        s.solve_held(share);
         double threads = cpu_seconds();
         report.seconds.threads += threads - mark;
         if (s.self) {
@@ -76,10 +91,12 @@ StepReport Cloth::step(double dt, std::span<const Collider> colliders) noexcept
             threads = cpu_seconds();
             report.seconds.self += threads - mark;
         }
-        s.push_out(dt, false);
+        s.push_out(share);
+        s.take_speeds(share.dt);
         mark = cpu_seconds();
         report.seconds.response += mark - threads;
     }
+    for (std::size_t i = 0; i < s.moving.size(); ++i) s.predicted[i] = s.moving[i].at;
     s.limit(dt, report);
     report.seconds.predict += cpu_seconds() - mark;
     report.status |= s.contacts.find({s.previous, s.position}, colliders, report);
@@ -87,17 +104,15 @@ StepReport Cloth::step(double dt, std::span<const Collider> colliders) noexcept
     s.interiors.find({s.position, s.contacts.normals(), s.contacts.rests()}, colliders);
     report.seconds.query += cpu_seconds() - mark;
     mark = cpu_seconds();
-    for (int i = 0; i < k_last_pushes; ++i) s.push_out(dt, true);
+    for (int i = 0; i < k_last_pushes; ++i) s.push_out_last();
     report.seconds.response += cpu_seconds() - mark;
     mark = cpu_seconds();
     if (s.self) {
         s.self->find(s.previous, s.moving, s.names);
-        for (int i = 0; i < k_self_pushes && s.self->push_apart(s.previous, s.moving) > 0; ++i) s.push_out(dt, true);
+        for (int i = 0; i < k_self_pushes && s.self->push_apart(s.previous, s.moving) > 0; ++i) s.push_out_last();
         report.seconds.self += cpu_seconds() - mark;
         mark = cpu_seconds();
     }
-    s.tension = {};
-    for (const State::Held& h : s.held) s.tension -= h.pull / (dt * dt);
     s.finish(dt, colliders_stand, report);
     report.seconds.predict += cpu_seconds() - mark;
     return report;
@@ -115,7 +130,7 @@ std::vector<double> Cloth::strain() const
     std::map<std::array<std::uint32_t, 2>, double> stretch;
     for (int l = 0; l < s.body->m_links.size(); ++l) {
         const btSoftBody::Link& link = s.body->m_links[l];
-        if (link.m_bbending || !(link.m_rl > 0)) continue;
+        if (!(link.m_rl > 0) || s.compliance[static_cast<std::size_t>(l)] > 0) continue;
         const std::uint32_t a = s.number(link.m_n[0]), b = s.number(link.m_n[1]);
         stretch[{std::min(a, b), std::max(a, b)}] = norm(s.position[a] - s.position[b]) / static_cast<double>(link.m_rl) - 1;
     }

@@ -9,12 +9,12 @@ namespace sqmap::sim {
 void Cloth::State::set_seams(double dt)
 {
     for (SeamLinks& seam : seams) {
+        if (seam.age <= k_sewing_time) links_changed = true;
         seam.age += dt;
         const double share = std::clamp(1 - seam.age / k_sewing_time, 0.0, 1.0);
         for (int i = 0; i < seam.count; ++i) {
             btSoftBody::Link& l = body->m_links[seam.first + i];
             const btScalar rest = static_cast<btScalar>(share) * seam.gap[static_cast<std::size_t>(i)];
-            l.m_c0 = seam.sewn ? l.m_n[0]->m_im + l.m_n[1]->m_im : 0;
             l.m_c1 = rest * rest;
         }
     }
@@ -22,22 +22,23 @@ void Cloth::State::set_seams(double dt)
 
 void Cloth::State::move_pins(std::span<const Collider> colliders)
 {
-    for (const Pin& pin : pins) {
-        const Vec3d at = pin.collider < colliders.size() ? apply(colliders[pin.collider].pose, pin.local) : pin.local;
-        node(pin.node).m_x = to_bullet(at);
+    for (Pin& pin : pins) {
+        pin.from = position[pin.node];
+        pin.to = pin.collider < colliders.size() ? apply(colliders[pin.collider].pose, pin.local) : pin.local;
     }
 }
 
-void Cloth::State::solve_held(double dt)
+void Cloth::State::solve_held(const Share& s)
 {
+    const double dt = s.dt, share = s.part;
     const double give = 1 / (grip_stiffness / static_cast<double>(held.size()) * dt * dt);
     for (Held& h : held) {
         Moving& n = moving[h.node];
         const double w = static_cast<double>(n.inverse_mass);
         const Vec3d off = cast<double>(n.at) - (tool + h.offset);
-        const Vec3d more = (-1 / (w + give)) * (off + give * h.pull);
-        h.pull += more;
-        n.at += cast<float>(w * more);
+        const Vec3d push = (-1 / (w + give)) * off;
+        tension -= (share / (dt * dt)) * push;
+        n.at += cast<float>(w * push);
     }
 }
 
@@ -47,11 +48,10 @@ void Cloth::pin(std::span<const std::uint32_t> nodes, std::uint32_t collider, co
     for (const std::uint32_t n : nodes) {
         if (n >= size()) throw std::invalid_argument("a pin names a node that is not there");
         const Vec3d local = collider == k_world ? s.position[n] : apply(inverse(pose), s.position[n]);
-        s.pins.push_back({n, collider, local, s.body->getMass(static_cast<int>(n))});
+        s.pins.push_back({n, collider, local, s.position[n], s.position[n], s.body->getMass(static_cast<int>(n))});
         s.body->setMass(static_cast<int>(n), 0);
     }
-    s.body->m_bUpdateRtCst = false;
-    s.body->updateLinkConstants();
+    s.links_changed = true;
 }
 
 void Cloth::unpin(std::span<const std::uint32_t> nodes)
@@ -63,14 +63,14 @@ void Cloth::unpin(std::span<const std::uint32_t> nodes)
         s.body->setMass(static_cast<int>(n), found->mass);
         s.pins.erase(found);
     }
-    s.body->m_bUpdateRtCst = false;
-    s.body->updateLinkConstants();
+    s.links_changed = true;
 }
 
 std::size_t Cloth::seams() const noexcept { return state_->seams.size(); }
 void Cloth::cut(std::size_t seam)
 {
     state_->seams.at(seam).sewn = false;
+    state_->links_changed = true;
     state_->names = state_->sewn_names();
 }
 
@@ -85,6 +85,7 @@ void Cloth::sew(std::size_t seam)
     links.age = 0;
     links.carried = false;
     links.sewn = true;
+    s.links_changed = true;
     s.names = s.sewn_names();
 }
 
@@ -108,7 +109,7 @@ void Cloth::grasp(std::uint32_t node, double radius, Vec3d tool, double stiffnes
     release();
     for (std::uint32_t i = 0; i < size(); ++i)
         if ((i == node || norm(s.position[i] - s.position[node]) <= radius) && s.node(i).m_im > 0)
-            s.held.push_back({i, s.position[i] - tool, {}});
+            s.held.push_back({i, s.position[i] - tool});
     s.tool = tool;
     s.grip_stiffness = stiffness;
 }

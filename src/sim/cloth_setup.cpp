@@ -2,6 +2,7 @@
 #include "cloth_state.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <numeric>
 #include <stdexcept>
@@ -41,7 +42,8 @@ Cloth::State::State(const Garment& garment, const Fabric& f, const ClothOptions&
       options(o),
       triangles(garment.triangles),
       contacts(garment.start, f.thickness, o.sweep_step, o.layer),
-      interiors(garment.triangles, f.thickness, o.layer)
+      interiors(garment.triangles, f.thickness, o.layer),
+      settling(garment.triangles, garment.start.size(), f.thickness)
 {
     info.m_gravity = to_bullet(o.gravity);
     const std::size_t n = garment.start.size();
@@ -61,8 +63,13 @@ Cloth::State::State(const Garment& garment, const Fabric& f, const ClothOptions&
     restless.resize(n);
     threads.resize(static_cast<std::size_t>(body->m_links.size()));
     weak.resize(threads.size(), 1);
-    for (int l = 0; l < (seams.empty() ? body->m_links.size() : seams.front().first); ++l)
-        weak[static_cast<std::size_t>(l)] = body->m_links[l].m_bbending ? 1 : 0;
+    // Cloth that is sheared is longer along a diagonal, and right so.
+    for (std::size_t l = 0; l < compliance.size(); ++l) weak[l] = compliance[l] > 0 ? 1 : 0;
+    compliance.resize(threads.size());
+    speed.resize(n);
+    tight.reserve(threads.size());
+    predicted.resize(n);
+    before.resize(n);
     position.assign(garment.start.begin(), garment.start.end());
     velocity.resize(n);
     previous = good = position;
@@ -76,7 +83,7 @@ void Cloth::State::add_threads(const Garment& garment)
         m->m_kLST = static_cast<btScalar>(std::clamp(stiffness, 0.0, 1.0));
         return m;
     };
-    btSoftBody::Material *along = material(fabric.stretch), *across = material(fabric.shear), *bend = material(fabric.bend);
+    btSoftBody::Material *along = material(fabric.stretch), *across = material(1);
     struct Edge {
         std::uint32_t opposite[2] = {};
         int count = 0;
@@ -96,7 +103,6 @@ void Cloth::State::add_threads(const Garment& garment)
         btSoftBody::Link& l = body->m_links[body->m_links.size() - 1];
         l.m_rl = static_cast<btScalar>(norm(garment.flat[a] - garment.flat[b]));
         l.m_c1 = l.m_rl * l.m_rl;
-        l.m_bbending = m == bend ? -1 : 0;
     };
     for (const auto& [ends, edge] : edges) {
         // The longest edge of both its triangles is a diagonal of the weave.
@@ -106,9 +112,31 @@ void Cloth::State::add_threads(const Garment& garment)
             for (const std::uint32_t end : ends)
                 longest = longest && length > norm(garment.flat[edge.opposite[k]] - garment.flat[end]);
         link(ends[0], ends[1], longest ? across : along);
-        if (edge.count == 2) link(edge.opposite[0], edge.opposite[1], bend);
+        if (edge.count == 2 && fabric.bend > 0) add_hinge(garment, {ends[0], ends[1], edge.opposite[0], edge.opposite[1]});
     }
     body->randomizeConstraints();  // a sweep in the order of the weave would pull to one side
+    // A square cell that is sheared by g stretches its one diagonal, of length d, by g d / 2: at twice the modulus of shear it
+    // stores the energy of the sheet, whatever the pitch.
+    for (int l = 0; l < body->m_links.size(); ++l)
+        compliance.push_back(body->m_links[l].m_material == across ? static_cast<float>(1 / (2 * fabric.shear)) : 0.f);
+}
+
+void Cloth::State::add_hinge(const Garment& garment, const std::array<std::uint32_t, 4>& node)
+{
+    // Bergou et al., eq. 8 and what leads to it: for a flat sheet that does not stretch, the energy is half of the stiffness
+    // times 3 / area times the square of the sum, which is linear in the positions.
+    std::array<Vec3d, 4> x;
+    for (std::size_t k = 0; k < 4; ++k) x[k] = garment.flat[node[k]];
+    const auto cotangent = [](Vec3d a, Vec3d b) { return dot(a, b) / norm(cross(a, b)); };
+    const Vec3d edge = x[1] - x[0];
+    const double area = 0.5 * (norm(cross(edge, x[2] - x[0])) + norm(cross(edge, x[3] - x[0])));
+    const double c01 = cotangent(edge, x[2] - x[0]), c02 = cotangent(edge, x[3] - x[0]);
+    const double c03 = cotangent(-1.0 * edge, x[2] - x[1]), c04 = cotangent(-1.0 * edge, x[3] - x[1]);
+    const double give = area / (3 * fabric.bend);
+    const std::array weight{c03 + c04, c01 + c02, -c01 - c03, -c02 - c04};
+    if (!std::isfinite(c01 + c02 + c03 + c04)) return;  // a triangle without area bends with its neighbours
+    Hinge& hinge = hinges.emplace_back(Hinge{node, {}, static_cast<float>(give)});
+    for (std::size_t k = 0; k < 4; ++k) hinge.weight[k] = static_cast<float>(weight[k]);
 }
 
 void Cloth::State::add_mass(const Garment& garment)
@@ -128,14 +156,14 @@ void Cloth::State::add_seams(const Garment& garment)
     thread->m_kLST = 1;
     // One after the other: panels whose edges are all drawn together at once bulge, and their edges come so near each other
     // that an arm between them may keep them apart.
-    double before = 0;
+    double earlier = 0;
     for (const Seam& seam : garment.seams) {
         SeamLinks links;
         const bool closed = std::all_of(seam.pairs.begin(), seam.pairs.end(), [&](const auto& pair) {
             return norm(garment.start[pair[0]] - garment.start[pair[1]]) <= fabric.thickness;
         });
-        links.age = closed ? k_sewing_time : -before;
-        if (seam.sewn && !closed) before += k_sewing_time;
+        links.age = closed ? k_sewing_time : -earlier;
+        if (seam.sewn && !closed) earlier += k_sewing_time;
         links.first = body->m_links.size();
         links.sewn = links.carried = seam.sewn;
         for (const auto& pair : seam.pairs) body->appendLink(static_cast<int>(pair[0]), static_cast<int>(pair[1]), thread, false);

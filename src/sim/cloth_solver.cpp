@@ -10,47 +10,118 @@ namespace sqmap::sim {
 namespace {
 
 constexpr std::uint32_t k_looks_at_threads = 16;  ///< steps
-constexpr double k_hard_push = 2;                 ///< times thickness: a node that is pushed farther stops where it is
+// Threads longer by this share than they should be are solved again, this often at most and this many solutions in a share of the
+// step: they bear a hand's pull, and are few.
+constexpr double k_tight = 0.03;
+constexpr std::size_t k_max_tight_sweeps = 6, k_tight_solved = 1500;
+constexpr double k_bending_loss = 0.05;  ///< s: a bending that changes by its own size in this time resists twice as much
+constexpr double k_hard_push = 2;        ///< times thickness: a node that is pushed farther stops where it is
 // A node that threads and two surfaces throw to and fro is held on a leash, the farthest that it may go in a step: it counts as
 // restless while it turns back more often than about every fifth step, faster than k_stirs.
 constexpr double k_calm = 0.2;     ///< m / s: of the cloth as a whole, by its kinetic energy
 constexpr double k_stirs = 0.015;  ///< m / s
 constexpr float k_calms = 0.9f, k_restless = 1.5f, k_shorter = 0.25f, k_longer = 1.02f;
 
+template <class Thread>
+void solve_thread(const Thread& l, std::vector<Moving>& moving)
+{
+    Moving &a = moving[l.a], &b = moving[l.b];
+    const Vec3f del = b.at - a.at;
+    const float length_sq = norm_sq(del);
+    if (!(l.rest_sq + length_sq > SIMD_EPSILON)) return;
+    const float k = (l.rest_sq - length_sq) / (l.stiff * (l.rest_sq + length_sq));
+    a.at -= (k * a.inverse_mass) * del;
+    b.at += (k * b.inverse_mass) * del;
+}
+
 }  // namespace
 
 void Cloth::State::take_nodes()
 {
-    for (std::size_t i = 0; i < moving.size(); ++i) {
-        const btSoftBody::Node& n = node(i);
-        moving[i] = {{n.m_x.x(), n.m_x.y(), n.m_x.z()}, n.m_im};
-    }
+    for (std::size_t i = 0; i < moving.size(); ++i) moving[i] = {cast<float>(previous[i]), node(i).m_im};
 }
 
-void Cloth::State::take_links()
+void Cloth::State::take_links(double dt)
 {
+    if (!links_changed && links_dt == dt) return;
+    links_changed = false;
+    links_dt = dt;
     for (std::size_t l = 0; l < threads.size(); ++l) {
         const btSoftBody::Link& link = body->m_links[static_cast<int>(l)];
-        threads[l] = {number(link.m_n[0]), number(link.m_n[1]), link.m_c0, link.m_c1};
+        const float mass = link.m_n[0]->m_im + link.m_n[1]->m_im;
+        const float stiff = mass > 0 ? mass / link.m_material->m_kLST + compliance[l] / static_cast<float>(dt * dt) : 0.f;
+        threads[l] = {number(link.m_n[0]), number(link.m_n[1]), stiff, link.m_c1};
     }
+    for (const SeamLinks& seam : seams)
+        for (int i = 0; i < seam.count && !seam.sewn; ++i) threads[static_cast<std::size_t>(seam.first + i)].stiff = 0;
+}
+
+void Cloth::State::advance(const Share& share, Vec3d gravity)
+{
+    const auto h = static_cast<float>(share.dt);
+    const Vec3f falls = cast<float>(share.dt * gravity);
+    for (std::size_t i = 0; i < moving.size(); ++i) {
+        before[i] = moving[i].at;
+        if (moving[i].inverse_mass > 0) {
+            speed[i] += falls;
+            moving[i].at += h * speed[i];
+        }
+        predicted[i] = moving[i].at;
+    }
+    for (const Pin& pin : pins)
+        predicted[pin.node] = moving[pin.node].at = cast<float>(pin.from + share.done * (pin.to - pin.from));
 }
 
 void Cloth::State::solve_threads()
 {
-    for (const Thread& l : threads) {
-        if (!(l.stiff > 0)) continue;
-        Moving &a = moving[l.a], &b = moving[l.b];
-        const Vec3f del = b.at - a.at;
-        const float length_sq = norm_sq(del);
-        if (!(l.rest_sq + length_sq > SIMD_EPSILON)) continue;
-        const float k = (l.rest_sq - length_sq) / (l.stiff * (l.rest_sq + length_sq));
-        a.at -= (k * a.inverse_mass) * del;
-        b.at += (k * b.inverse_mass) * del;
+    for (const Thread& l : threads)
+        if (l.stiff > 0) solve_thread(l, moving);
+}
+
+void Cloth::State::find_tight()
+{
+    const auto max_sq = static_cast<float>((1 + k_tight) * (1 + k_tight));
+    tight.clear();
+    for (std::size_t l = 0; l < threads.size(); ++l) {
+        const Thread& t = threads[l];
+        if (weak[l] == 0 && t.stiff > 0 && norm_sq(moving[t.a].at - moving[t.b].at) > max_sq * t.rest_sq) tight.push_back(t);
     }
 }
 
-void Cloth::State::push_interiors_out()
+void Cloth::State::solve_tight()
 {
+    if (tight.empty()) return;
+    const std::size_t sweeps = std::min(k_max_tight_sweeps, 1 + k_tight_solved / tight.size());
+    for (std::size_t k = 0; k < sweeps; ++k)
+        for (const Thread& l : tight) solve_thread(l, moving);
+}
+
+void Cloth::State::solve_bending(const Share& share, int shares)
+{
+    // Their stiffness by dt^2, once for the force and once for the path in this share.
+    const auto scale = static_cast<float>(1 / (share.dt * share.dt * shares)),
+               loss = static_cast<float>(k_bending_loss / share.dt);
+    for (const Hinge& h : hinges) {
+        const auto [ia, ib, ic, id] = h.node;
+        Moving &a = moving[ia], &b = moving[ib], &c = moving[ic], &d = moving[id];
+        const Vec3f sum = h.weight[1] * (b.at - a.at) + h.weight[2] * (c.at - a.at) + h.weight[3] * (d.at - a.at);
+        const Vec3f was = h.weight[1] * (before[ib] - before[ia]) + h.weight[2] * (before[ic] - before[ia]) +
+                          h.weight[3] * (before[id] - before[ia]);
+        const float wa = a.inverse_mass * h.weight[0], wb = b.inverse_mass * h.weight[1], wc = c.inverse_mass * h.weight[2],
+                    wd = d.inverse_mass * h.weight[3];
+        const float give = wa * h.weight[0] + wb * h.weight[1] + wc * h.weight[2] + wd * h.weight[3];
+        const Vec3f push = (-1 / ((1 + loss) * give + h.compliance * scale)) * (sum + loss * (sum - was));
+        a.at += wa * push;
+        b.at += wb * push;
+        c.at += wc * push;
+        d.at += wd * push;
+    }
+}
+
+void Cloth::State::push_interiors_out(const Share* share)
+{
+    const float yet = share != nullptr ? static_cast<float>(1 - share->done) : 0.f;
+    const auto mu = static_cast<float>(fabric.friction);
     for (InteriorSpace& s : interiors.all()) {
         Moving* n[3];
         Vec3f x{};
@@ -60,50 +131,76 @@ void Cloth::State::push_interiors_out()
             x += s.weights[k] * n[k]->at;
             give += s.weights[k] * s.weights[k] * n[k]->inverse_mass;
         }
-        const float below = s.offset - dot(s.normal, x);
+        const float below = s.offset - yet * dot(s.normal, s.motion) - dot(s.normal, x);
         if (!(below > 0.f) || !(give > 0.f)) continue;
         s.push += below;
-        for (int k = 0; k < 3; ++k) n[k]->at += (below / give * s.weights[k] * n[k]->inverse_mass) * s.normal;
+        Vec3f moves = below * s.normal;
+        if (share != nullptr && options.friction == Friction::Coulomb) {
+            Vec3f slip = -static_cast<float>(share->part) * s.motion;
+            for (int k = 0; k < 3; ++k) {
+                const std::uint32_t i = s.nodes[static_cast<std::size_t>(k)];
+                slip += s.weights[k] * (static_cast<float>(share->dt) * speed[i] + (n[k]->at - predicted[i]));
+            }
+            slip -= dot(slip, s.normal) * s.normal;
+            const float length = norm(slip), max_grip = mu * below;
+            moves -= (length > max_grip ? max_grip / length : 1.f) * slip;
+        }
+        for (int k = 0; k < 3; ++k) n[k]->at += (s.weights[k] * n[k]->inverse_mass / give) * moves;
     }
 }
 
-void Cloth::State::push_out(double dt, bool last)
+void Cloth::State::push_out(const Share& share)
 {
-    push_interiors_out();
-    const float mu = static_cast<float>(fabric.friction);
+    const double ahead = 1 - share.done;
+    push_interiors_out(&share);
+    const auto mu = static_cast<float>(fabric.friction), yet = static_cast<float>(ahead), part = static_cast<float>(share.part);
+    const auto h = static_cast<float>(share.dt);
     for (HalfSpace& s : contacts.all()) {
         Moving& n = moving[s.node];
         if (!(n.inverse_mass > 0)) continue;
-        Vec3f x = n.at;
-        const float height = dot(s.normal, x) - s.offset;
-        if (height < 0.f) {
-            x -= height * s.normal;
-            s.push -= height;
-        } else if (s.push <= 0.f) {
-            continue;
-        }
-        if (last && options.friction == Friction::Paper) {  // eq. 33 acted earlier in this step, and does not grow with the push
-            n.at = x;
-            continue;
-        }
-        Vec3f slip = x - cast<float>(previous[s.node]) - s.motion;
-        slip -= dot(slip, s.normal) * s.normal;
-        // Friction's sum so far, less the slip, but no longer than the cone (or eq. 33) allows.
-        float max_grip = mu * s.push;
+        const float height = dot(s.normal, n.at) - s.offset + yet * dot(s.normal, s.motion);
+        if (!(height < 0.f)) continue;
+        s.push -= height;
+        n.at -= height * s.normal;
+        // Friction undoes the slip of this share, but no more of it than the cone (or eq. 33) allows.
+        float max_grip = -mu * height;
         if (options.friction == Friction::None)
             max_grip = 0;
         else if (options.friction == Friction::Paper)
-            max_grip =
-                static_cast<float>(
-                    friction_size({options.paper_friction, options.paper_stiffness}, static_cast<double>(s.depth)) * dt * dt) *
-                n.inverse_mass;
-        Vec3f grip = s.grip - slip;
-        const float length = norm(grip);
-        if (length > max_grip) grip = (max_grip / length) * grip;
-        x += grip - s.grip;
-        s.grip = grip;
-        n.at = x;
+            max_grip = static_cast<float>(
+                           friction_size({options.paper_friction, options.paper_stiffness}, static_cast<double>(s.depth)) *
+                           share.dt * share.dt) *
+                       n.inverse_mass;
+        Vec3f slip = h * speed[s.node] + (n.at - predicted[s.node]) - part * s.motion;
+        slip -= dot(slip, s.normal) * s.normal;
+        const float length = norm(slip);
+        n.at -= (length > max_grip ? max_grip / length : 1.f) * slip;
     }
+}
+
+void Cloth::State::push_out_last()
+{
+    push_interiors_out(nullptr);
+    const float mu = options.friction == Friction::Coulomb ? static_cast<float>(fabric.friction) : 0.f;
+    for (HalfSpace& s : contacts.all()) {
+        Moving& n = moving[s.node];
+        if (!(n.inverse_mass > 0)) continue;
+        const float height = dot(s.normal, n.at) - s.offset;
+        if (!(height < 0.f)) continue;
+        s.push -= height;
+        n.at -= height * s.normal;
+        Vec3f slip = n.at - cast<float>(previous[s.node]) - s.motion;
+        slip -= dot(slip, s.normal) * s.normal;
+        const float length = norm(slip), max_grip = -mu * height;  // eq. 33 acted in the shares, and does not grow with the push
+        n.at -= (length > max_grip ? max_grip / length : 1.f) * slip;
+    }
+}
+
+void Cloth::State::take_speeds(double dt)
+{
+    // Of what the solution moved alone: what rounding did to a node's path is no speed.
+    const auto keep = static_cast<float>(std::exp(-fabric.damping * dt)), per = static_cast<float>(1 / dt);
+    for (std::size_t i = 0; i < moving.size(); ++i) speed[i] = keep * (speed[i] + per * (moving[i].at - predicted[i]));
 }
 
 void Cloth::State::limit(double dt, StepReport& report)
@@ -114,7 +211,9 @@ void Cloth::State::limit(double dt, StepReport& report)
         const Vec3d path = position[i] - previous[i];
         const double path_sq = norm_sq(path);
         if (!(path_sq > farthest * farthest) || !(moving[i].inverse_mass > 0)) continue;
-        moving[i].at = cast<float>(previous[i] + (farthest / std::sqrt(path_sq)) * path);
+        const double share = farthest / std::sqrt(path_sq);
+        moving[i].at = cast<float>(previous[i] + share * path);
+        speed[i] = static_cast<float>(share) * speed[i];
         position[i] = cast<double>(moving[i].at);
         report.status |= k_cloth_slowed;
     }
@@ -157,7 +256,6 @@ void Cloth::State::still_restless(double dt, bool colliders_stand)
 void Cloth::State::finish(double dt, bool colliders_stand, StepReport& report)
 {
     const std::size_t n = position.size();
-    const double keep = std::exp(-fabric.damping * dt);
     bool all_finite = true;
     for (std::size_t i = 0; i < n; ++i) {
         position[i] = cast<double>(moving[i].at);
@@ -172,7 +270,9 @@ void Cloth::State::finish(double dt, bool colliders_stand, StepReport& report)
         report.seconds.self += took;
         report.seconds.predict -= took;  // the time of predict includes that of the fabric's own contacts
     }
-    for (std::size_t i = 0; i < n; ++i) velocity[i] = (keep / dt) * (position[i] - previous[i]);
+    // What moved a node after the shares counts as if it had done so evenly.
+    for (std::size_t i = 0; i < n; ++i)
+        velocity[i] = cast<double>(speed[i]) + (1 / dt) * (position[i] - cast<double>(predicted[i]));
     if (!all_finite) {
         report.status |= k_cloth_not_finite;
         position = previous = good;
@@ -208,8 +308,7 @@ void Cloth::State::finish(double dt, bool colliders_stand, StepReport& report)
         }
         btSoftBody::Node& b = node(i);
         b.m_x = to_bullet(position[i]);
-        b.m_v = to_bullet(velocity[i]);
-        b.m_f.setZero();
+        speed[i] = cast<float>(velocity[i]);
         if (moving[i].inverse_mass > 0) {
             const double mass = 1 / static_cast<double>(moving[i].inverse_mass);
             report.kinetic += 0.5 * mass * norm_sq(velocity[i]);

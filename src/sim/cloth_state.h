@@ -4,6 +4,7 @@
 #include "contacts.h"
 #include "interiors.h"
 #include "self_contacts.h"
+#include "settling.h"
 
 #include <BulletSoftBody/btSoftBody.h>
 #include <BulletSoftBody/btSoftBodyInternals.h>
@@ -22,7 +23,8 @@ struct Cloth::State {
     };
     struct Pin {
         std::uint32_t node, collider;
-        Vec3d local;  ///< position in the collider's frame
+        Vec3d local;     ///< position in the collider's frame
+        Vec3d from, to;  ///< in this step
         btScalar mass;
     };
     struct Restless {
@@ -33,18 +35,31 @@ struct Cloth::State {
     struct Held {
         std::uint32_t node;
         Vec3d offset;  ///< from the tool
-        Vec3d pull;    ///< kg m: the spring's force in this step, times dt^2
     };
     /// A link between two nodes: with Moving the data of Bullet's own, in an eighth of the bytes. The solver reads them a dozen
     /// times a step, and the contacts wait for all that these reads push out of the caches.
     struct Thread {
         std::uint32_t a, b;
-        float stiff, rest_sq;  ///< Bullet's c0: inverse masses over stiffness, not positive where it is cut; c1
+        float stiff, rest_sq;  ///< inverse masses, over the share and with the compliance; not positive where it is cut; c1
+    };
+    /// Two triangles beside an edge: the edge's ends and the corners opposite. The weighted sum of their positions is the bending
+    /// (Bergou et al. 2006).
+    struct Hinge {
+        std::array<std::uint32_t, 4> node;
+        std::array<float, 4> weight;
+        float compliance;  ///< over the square of a share of the step
+    };
+
+    /// One of the equal shares that a step is solved in (Macklin et al. 2019). done: the part of the step that is over with it.
+    struct Share {
+        double dt, done, part;
     };
 
     // cloth_setup.cpp
     State(const Garment& garment, const Fabric& f, const ClothOptions& o);
     void add_threads(const Garment& garment);
+    /// The bending across an edge, in a pattern that is flat.
+    void add_hinge(const Garment& garment, const std::array<std::uint32_t, 4>& node);
     void add_mass(const Garment& garment);
     void add_seams(const Garment& garment);
     /// A number for each node; nodes that are sewn together have the same.
@@ -54,19 +69,33 @@ struct Cloth::State {
     void set_seams(double dt);
     void move_pins(std::span<const Collider> colliders);
     /// The springs of the grip, by extended position-based dynamics (Macklin et al. 2016): as stiff as they are said to be,
-    /// whatever the step and the sweeps.
-    void solve_held(double dt);
+    /// whatever the step and the shares. Adds to the step's mean tension.
+    void solve_held(const Share& share);
 
     // cloth_solver.cpp
-    /// Copies Bullet's nodes and links after its prediction.
+    /// Copies Bullet's nodes at the beginning of a step.
     void take_nodes();
-    void take_links();
+    /// Copies Bullet's links, where one has changed. dt: of a share.
+    void take_links(double dt);
+    /// Moves nodes on by their speed and weight, pinned ones to where they are in this share.
+    void advance(const Share& share, Vec3d gravity);
     /// A sweep of Bullet's PSolve_Links.
     void solve_threads();
-    /// Raises the nodes of triangles that a collider pierces, each by its weight at the point.
-    void push_interiors_out();
-    /// Moves nodes out of half-spaces, with friction. last: after the step's new half-spaces were found.
-    void push_out(double dt, bool last);
+    /// Solves threads again that were too long as the step began: those that bear a pull.
+    void solve_tight();
+    /// Chooses them.
+    void find_tight();
+    /// shares: for how many the force acts at once.
+    void solve_bending(const Share& share, int shares);
+    /// Raises the nodes of triangles that a collider pierces, each by its weight at the point; in a share with friction. null: at
+    /// the end of the step.
+    void push_interiors_out(const Share* share);
+    /// Moves nodes out of half-spaces as they are in a share, with friction.
+    void push_out(const Share& share);
+    /// Moves nodes out of the half-spaces that were found at the end of the step.
+    void push_out_last();
+    /// Nodes take the speed that the share's solution gave them.
+    void take_speeds(double dt);
     /// Cuts the path of each node to max_speed, so that the sweep can follow it.
     void limit(double dt, StepReport& report);
     /// Stills nodes that go to and fro without end while no collider moves and the cloth as a whole hardly does.
@@ -85,7 +114,13 @@ struct Cloth::State {
     std::vector<Moving> moving;
     std::vector<Restless> restless;
     double last_kinetic = 0;
-    std::vector<std::uint8_t> weak;  ///< links that resist bending alone, and seams
+    std::vector<Vec3f> speed, before, predicted;  ///< m / s; positions as a share begins, and as it is predicted
+    std::vector<Hinge> hinges;
+    std::vector<Thread> tight;       ///< threads that were too long as the step began
+    std::vector<std::uint8_t> weak;  ///< seams
+    std::vector<float> compliance;   ///< of each link, m / N
+    bool links_changed = true;
+    double links_dt = 0;  ///< for which the threads' stiff is
     std::uint32_t steps = 0;
     bool was_stretched = false;
     std::vector<Thread> threads;  ///< Bullet's links, in their order
@@ -100,6 +135,7 @@ struct Cloth::State {
     std::vector<std::uint32_t> names;    ///< sewn_names() now
     Contacts contacts;
     Interiors interiors;
+    Settling settling;
 };
 
 }  // namespace sqmap::sim

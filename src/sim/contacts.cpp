@@ -396,7 +396,7 @@ bool Contacts::add(const Surface& surface, const Nodes& nodes) noexcept
     space.local_at = cast<float>(surface.local_at + shift * surface.local_normal);
     // Colliders form a union: a surface of one within another is none. Of two that hold the node, the one whose surface point
     // lies behind the other's tangent plane is left out; the deeper one stays where both do.
-    const double slack = 0.25 * thickness_;
+    const double slack = 0.05 * thickness_;
     for (std::uint32_t o = head_[space.node]; o != k_none; o = spaces_[o].next) {
         HalfSpace& other = spaces_[o];
         if (other.push < 0.f) continue;

@@ -106,8 +106,8 @@ sim::Fabric read_fabric(Reader& reader, std::string& name)
     sim::Fabric f = sim::fabric(name);
     f.density = own.number("density", f.density, 0.001, 20);
     f.stretch = own.number("stretch", f.stretch, 1e-4, 1);
-    f.shear = own.number("shear", f.shear, 1e-4, 1);
-    f.bend = own.number("bend", f.bend, 1e-4, 1);
+    f.shear = own.number("shear", f.shear, 1, 1e5);
+    f.bend = own.number("bend", f.bend, 0, 0.1);
     f.damping = own.number("damping", f.damping, 0, 1000);
     f.friction = own.number("friction", f.friction, 0, 10);
     f.thickness = own.number("thickness", f.thickness, 1e-4, 0.02);

@@ -203,6 +203,7 @@ void Dressing::keep_frame(double time)
         else
             scene_[p].keys.push_back({poses_[p].rotation, poses_[p].translation});
     for (Worn& w : worn_) {
+        (void)w.cloth.settle(solids_);
         w.shapes.emplace_back(w.cloth.positions().begin(), w.cloth.positions().end());
         w.deepest_walking = std::max(w.deepest_walking, sim::penetration(w.cloth.positions(), {}, solids_, {.steps = 1}).nodes);
     }

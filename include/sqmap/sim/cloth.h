@@ -121,6 +121,13 @@ public:
     /// Cost: linear in the nodes, threads and contacts, times the iterations.
     StepReport step(double dt, std::span<const Collider> colliders) noexcept;
 
+    /// Moves what is still inside colliders with skins out of them, nodes and points of triangles and edges, without a
+    /// change of speed: for the positions that are shown or written. Contacts of a step are planes, found before the last of its
+    /// motion and by options.layer; here the exact layer is queried until nothing is inside, a few times at most. Between two
+    /// parts of a body that leave no space something may stay inside. Returns how many points were moved out. No allocation.
+    /// Cost: exact queries of the nodes and of the triangles in contact, about as much as a step.
+    std::size_t settle(std::span<const Collider> colliders) noexcept;
+
     [[nodiscard]] std::size_t size() const noexcept;                                         ///< number of nodes
     [[nodiscard]] std::span<const std::array<std::uint32_t, 3>> triangles() const noexcept;  ///< of the garment
     [[nodiscard]] std::span<const Vec3d> positions() const noexcept;                         ///< world, m; until the next step

@@ -26,12 +26,11 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double k_height = 1.75, k_rate = 240;  // m, steps a second
-constexpr int k_steps_a_frame = 8;               // 30 frames a second
-constexpr double k_max_behind = 0.1;             // s: what is later is left out, and the cloth moves slowly
-constexpr double k_grip = 0.02, k_pin = 0.02;    // m about a point that is taken or pinned
-constexpr double k_near_body = 0.06;             // m: a pin goes into the body up to there, else into the air
-constexpr int k_niceness = 10;                   // the servo and the page come first
+constexpr double k_height = 1.75, k_rate = app::k_cloth_rate;  // m, steps a second
+constexpr double k_max_behind = 0.1;                           // s: what is later is left out, and the cloth moves slowly
+constexpr double k_grip = 0.02, k_pin = 0.02;                  // m about a point that is taken or pinned
+constexpr double k_near_body = 0.06;                           // m: a pin goes into the body up to there, else into the air
+constexpr int k_niceness = 10;                                 // the servo and the page come first
 constexpr std::uint32_t k_vertices = 3000;
 constexpr std::size_t k_max_seams = 24;  // cuts are seams that are open
 
@@ -102,7 +101,7 @@ void Fitting::Work::pose(bool first)
 /// The tip goes where the pointer is, at 1 kHz and not into the body, and takes the cloth along.
 void Fitting::Work::drag()
 {
-    constexpr int k_ticks = 4;
+    constexpr int k_ticks = 8;
     const app::ToolScene scene = tool->scene(solids, cloth.get(), forces.tip, pointed.translation);
     for (int i = 0; i < k_ticks; ++i) forces = tool->tick(scene, pointed, 1 / (k_rate * k_ticks));
     cloth->drag(forces.tip);
@@ -120,7 +119,7 @@ void Fitting::Work::dress(bool anew, std::vector<Vec3d> start)
         garment.start = std::move(start);
     }
     for (std::size_t s = 0; s < sewn.size() && !anew; ++s) garment.seams[s].sewn = sewn[s] != 0;
-    cloth = std::make_unique<sim::Cloth>(garment, fabric);
+    cloth = std::make_unique<sim::Cloth>(garment, fabric, sim::ClothOptions{.iterations = app::k_cloth_shares});
     cloth->expect(avatar.skin->lattice);
     held = false;
     if (anew) {
@@ -398,7 +397,7 @@ void Fitting::Work::run()
         sim::StepReport report;
         std::uint32_t status = 0;
         double seconds = 0;
-        for (int i = 0; i < k_steps_a_frame; ++i) {
+        for (int i = 0; i < app::k_steps_a_frame; ++i) {
             if (walks) pose_time += 1 / k_rate;
             pose(false);
             if (held) drag();
@@ -407,16 +406,17 @@ void Fitting::Work::run()
             const sim::StepTime& s = report.seconds;
             seconds += s.predict + s.move + s.query + s.response + s.threads + s.self;
         }
+        (void)cloth->settle(solids);
         report.status = status;
-        simulated += k_steps_a_frame / k_rate;
-        step_ms += 0.1 * (1e3 * seconds / k_steps_a_frame - step_ms);
+        simulated += app::k_steps_a_frame / k_rate;
+        step_ms += 0.1 * (1e3 * seconds / app::k_steps_a_frame - step_ms);
         if (const double real = std::chrono::duration<double>(Clock::now() - since).count(); real > 0.5) {
             speed = simulated / real;
             simulated = 0;
             since = Clock::now();
         }
         publish(report, speed, step_ms);
-        next += std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(k_steps_a_frame / k_rate));
+        next += std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(app::k_steps_a_frame / k_rate));
         const auto t = Clock::now();
         if (next < t - std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(k_max_behind))) next = t;
         std::this_thread::sleep_until(next);

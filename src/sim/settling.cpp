@@ -1,0 +1,112 @@
+#include "settling.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <map>
+
+namespace sqmap::sim {
+
+namespace {
+
+constexpr std::size_t k_at_once = 512;  ///< points of a query
+// In thicknesses: how far above the surface a point is left, and the most that it is moved at once.
+constexpr double k_leaves = 0.1, k_farthest = 4;
+constexpr int k_rounds = 3,
+              k_passes = 4;  ///< points near moved nodes are queried again, those that were inside until they are out
+
+}  // namespace
+
+Settling::Settling(std::span<const std::array<std::uint32_t, 3>> triangles, std::size_t nodes, double thickness)
+    : triangles_(triangles.begin(), triangles.end()),
+      owned_(triangles.size()),
+      samples_(nodes + 7 * triangles.size()),
+      moved_(nodes),
+      thickness_(thickness)
+{
+    std::map<std::array<std::uint32_t, 2>, std::size_t> owner;
+    for (std::size_t t = 0; t < triangles_.size(); ++t)
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint32_t a = triangles_[t][k], b = triangles_[t][(k + 1) % 3];
+            if (owner.try_emplace({std::min(a, b), std::max(a, b)}, t).second)
+                owned_[t] = static_cast<std::uint8_t>(owned_[t] | (1u << k));
+        }
+}
+
+void Settling::expect(const query::SkinLattice& lattice)
+{
+    // Samples are taken in the order of the pattern, so that neighbours are queried together.
+    points_.resize(k_at_once);
+    for (std::size_t i = 0; i < k_at_once; ++i) points_[i] = {static_cast<double>(i), 0, 0};
+    active_.resize(k_at_once);
+    found_.resize(k_at_once);
+    workspace_ = std::make_unique<query::SkinWorkspace>(lattice, points_);
+}
+
+void Settling::add_triangle(std::size_t triangle) noexcept
+{
+    const auto& t = triangles_[triangle];
+    samples_[count_++] = {t, {1.f / 3, 1.f / 3, 1.f / 3}};
+    for (std::size_t k = 0; k < 3; ++k)
+        for (const float share : {1.f / 3, 2.f / 3})
+            if ((owned_[triangle] >> k & 1) != 0)
+                samples_[count_++] = {{t[k], t[(k + 1) % 3], t[(k + 2) % 3]}, {1 - share, share, 0}};
+}
+
+std::size_t Settling::pass(const SettlingNodes& nodes, const Collider& collider) noexcept
+{
+    std::size_t kept = 0;
+    for (std::size_t first = 0; first < count_; first += k_at_once) {
+        const std::size_t n = std::min(k_at_once, count_ - first);
+        std::fill(active_.begin(), active_.end(), std::uint8_t{0});
+        for (std::size_t i = 0; i < n; ++i) {
+            const Sample& s = samples_[first + i];
+            points_[i] = {};
+            for (std::size_t k = 0; k < 3; ++k) points_[i] += static_cast<double>(s.weight[k]) * nodes.at[s.node[k]];
+            active_[i] = 1;
+        }
+        const query::ProbeResult result = query::query_skin({collider.model, &collider.skin->to(), points_, active_},
+                                                            {.layer = query::Layer::Exact}, *workspace_, found_);
+        for (const query::SkinContact& c : std::span(found_).first(std::min(result.contacts, found_.size()))) {
+            if ((c.status & query::k_no_surface) != 0 || !(c.depth > 0)) continue;
+            const Sample s = samples_[first + c.index];
+            double give = 0;
+            for (std::size_t k = 0; k < 3; ++k)
+                if (nodes.mass[s.node[k]].inverse_mass > 0) give += static_cast<double>(s.weight[k] * s.weight[k]);
+            if (!(give > 0)) continue;
+            const double push = std::min(c.depth + k_leaves * thickness_, k_farthest * thickness_) / give;
+            for (std::size_t k = 0; k < 3; ++k) {
+                if (!(s.weight[k] > 0) || !(nodes.mass[s.node[k]].inverse_mass > 0)) continue;
+                nodes.at[s.node[k]] += (push * static_cast<double>(s.weight[k])) * c.normal;
+                moved_[s.node[k]] = 1;
+            }
+            samples_[kept++] = s;
+        }
+    }
+    count_ = kept;
+    return kept;
+}
+
+std::size_t Settling::run(const SettlingNodes& nodes, std::span<const Collider> colliders) noexcept
+{
+    std::size_t moved = 0;
+    if (workspace_ == nullptr) return moved;
+    std::fill(moved_.begin(), moved_.end(), std::uint8_t{0});
+    for (int round = 0; round < k_rounds; ++round)
+        for (const Collider& collider : colliders) {
+            if (collider.model == nullptr || collider.skin == nullptr) continue;
+            count_ = 0;
+            const auto concerned = [&](std::uint32_t v) {
+                return moved_[v] != 0 || (round == 0 && norm_sq(nodes.normals[v]) > 0);
+            };
+            for (std::uint32_t v = 0; v < nodes.at.size(); ++v)
+                if (round == 0 || moved_[v] != 0) samples_[count_++] = {{v, v, v}, {1, 0, 0}};
+            for (std::size_t t = 0; t < triangles_.size(); ++t) {
+                const auto& n = triangles_[t];
+                if (concerned(n[0]) || concerned(n[1]) || concerned(n[2])) add_triangle(t);
+            }
+            for (int i = 0; i < k_passes && count_ > 0; ++i) moved += pass(nodes, collider);
+        }
+    return moved;
+}
+
+}  // namespace sqmap::sim
