@@ -61,7 +61,7 @@ StepReport Cloth::step(double dt, std::span<const Collider> colliders) noexcept
     s.set_seams(dt);
     s.previous.swap(s.position);
     s.take_nodes();
-    s.take_links(share.dt);
+    s.take_links();
     s.find_tight();
     s.contacts.ride(colliders);
     s.interiors.ride(colliders);
@@ -80,6 +80,7 @@ StepReport Cloth::step(double dt, std::span<const Collider> colliders) noexcept
         share.done = static_cast<double>(i + 1) / shares;
         s.advance(share, gravity);
         if (i % k_bends_every == 0) s.solve_bending(share, std::min(k_bends_every, shares - i));
+        s.solve_shear(share);
         s.solve_threads();
         s.solve_tight();
         s.solve_held(share);
@@ -130,7 +131,7 @@ std::vector<double> Cloth::strain() const
     std::map<std::array<std::uint32_t, 2>, double> stretch;
     for (int l = 0; l < s.body->m_links.size(); ++l) {
         const btSoftBody::Link& link = s.body->m_links[l];
-        if (!(link.m_rl > 0) || s.compliance[static_cast<std::size_t>(l)] > 0) continue;
+        if (!(link.m_rl > 0) || s.diagonal[static_cast<std::size_t>(l)] != 0) continue;
         const std::uint32_t a = s.number(link.m_n[0]), b = s.number(link.m_n[1]);
         stretch[{std::min(a, b), std::max(a, b)}] = norm(s.position[a] - s.position[b]) / static_cast<double>(link.m_rl) - 1;
     }

@@ -64,8 +64,8 @@ Cloth::State::State(const Garment& garment, const Fabric& f, const ClothOptions&
     threads.resize(static_cast<std::size_t>(body->m_links.size()));
     weak.resize(threads.size(), 1);
     // Cloth that is sheared is longer along a diagonal, and right so.
-    for (std::size_t l = 0; l < compliance.size(); ++l) weak[l] = compliance[l] > 0 ? 1 : 0;
-    compliance.resize(threads.size());
+    std::copy(diagonal.begin(), diagonal.end(), weak.begin());
+    diagonal.resize(threads.size());
     speed.resize(n);
     tight.reserve(threads.size());
     predicted.resize(n);
@@ -115,10 +115,13 @@ void Cloth::State::add_threads(const Garment& garment)
         if (edge.count == 2 && fabric.bend > 0) add_hinge(garment, {ends[0], ends[1], edge.opposite[0], edge.opposite[1]});
     }
     body->randomizeConstraints();  // a sweep in the order of the weave would pull to one side
-    // A square cell that is sheared by g stretches its one diagonal, of length d, by g d / 2: at twice the modulus of shear it
-    // stores the energy of the sheet, whatever the pitch.
-    for (int l = 0; l < body->m_links.size(); ++l)
-        compliance.push_back(body->m_links[l].m_material == across ? static_cast<float>(1 / (2 * fabric.shear)) : 0.f);
+    diagonal.resize(static_cast<std::size_t>(body->m_links.size()));
+    for (std::size_t l = 0; l < diagonal.size(); ++l) {
+        const btSoftBody::Link& d = body->m_links[static_cast<int>(l)];
+        if (d.m_material != across) continue;
+        diagonal[l] = 1;
+        shears.push_back({number(d.m_n[0]), number(d.m_n[1]), d.m_rl});
+    }
 }
 
 void Cloth::State::add_hinge(const Garment& garment, const std::array<std::uint32_t, 4>& node)

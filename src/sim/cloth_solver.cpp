@@ -14,8 +14,10 @@ constexpr std::uint32_t k_looks_at_threads = 16;  ///< steps
 // step: they bear a hand's pull, and are few.
 constexpr double k_tight = 0.03;
 constexpr std::size_t k_max_tight_sweeps = 6, k_tight_solved = 1500;
-constexpr double k_bending_loss = 0.05;  ///< s: a bending that changes by its own size in this time resists twice as much
-constexpr double k_hard_push = 2;        ///< times thickness: a node that is pushed farther stops where it is
+// s: bending or shear that changes by its own size in this time resists twice as much. More loss in bending would take more than
+// one solution in a share to keep its stiffness.
+constexpr double k_bending_loss = 0.005, k_shear_loss = 0.05;
+constexpr double k_hard_push = 2;  ///< times thickness: a node that is pushed farther stops where it is
 // A node that threads and two surfaces throw to and fro is held on a leash, the farthest that it may go in a step: it counts as
 // restless while it turns back more often than about every fifth step, faster than k_stirs.
 constexpr double k_calm = 0.2;     ///< m / s: of the cloth as a whole, by its kinetic energy
@@ -41,15 +43,14 @@ void Cloth::State::take_nodes()
     for (std::size_t i = 0; i < moving.size(); ++i) moving[i] = {cast<float>(previous[i]), node(i).m_im};
 }
 
-void Cloth::State::take_links(double dt)
+void Cloth::State::take_links()
 {
-    if (!links_changed && links_dt == dt) return;
+    if (!links_changed) return;
     links_changed = false;
-    links_dt = dt;
     for (std::size_t l = 0; l < threads.size(); ++l) {
         const btSoftBody::Link& link = body->m_links[static_cast<int>(l)];
         const float mass = link.m_n[0]->m_im + link.m_n[1]->m_im;
-        const float stiff = mass > 0 ? mass / link.m_material->m_kLST + compliance[l] / static_cast<float>(dt * dt) : 0.f;
+        const float stiff = diagonal[l] == 0 ? mass / link.m_material->m_kLST : 0.f;
         threads[l] = {number(link.m_n[0]), number(link.m_n[1]), stiff, link.m_c1};
     }
     for (const SeamLinks& seam : seams)
@@ -99,8 +100,7 @@ void Cloth::State::solve_tight()
 void Cloth::State::solve_bending(const Share& share, int shares)
 {
     // Their stiffness by dt^2, once for the force and once for the path in this share.
-    const auto scale = static_cast<float>(1 / (share.dt * share.dt * shares)),
-               loss = static_cast<float>(k_bending_loss / share.dt);
+    const auto scale = static_cast<float>(1 / (share.dt * share.dt * shares)), loss = static_cast<float>(k_bending_loss / share.dt);
     for (const Hinge& h : hinges) {
         const auto [ia, ib, ic, id] = h.node;
         Moving &a = moving[ia], &b = moving[ib], &c = moving[ic], &d = moving[id];
@@ -115,6 +115,24 @@ void Cloth::State::solve_bending(const Share& share, int shares)
         b.at += wb * push;
         c.at += wc * push;
         d.at += wd * push;
+    }
+}
+
+void Cloth::State::solve_shear(const Share& share)
+{
+    // A square cell that is sheared by g stretches its one diagonal, of length d, by g d / 2: at twice the modulus of shear it
+    // stores the energy of the sheet, whatever the pitch.
+    const auto give = static_cast<float>(1 / (2 * fabric.shear * share.dt * share.dt)),
+               loss = static_cast<float>(k_shear_loss / share.dt);
+    for (const Shear& s : shears) {
+        Moving &a = moving[s.a], &b = moving[s.b];
+        const Vec3f del = b.at - a.at;
+        const float length = norm(del), mass = a.inverse_mass + b.inverse_mass;
+        if (!(length > 0.f)) continue;
+        const float longer = length - s.rest + loss * (length - norm(before[s.b] - before[s.a]));
+        const float k = longer / (length * ((1 + loss) * mass + give));
+        a.at += (k * a.inverse_mass) * del;
+        b.at -= (k * b.inverse_mass) * del;
     }
 }
 

@@ -40,7 +40,12 @@ struct Cloth::State {
     /// times a step, and the contacts wait for all that these reads push out of the caches.
     struct Thread {
         std::uint32_t a, b;
-        float stiff, rest_sq;  ///< inverse masses, over the share and with the compliance; not positive where it is cut; c1
+        float stiff, rest_sq;  ///< inverse masses over stiffness, zero where it is cut or a diagonal; Bullet's c1
+    };
+    /// A diagonal of the weave, which resists shear.
+    struct Shear {
+        std::uint32_t a, b;
+        float rest;
     };
     /// Two triangles beside an edge: the edge's ends and the corners opposite. The weighted sum of their positions is the bending
     /// (Bergou et al. 2006).
@@ -75,8 +80,8 @@ struct Cloth::State {
     // cloth_solver.cpp
     /// Copies Bullet's nodes at the beginning of a step.
     void take_nodes();
-    /// Copies Bullet's links, where one has changed. dt: of a share.
-    void take_links(double dt);
+    /// Copies Bullet's links, where one has changed.
+    void take_links();
     /// Moves nodes on by their speed and weight, pinned ones to where they are in this share.
     void advance(const Share& share, Vec3d gravity);
     /// A sweep of Bullet's PSolve_Links.
@@ -85,8 +90,9 @@ struct Cloth::State {
     void solve_tight();
     /// Chooses them.
     void find_tight();
-    /// shares: for how many the force acts at once.
+    /// Bending and shear, with what cloth loses of either. shares: for how many the forces act at once.
     void solve_bending(const Share& share, int shares);
+    void solve_shear(const Share& share);
     /// Raises the nodes of triangles that a collider pierces, each by its weight at the point; in a share with friction. null: at
     /// the end of the step.
     void push_interiors_out(const Share* share);
@@ -116,11 +122,11 @@ struct Cloth::State {
     double last_kinetic = 0;
     std::vector<Vec3f> speed, before, predicted;  ///< m / s; positions as a share begins, and as it is predicted
     std::vector<Hinge> hinges;
-    std::vector<Thread> tight;       ///< threads that were too long as the step began
-    std::vector<std::uint8_t> weak;  ///< seams
-    std::vector<float> compliance;   ///< of each link, m / N
+    std::vector<Shear> shears;
+    std::vector<Thread> tight;           ///< threads that were too long as the step began
+    std::vector<std::uint8_t> weak;      ///< diagonals and seams
+    std::vector<std::uint8_t> diagonal;  ///< of each link: whether it is one of shears
     bool links_changed = true;
-    double links_dt = 0;  ///< for which the threads' stiff is
     std::uint32_t steps = 0;
     bool was_stretched = false;
     std::vector<Thread> threads;  ///< Bullet's links, in their order

@@ -376,6 +376,58 @@ TEST(Cloth, LiesOnASkinThatBendsUnderItAndRidesIt)
     EXPECT_NEAR(deepest, deep.nodes, 0.001);
 }
 
+TEST(Cloth, AStripHangsAsABeamDoesWhateverItsPitch)
+{
+    // Clamped level along one end; bends by q L^4 / (8 B) at the other (Euler and Bernoulli), a tenth of its length.
+    Fabric f = fabric("cotton");
+    f.density = 0.3;
+    f.damping = 20;
+    constexpr double k_length = 0.03;
+    f.bend = f.density * 9.81 * k_length * k_length * k_length / (8 * 0.1);
+    for (const std::uint32_t columns : {8u, 16u}) {
+        const double pitch = k_length / columns, width = 4 * pitch, all = k_length + 2 * pitch;
+        Cloth cloth(sheet({{0.5 * all, 0, 0}, all, width, 0, 0, 4 * (columns + 2)}), f, {.iterations = 24});
+        std::vector<std::uint32_t> clamped;
+        double lowest = 0;
+        for (std::uint32_t i = 0; i < cloth.size(); ++i)
+            if (cloth.positions()[i].x < 2.5 * pitch) clamped.push_back(i);
+        cloth.pin(clamped, Cloth::k_world, {});
+        for (int i = 0; i < 480; ++i) (void)cloth.step(k_dt, {});
+        for (const Vec3d& p : cloth.positions()) lowest = std::min(lowest, p.y);
+        EXPECT_NEAR(-lowest, 0.1 * k_length, 0.015 * k_length) << columns;
+    }
+}
+
+TEST(Cloth, SettledNothingOfItIsInASkin)
+{
+    // Pulled down hard over a bar that bends, so that its threads cut in.
+    const Bar bar;
+    query::MovingSkin skin(bar.lattice);
+    const Collider solid{&bar.model.view(), {}, {}, &skin};
+    Cloth cloth(sheet({{0.1, 0.1, 0}, 0.5, 0.9, 0, 0, 400}), fabric("silk"));
+    EXPECT_EQ(cloth.settle({&solid, 1}), 0u);  // no room was made for a skin
+    cloth.expect(bar.lattice);
+    ASSERT_TRUE(skin.step(Bar::bent(0)));
+    double angle = 0, before = 0;
+    for (int i = 0; i < 360; ++i) {
+        if (i == 60) cloth.grasp(0, 0.05, cloth.positions()[0]);
+        if (i > 60) cloth.drag(Vec3d{-0.3, -0.1 - 0.002 * (i - 60), -0.4});
+        angle += 0.6 / 240;
+        ASSERT_TRUE(skin.step(Bar::bent(angle)));
+        (void)cloth.step(k_dt, {&solid, 1});
+        if (i % 30 != 29) continue;
+        const Penetration was = penetration(cloth.positions(), cloth.triangles(), {&solid, 1}, {.steps = 3});
+        before = std::max({before, was.nodes, was.interiors});
+        const std::vector<Vec3d> speeds(cloth.velocities().begin(), cloth.velocities().end());
+        (void)cloth.settle({&solid, 1});
+        EXPECT_TRUE(std::equal(speeds.begin(), speeds.end(), cloth.velocities().begin()));
+        const Penetration is = penetration(cloth.positions(), cloth.triangles(), {&solid, 1}, {.steps = 3});
+        EXPECT_LE(is.nodes, 1e-5) << "step " << i;
+        EXPECT_LE(is.interiors, 2e-4) << "step " << i;
+    }
+    EXPECT_GT(before, 2e-4);  // there was something to settle
+}
+
 TEST(Cloth, CrumpledOnASharpRidgeItIsStillInTheEnd)
 {
     // A roof of 50 degrees, its ridge a fold: a node beside it is thrown from one slope to the other.
