@@ -32,7 +32,7 @@ void Cloth::expect(const query::SkinLattice& lattice)
 std::size_t Cloth::settle(std::span<const Collider> colliders) noexcept
 {
     State& s = *state_;
-    const std::size_t moved = s.settling.run({s.position, s.moving, s.contacts.normals()}, colliders);
+    const std::size_t moved = s.settling.run({s.position, s.moving, s.contacts.normals(), s.interiors.all()}, colliders);
     for (std::size_t i = 0; i < s.position.size() && moved > 0; ++i) s.node(i).m_x = to_bullet(s.position[i]);
     return moved;
 }

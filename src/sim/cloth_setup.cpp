@@ -112,7 +112,8 @@ void Cloth::State::add_threads(const Garment& garment)
             for (const std::uint32_t end : ends)
                 longest = longest && length > norm(garment.flat[edge.opposite[k]] - garment.flat[end]);
         link(ends[0], ends[1], longest ? across : along);
-        if (edge.count == 2 && fabric.bend > 0) add_hinge(garment, {ends[0], ends[1], edge.opposite[0], edge.opposite[1]});
+        if (edge.count == 2 && fabric.bend > 0)
+            add_hinge(garment, {ends[0], ends[1], edge.opposite[0], edge.opposite[1]}, longest);
     }
     body->randomizeConstraints();  // a sweep in the order of the weave would pull to one side
     diagonal.resize(static_cast<std::size_t>(body->m_links.size()));
@@ -124,10 +125,11 @@ void Cloth::State::add_threads(const Garment& garment)
     }
 }
 
-void Cloth::State::add_hinge(const Garment& garment, const std::array<std::uint32_t, 4>& node)
+void Cloth::State::add_hinge(const Garment& garment, const std::array<std::uint32_t, 4>& node, bool diagonal_edge)
 {
-    // Bergou et al., eq. 8 and what leads to it: for a flat sheet that does not stretch, the energy is half of the stiffness
-    // times 3 / area times the square of the sum, which is linear in the positions.
+    // The sum of Bergou et al., linear in the positions where nothing stretches. Their factor, 3 / area for every edge, is that
+    // of a mesh whose edges take equal parts; on square cells a fold along the threads bends edges of one direction alone. 1 /
+    // area, and half of it for diagonals, gives folds along threads and across them the energy of a sheet.
     std::array<Vec3d, 4> x;
     for (std::size_t k = 0; k < 4; ++k) x[k] = garment.flat[node[k]];
     const auto cotangent = [](Vec3d a, Vec3d b) { return dot(a, b) / norm(cross(a, b)); };
@@ -135,10 +137,10 @@ void Cloth::State::add_hinge(const Garment& garment, const std::array<std::uint3
     const double area = 0.5 * (norm(cross(edge, x[2] - x[0])) + norm(cross(edge, x[3] - x[0])));
     const double c01 = cotangent(edge, x[2] - x[0]), c02 = cotangent(edge, x[3] - x[0]);
     const double c03 = cotangent(-1.0 * edge, x[2] - x[1]), c04 = cotangent(-1.0 * edge, x[3] - x[1]);
-    const double give = area / (3 * fabric.bend);
+    const double give = (diagonal_edge ? 2 : 1) * area / fabric.bend;
     const std::array weight{c03 + c04, c01 + c02, -c01 - c03, -c02 - c04};
     if (!std::isfinite(c01 + c02 + c03 + c04)) return;  // a triangle without area bends with its neighbours
-    Hinge& hinge = hinges.emplace_back(Hinge{node, {}, static_cast<float>(give)});
+    Hinge& hinge = hinges.emplace_back(Hinge{node, {}, static_cast<float>(give), {}});
     for (std::size_t k = 0; k < 4; ++k) hinge.weight[k] = static_cast<float>(weight[k]);
 }
 

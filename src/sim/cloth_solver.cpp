@@ -99,9 +99,16 @@ void Cloth::State::solve_tight()
 
 void Cloth::State::solve_bending(const Share& share, int shares)
 {
-    // Their stiffness by dt^2, once for the force and once for the path in this share.
-    const auto scale = static_cast<float>(1 / (share.dt * share.dt * shares)), loss = static_cast<float>(k_bending_loss / share.dt);
-    for (const Hinge& h : hinges) {
+    // The forces of the last time are there at once: one solution is too little for stiff fabric, but then only has to follow
+    // what has changed.
+    const auto scale = static_cast<float>(1 / (share.dt * share.dt * shares)),
+               loss = static_cast<float>(k_bending_loss / share.dt);
+    for (const Hinge& h : hinges)
+        for (std::size_t k = 0; k < 4; ++k) {
+            Moving& n = moving[h.node[k]];
+            n.at += (n.inverse_mass * h.weight[k] / scale) * h.force;
+        }
+    for (Hinge& h : hinges) {
         const auto [ia, ib, ic, id] = h.node;
         Moving &a = moving[ia], &b = moving[ib], &c = moving[ic], &d = moving[id];
         const Vec3f sum = h.weight[1] * (b.at - a.at) + h.weight[2] * (c.at - a.at) + h.weight[3] * (d.at - a.at);
@@ -110,7 +117,9 @@ void Cloth::State::solve_bending(const Share& share, int shares)
         const float wa = a.inverse_mass * h.weight[0], wb = b.inverse_mass * h.weight[1], wc = c.inverse_mass * h.weight[2],
                     wd = d.inverse_mass * h.weight[3];
         const float give = wa * h.weight[0] + wb * h.weight[1] + wc * h.weight[2] + wd * h.weight[3];
-        const Vec3f push = (-1 / ((1 + loss) * give + h.compliance * scale)) * (sum + loss * (sum - was));
+        const Vec3f push =
+            (-1 / ((1 + loss) * give + h.compliance * scale)) * (sum + loss * (sum - was) + h.compliance * h.force);
+        h.force += scale * push;
         a.at += wa * push;
         b.at += wb * push;
         c.at += wc * push;

@@ -52,7 +52,8 @@ struct Cloth::State {
     struct Hinge {
         std::array<std::uint32_t, 4> node;
         std::array<float, 4> weight;
-        float compliance;  ///< over the square of a share of the step
+        float compliance;  ///< m / N, of the sum
+        Vec3f force{};     ///< N, that acts on each node by its weight
     };
 
     /// One of the equal shares that a step is solved in (Macklin et al. 2019). done: the part of the step that is over with it.
@@ -64,7 +65,7 @@ struct Cloth::State {
     State(const Garment& garment, const Fabric& f, const ClothOptions& o);
     void add_threads(const Garment& garment);
     /// The bending across an edge, in a pattern that is flat.
-    void add_hinge(const Garment& garment, const std::array<std::uint32_t, 4>& node);
+    void add_hinge(const Garment& garment, const std::array<std::uint32_t, 4>& node, bool diagonal_edge);
     void add_mass(const Garment& garment);
     void add_seams(const Garment& garment);
     /// A number for each node; nodes that are sewn together have the same.

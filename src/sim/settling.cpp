@@ -91,6 +91,8 @@ std::size_t Settling::run(const SettlingNodes& nodes, std::span<const Collider> 
     std::size_t moved = 0;
     if (workspace_ == nullptr) return moved;
     std::fill(moved_.begin(), moved_.end(), std::uint8_t{0});
+    for (const InteriorSpace& s : nodes.held)
+        for (const std::uint32_t v : s.nodes) moved_[v] = 1;
     for (int round = 0; round < k_rounds; ++round)
         for (const Collider& collider : colliders) {
             if (collider.model == nullptr || collider.skin == nullptr) continue;

@@ -1,6 +1,7 @@
 // The last correction before cloth is shown: points of it that are inside skinned colliders are moved out, by the exact layer.
 #pragma once
 
+#include "interiors.h"
 #include "self_contacts.h"
 #include "sqmap/query/skin.h"
 #include "sqmap/sim/cloth.h"
@@ -18,6 +19,7 @@ struct SettlingNodes {
     std::span<Vec3d> at;             ///< world, m; moved
     std::span<const Moving> mass;    ///< pinned ones stay
     std::span<const Vec3f> normals;  ///< of each node's contacts; zero where it is free
+    std::span<const InteriorSpace> held;
 };
 
 /// One thread at a time.

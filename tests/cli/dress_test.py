@@ -102,7 +102,7 @@ class Dress(unittest.TestCase):
             return json.load(file)
 
     def test_a_pull_into_the_body_stops_at_it(self):
-        pull = {"at": 0.7, "until": 1.2, "near": [0, 1, 0], "by": [0.05, -0.3, 0]}
+        pull = {"at": 0.7, "until": 1.2, "near": [0, 1, 0], "by": [0.15, -0.3, 0]}
         for device in ([], ["--device", "simulated:hand=firm"]):
             done = run("dress", "--avatar", "ball.sqmap", "--garment", self.garment(pull=[pull]), "-o", "out.glb", "--report", "report.json",
                        "--seconds", "1.3", "--fps", "60", *device)

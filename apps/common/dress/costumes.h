@@ -12,7 +12,7 @@ namespace sqmap::app {
 /// Steps a second of cloth that is played, the shares that each is solved in (ClothOptions::iterations), and how many steps a
 /// frame has at 30 a second.
 constexpr double k_cloth_rate = 120;
-constexpr int k_cloth_shares = 24, k_steps_a_frame = 4;
+constexpr int k_cloth_shares = 16, k_steps_a_frame = 4;
 
 struct Costume {
     sim::Garment garment;

@@ -29,7 +29,7 @@ struct ClothOptions {
     Friction friction = Friction::Coulomb;  ///< Coulomb: Fabric::friction is both coefficients
     double paper_friction = 0.002;          ///< f_c of eq. 33, N a node
     double paper_stiffness = 100;           ///< k_f of eq. 33 with depth in m, 1 / m
-    int iterations = 12;                    ///< of the threads' solver, each followed by the contacts
+    int iterations = 12;                    ///< equal shares of a step, each of which is solved once, threads and contacts
     double max_speed = 10;                  ///< m / s: faster nodes are slowed to it, k_cloth_slowed
     double sweep_step = 0.01;               ///< m: colliders twice as thick are not tunnelled through
     bool self_collision = false;            ///< the cloth keeps thickness from itself and does not go through itself

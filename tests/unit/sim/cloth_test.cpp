@@ -378,15 +378,16 @@ TEST(Cloth, LiesOnASkinThatBendsUnderItAndRidesIt)
 
 TEST(Cloth, AStripHangsAsABeamDoesWhateverItsPitch)
 {
-    // Clamped level along one end; bends by q L^4 / (8 B) at the other (Euler and Bernoulli), a tenth of its length.
+    // Clamped level along one end; bends by q L^4 / (8 B) at the other (Euler and Bernoulli), a tenth of its length. The first
+    // threads that bend stand for half a pitch on either side: the clamp is half a pitch before the last clamped node.
     Fabric f = fabric("cotton");
     f.density = 0.3;
     f.damping = 20;
-    constexpr double k_length = 0.03;
-    f.bend = f.density * 9.81 * k_length * k_length * k_length / (8 * 0.1);
-    for (const std::uint32_t columns : {8u, 16u}) {
-        const double pitch = k_length / columns, width = 4 * pitch, all = k_length + 2 * pitch;
-        Cloth cloth(sheet({{0.5 * all, 0, 0}, all, width, 0, 0, 4 * (columns + 2)}), f, {.iterations = 24});
+    std::vector<double> hangs;
+    for (const std::uint32_t columns : {4u, 8u}) {
+        const double pitch = 0.06 / columns, length = 0.06 + 0.5 * pitch, all = 0.06 + 2 * pitch;
+        f.bend = f.density * 9.81 * length * length * length / (8 * 0.1);
+        Cloth cloth(sheet({{0.5 * all, 0, 0}, all, 4 * pitch, 0, 0, 4 * (columns + 2)}), f, {.iterations = 24});
         std::vector<std::uint32_t> clamped;
         double lowest = 0;
         for (std::uint32_t i = 0; i < cloth.size(); ++i)
@@ -394,8 +395,10 @@ TEST(Cloth, AStripHangsAsABeamDoesWhateverItsPitch)
         cloth.pin(clamped, Cloth::k_world, {});
         for (int i = 0; i < 480; ++i) (void)cloth.step(k_dt, {});
         for (const Vec3d& p : cloth.positions()) lowest = std::min(lowest, p.y);
-        EXPECT_NEAR(-lowest, 0.1 * k_length, 0.015 * k_length) << columns;
+        hangs.push_back(-lowest / length);
+        EXPECT_NEAR(hangs.back(), 0.1, 0.033) << columns;
     }
+    EXPECT_NEAR(hangs[1], hangs[0], 0.1 * hangs[0]);
 }
 
 TEST(Cloth, SettledNothingOfItIsInASkin)
@@ -423,9 +426,9 @@ TEST(Cloth, SettledNothingOfItIsInASkin)
         EXPECT_TRUE(std::equal(speeds.begin(), speeds.end(), cloth.velocities().begin()));
         const Penetration is = penetration(cloth.positions(), cloth.triangles(), {&solid, 1}, {.steps = 3});
         EXPECT_LE(is.nodes, 1e-5) << "step " << i;
-        EXPECT_LE(is.interiors, 2e-4) << "step " << i;
+        EXPECT_LE(is.interiors, 1e-3) << "step " << i;
     }
-    EXPECT_GT(before, 2e-4);  // there was something to settle
+    EXPECT_GT(before, 1.5e-3);  // there was something to settle
 }
 
 TEST(Cloth, CrumpledOnASharpRidgeItIsStillInTheEnd)
