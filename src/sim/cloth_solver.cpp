@@ -225,7 +225,7 @@ void Cloth::State::push_out_last()
 
 void Cloth::State::take_speeds(double dt)
 {
-    // Of what the solution moved alone: what rounding did to a node's path is no speed.
+    // The solution alone changes the speed: a node's path has rounding in it.
     const auto keep = static_cast<float>(std::exp(-fabric.damping * dt)), per = static_cast<float>(1 / dt);
     for (std::size_t i = 0; i < moving.size(); ++i) speed[i] = keep * (speed[i] + per * (moving[i].at - predicted[i]));
 }
@@ -297,7 +297,7 @@ void Cloth::State::finish(double dt, bool colliders_stand, StepReport& report)
         report.seconds.self += took;
         report.seconds.predict -= took;  // the time of predict includes that of the fabric's own contacts
     }
-    // What moved a node after the shares counts as if it had done so evenly.
+    // Corrections after the shares count as if they had come evenly.
     for (std::size_t i = 0; i < n; ++i)
         velocity[i] = cast<double>(speed[i]) + (1 / dt) * (position[i] - cast<double>(predicted[i]));
     if (!all_finite) {
