@@ -197,7 +197,7 @@ struct HandCommand {
     std::vector<std::string> by;
     int passes = 10, divide = 0, touching = 0;
     double spacing = 0;
-    bool paper = false;
+    bool paper = false, edges = false, exact = false;
 };
 
 /// OBJECT.PROBE.KIND.csv
@@ -212,7 +212,9 @@ HandPath hand_path(const HandCommand& c, const std::filesystem::path& path)
                  c.touching,
                  c.divide,
                  {},
-                 c.paper};
+                 c.paper,
+                 c.edges,
+                 c.exact};
     for (const std::string& by : c.by)
         if (by != name.substr(0, a)) out.by.push_back(c.meshes / (by + ".obj"));
     return out;
@@ -239,6 +241,8 @@ void add_hand(CLI::App& app)
     }
     tick->add_option("--by", c->by, "Names of objects that stand by, 40 cm away; the path's own is left out");
     tick->add_flag("--paper", c->paper, "The paper's force on paper models instead");
+    tick->add_flag("--edges", c->edges, "Edges and faces of the hand touch too");
+    tick->add_flag("--exact", c->exact, "The exact layer instead of layer 3");
     tick->add_option("--passes", c->passes, "Times that every path is run")->check(CLI::Range(1, 10000))->capture_default_str();
     tick->add_option("--series", c->series, "CSV of every tick of the last path: medians over the passes");
     tick->callback([c] {

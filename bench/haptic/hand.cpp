@@ -76,12 +76,18 @@ struct Scene {
         for (const Pose& p : read_path(hand.path)) poses.push_back({p.rotation, k_scale * p.translation});
         solid.model = &view;
         if (hand.paper) solid.material.friction = Friction::Paper;
+        if (!hand.edges) return;
+        mesh::Mesh metres = setting->object;
+        for (Vec3d& v : metres.vertices) v = k_scale * v;
+        surface.emplace(metres.vertices, metres.triangles);
+        solid.surface = &*surface;
     }
     std::unique_ptr<Setting> setting;
     std::vector<std::byte> bytes;
     paper::AnyModel model;
     model::ModelView view;
     std::vector<sqmap::Pose> poses;
+    std::optional<query::Probe> surface;  // with edges
     haptic::TouchedBody solid;
 };
 
@@ -92,6 +98,8 @@ struct Hand {
         for (Vec3d& v : mesh.vertices) v = k_scale * v;
         haptic::ToolDescription d{.max_touching = static_cast<std::uint32_t>(path.touching)};
         haptic::take_surface(d, mesh.vertices, mesh.triangles, path.spacing, path.touching > 0);
+        if (path.edges) d.triangles = mesh.triangles;
+        if (path.exact) d.force.layer = query::Layer::Exact;
         if (!weighted) d.weights.clear();
         if (path.paper) {
             d.force = paper::with_paper_force(d.force);

@@ -18,6 +18,8 @@ struct HandPath {
     int divide = 0;                           ///< times that every triangle of the hand is split in four before anything else
     std::vector<std::filesystem::path> by{};  ///< objects that stand by in the scene
     bool paper = false;                       ///< the objects are paper models, and force is the paper's
+    bool edges = false;                       ///< edges and faces touch too
+    bool exact = false;                       ///< the exact layer instead of layer 3
 };
 
 /// CPU time of a whole tick, us: query, force, torque and friction of one zone, safety filter.

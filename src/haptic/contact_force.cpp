@@ -46,7 +46,11 @@ SpreadForce patch_force(ZoneTick& tick, const ContactPose& where, std::span<cons
     for (std::size_t i = 0; i < contacts.size(); ++i) {
         if (!read_contact(tick, where.body, at, contacts[i], f)) continue;
         Spring spring{f.point, {}, f.depth, share_of_sphere(norm_sq(f.point), radius)};
-        if (contacts[i].index < weights.size()) spring.weight *= static_cast<double>(weights[contacts[i].index]);
+        const std::uint32_t point = contacts[i].index;
+        if (point < weights.size())
+            spring.weight *= static_cast<double>(weights[point]);
+        else if (point == query::k_unnamed)
+            spring.weight *= tick.state.mean_weight[tick.index][tick.memory.points];
         if (!(spring.weight > 0)) continue;
         if (keep != nullptr && i % stride == 0 && keep->plane_count < k_kept)
             keep->planes[keep->plane_count++] = {f.surface, f.normal, transpose_mul(at.rotation, f.point), spring.weight};

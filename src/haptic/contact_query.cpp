@@ -1,5 +1,7 @@
 #include "contact_query.h"
 
+#include "sqmap/query/contacts.h"
+
 namespace sqmap::haptic {
 
 namespace {
@@ -19,6 +21,31 @@ Pose probe_pose(const ZoneTick& tick, const Pose& at)
     if (!tick.zone.in_world) return at;
     if (same_pose(at, tick.device())) return {};
     return compose(at, inverse(tick.device()));
+}
+
+/// A contact of edges or faces as one of a point that the zone does not have.
+query::Contact as_contact(const query::SurfaceContact& c, Vec3d anchor)
+{
+    return {.witness = cast<float>(c.witness.on_a - anchor),
+            .normal = c.normal,
+            .depth = c.depth,
+            .index = query::k_unnamed,
+            .part = c.part_a,
+            .certain = c.certain};
+}
+
+/// Adds where edges and faces of the zone meet the body's, at `pose` in its frame: with no model no vertex is found once more.
+void add_surfaces(ZoneTick& tick, std::size_t s, const Pose& pose, query::ProbeResult& found)
+{
+    const query::Probe *const body = tick.body(s).surface, *const zone = tick.zone.surface;
+    if (body == nullptr || zone == nullptr || !tick.state.surfaces) return;
+    const std::span<query::Contact> memory = contact_memory(tick.state, s);
+    const query::ContactResult r = query::query_contacts({nullptr, body, {}}, {nullptr, zone, pose}, {}, *tick.state.surfaces);
+    if ((r.status & query::k_full) != 0) tick.report.status |= k_step_full;
+    for (const query::SurfaceContact& c : r.contacts) {
+        if (found.contacts < memory.size()) memory[found.contacts] = as_contact(c, found.anchor);
+        ++found.contacts;
+    }
 }
 
 bool same_query(const query::QueryOptions& a, const query::QueryOptions& b)
@@ -65,8 +92,8 @@ std::span<const query::Contact> query_contacts(ZoneTick& tick, std::size_t s, co
     const std::span<query::Contact> memory = contact_memory(tick.state, s);
     CachedQuery& cached = tick.state.queries[s];
     if (probe != cached.probe || !same_query(options, cached.options) || !same_pose(pose, cached.pose)) {
-        const query::ProbeResult r =
-            query::query_probe({tick.body(s).model, nullptr, {}}, {nullptr, probe, pose}, options, memory);
+        query::ProbeResult r = query::query_probe({tick.body(s).model, nullptr, {}}, {nullptr, probe, pose}, options, memory);
+        add_surfaces(tick, s, pose, r);
         cached = {probe, pose, options, r};
     }
     if (cached.result.contacts > memory.size()) tick.report.status |= k_step_full;

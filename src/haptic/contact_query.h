@@ -10,7 +10,8 @@ namespace sqmap::haptic {
 /// Chooses those of the next tick.
 void choose_points(ZoneTick& tick);
 
-/// The contacts of the zone's probe with body s while the zone stands at `at`; other zones' too, where they share a probe.
+/// The contacts of the zone's probe with body s while the zone stands at `at`; other zones' too, where they share a probe. Those
+/// of its edges and faces have no point: query::k_unnamed.
 [[nodiscard]] std::span<const query::Contact> query_contacts(ZoneTick& tick, std::size_t s, const Pose& at);
 
 /// One contact.
@@ -25,7 +26,8 @@ inline bool read_contact(ZoneTick& tick, std::size_t s, const Pose& at, const qu
 {
     const Zone& zone = tick.zone;
     const TouchedBody& body = tick.body(s);
-    if (tick.memory.points == 0 && (c.index < zone.first || c.index - zone.first >= zone.count)) return false;
+    if (c.index != query::k_unnamed && tick.memory.points == 0 && (c.index < zone.first || c.index - zone.first >= zone.count))
+        return false;
     if ((c.status & query::k_no_surface) != 0) {
         tick.report.status |= k_step_no_surface;
         return false;

@@ -196,6 +196,18 @@ TactilePad::TactilePad(std::span<const Vec3d> points, std::span<const Vec3d> nor
     }
 }
 
+namespace {
+
+/// Area of one point in the mean; 1 where all are alike.
+double mean_weight_of(std::span<const float> weights)
+{
+    double sum = 0;
+    for (const float w : weights) sum += static_cast<double>(w);
+    return weights.empty() ? 1 : sum / static_cast<double>(weights.size());
+}
+
+}  // namespace
+
 State::State(std::span<const Zone> zones, const StateOptions& options) : data_(std::make_unique<Data>())
 {
     Data& d = *data_;
@@ -209,6 +221,11 @@ State::State(std::span<const Zone> zones, const StateOptions& options) : data_(s
     std::size_t samples = 0;
     for (const Zone& zone : d.zones)
         if (zone.probe != nullptr && zone.options.averaging != Averaging::Patch) samples = std::max(samples, zone.probe->size());
+    for (const Zone& zone : d.zones) {
+        std::vector<double>& means = d.mean_weight.emplace_back(1, mean_weight_of(zone.weights));
+        for (const DenserPoints& set : zone.denser) means.push_back(mean_weight_of(set.weights));
+        if (zone.surface != nullptr && !d.surfaces) d.surfaces.emplace(k_surface_contacts);
+    }
     d.samples.resize(samples);
     d.trails.resize(d.touches.size() * samples);
 }

@@ -1,6 +1,7 @@
 #include "sqmap/haptic/tool.h"
 
 #include "haptic/stencil.h"
+#include "haptic/zone_tick.h"
 
 #include <algorithm>
 #include <limits>
@@ -47,12 +48,17 @@ Tool::Tool(ToolDescription description) : description_(std::move(description))
     ToolDescription& d = description_;
     take_shape(d);
     probe_ = std::make_unique<query::Probe>(d.points);
+    if (!d.triangles.empty() && d.shape == ToolShape::Surface && d.first.empty()) {
+        SQMAP_ASSERT(query::find_fault(d.points, d.triangles).kind == query::TriangleFault::Kind::None);
+        surface_ = std::make_unique<query::Probe>(d.points, d.triangles);
+    }
     const Zone zone{.probe = probe_.get(),
                     .in_world = !d.first.empty(),
                     .weights = d.weights,
                     .denser = d.denser.points(),
                     .max_touching = d.max_touching,
                     .radius = d.radius > 0 ? d.radius : std::numeric_limits<double>::infinity(),
+                    .surface = surface_.get(),
                     .options = d.force};
     zones_.assign(d.first.empty() ? d.zones : d.first.size() - 1, zone);
     for (std::size_t z = 0; z + 1 < d.first.size(); ++z) {
@@ -63,7 +69,8 @@ Tool::Tool(ToolDescription description) : description_(std::move(description))
 
 State Tool::state(std::size_t max_touched) const
 {
-    return State(zones_, {.max_contacts = std::max(probe_->size(), description_.denser.max_points()),
+    const std::size_t surfaces = surface_ != nullptr ? k_surface_contacts : 0;
+    return State(zones_, {.max_contacts = std::max(probe_->size(), description_.denser.max_points()) + surfaces,
                           .max_touched = std::max<std::size_t>(1, max_touched)});
 }
 

@@ -9,7 +9,9 @@
 #include "rigid_motion.h"
 #include "sqmap/haptic/safety.h"
 #include "sqmap/haptic/step.h"
+#include "sqmap/query/contacts.h"
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -143,16 +145,21 @@ struct ZoneMemory {
     std::uint32_t points = 0;  ///< 0: the zone's own; i: those of denser[i - 1]
 };
 
+/// Contacts of edges and faces that are kept of a zone and a body.
+inline constexpr std::size_t k_surface_contacts = 4096;
+
 struct State::Data {
     std::vector<Zone> zones;
     std::vector<ZoneReport> reports;
     std::vector<ZoneMemory> memory;
     std::vector<TouchMemory> touches;  ///< zone by touched body
     std::size_t max_touched = 0;
-    std::vector<query::Contact> found;  ///< touched body by contact
-    std::vector<CachedQuery> queries;   ///< per touched body
-    std::vector<Sample> samples;        ///< of one stencil
-    std::vector<Trail> trails;          ///< zone by touched body by sample
+    std::vector<query::Contact> found;                ///< touched body by contact
+    std::vector<CachedQuery> queries;                 ///< per touched body
+    std::vector<Sample> samples;                      ///< of one stencil
+    std::vector<Trail> trails;                        ///< zone by touched body by sample
+    std::optional<query::ContactWorkspace> surfaces;  ///< where a zone has a surface
+    std::vector<std::vector<double>> mean_weight;     ///< zone by set of points: of one point
     std::uint64_t degraded_steps = 0;
 };
 

@@ -33,6 +33,9 @@ struct ToolDescription {
     std::vector<Vec3d> points{};        ///< Surface: m, the zone's frame
     std::vector<float> weights{};       ///< Surface: m^2 about each point; empty: all alike
     DenserSets denser{};                ///< Surface: the same surface with more points
+    /// Surface, as a whole: triangles between its points that close it, so that edges and faces touch too (Zone::surface). Empty:
+    /// points alone. @pre query::find_fault(points, triangles) finds nothing
+    std::vector<query::ProbeTriangle> triangles{};
     std::uint32_t max_touching = 1200;  ///< points of a denser set in contact
     double radius = 0;                  ///< m, of the impact sphere about a zone's pose; 0: the whole tool is felt
     std::size_t zones = 1;              ///< each carries the whole tool at a pose of its own, where `first` is empty
@@ -76,6 +79,7 @@ public:
 private:
     ToolDescription description_;
     std::unique_ptr<query::Probe> probe_;
+    std::unique_ptr<query::Probe> surface_;  ///< with triangles; null: points alone
     std::vector<Zone> zones_;
 };
 

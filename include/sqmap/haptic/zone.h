@@ -51,6 +51,8 @@ struct TouchedBody {
     Pose pose{};                              ///< mesh frame -> world, rigid
     Twist twist{};                            ///< of the mesh frame's origin; m/s and rad/s, world axes
     Material material{};
+    /// The same mesh with its triangles, metres, mesh frame: for zones with a surface. Null: their points alone touch it.
+    const query::Probe* surface = nullptr;
 };
 
 /// How a zone follows the device.
@@ -134,6 +136,10 @@ struct Zone {
     std::span<const DenserPoints> denser{};
     std::uint32_t max_touching = 1200;
     double radius = std::numeric_limits<double>::infinity();  ///< m, of the impact sphere about the zone's pose
+    /// Patch, for a zone with all points of its probe: a closed surface with triangles, metres, the zone's frame. Its edges and
+    /// faces are in contact where they meet those of TouchedBody::surface, each like one point of mean area: a ridge between two
+    /// points is felt. On any layer they are the triangles' own. Null: points alone. Outlives the state.
+    const query::Probe* surface = nullptr;
     ZoneOptions options{};
 };
 
