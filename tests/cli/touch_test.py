@@ -35,6 +35,7 @@ class Touch(TouchTest):
         for options in (["--tool", "point"], ["--tool", "point:0.002", "--shading", "consistent"], ["--tool", "torus.obj", "--tool-size", "0.05"],
                         ["--tool", "torus.obj", "--tool-size", "0.05", "--tool-spacing", "0.002"],
                         ["--tool", "torus.obj", "--tool-size", "0.05", "--tool-touching", "0"],
+                        ["--tool", "torus.obj", "--tool-size", "0.05", "--edges"],
                         ["--mode", "proxy"], ["--mode", "coupled"], ["--friction", "none"], ["--friction", "paper"], ["--layer", "exact"],
                         ["--layer", "2", "--damping", "2", "--brake", "1", "--zone", "0.02"],
                         ["--mode", "coupled", "--coupling-stiffness", "300", "--coupling-damping", "0.1", "--coupling-turn-stiffness", "0.1",

@@ -110,6 +110,7 @@ void warn_of_idle(const Command& command, const TouchOptions& o)
          "--mode proxy and a mesh or a sphere"},
         {"--brake", o.zone.mode != haptic::Mode::Proxy, "--mode direct or coupled"},
         {"--tool-touching", !o.tool.starts_with("point") && !o.tool.starts_with("sphere"), "a mesh as tool"},
+        {"--edges", !o.tool.starts_with("point") && !o.tool.starts_with("sphere"), "a mesh as tool"},
         {"--shading", !o.paper_force, "--force full"},
         {"--mass", o.zone.mode == haptic::Mode::Coupled, "--mode coupled"},
         {"--texture-depth", texture, "--texture"},

@@ -142,6 +142,7 @@ std::string setup_text(const TouchOptions& o)
     out["texture"] = o.texture.kind;
     out["texture_seed"] = o.texture.seed;
     out["texture_hash"] = hash_text(o.texture_hash);
+    out["edges"] = o.edges;
     const auto number = [&](const char* name, double value) { out[name] = value; };
     each_number(o, number);
     each_later_number(o, number);
@@ -182,6 +183,7 @@ TouchOptions setup_from(const std::string& text)
         if (in.contains("kernel")) o.kernel = k_kernels.at(in.at("kernel"));
         o.texture.kind = in.value("texture", o.texture.kind);
         o.texture.seed = in.value("texture_seed", o.texture.seed);
+        o.edges = in.value("edges", o.edges);
         if (in.contains("texture_hash")) o.texture_hash = hash_in(in.at("texture_hash"));
         check(o, "the trace's setup: ");
         return o;

@@ -47,6 +47,7 @@ struct TouchOptions {
     double tool_size = 0.1;       ///< m, R_max of a tool that is a mesh
     double tool_spacing = 0;      ///< m, of the points of a tool that is a mesh; 0: its vertices
     double tool_touching = 0;     ///< most points of haptic::DenserSets that touch, without tool_spacing; 0: no such sets
+    bool edges = false;           ///< edges and faces of a tool that is a mesh touch too
     bool touching_wished = true;  ///< tool_touching is the user's; else fewer suffice where the models answer slowly
     std::uint64_t tool_hash = 0;  ///< of its points; 0: any
     haptic::ZoneOptions zone{.layer = query::Layer::Auto};  ///< Auto: Exact for a sphere or a point, Three for a mesh

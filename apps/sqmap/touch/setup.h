@@ -54,6 +54,7 @@ public:
 private:
     void load_tool(const std::filesystem::path& beside);
     void load_mesh_tool(const std::filesystem::path& beside, haptic::ToolDescription& tool);
+    void add_edges(const mesh::Mesh& mesh, haptic::ToolDescription& tool);
     void load_hand(device::HandMesh mesh, haptic::ToolDescription& tool);
     [[nodiscard]] haptic::ZoneOptions options_of(std::size_t zone) const;
 
@@ -61,6 +62,7 @@ private:
     std::vector<paper::MappedModel> models_;
     std::vector<model::ModelView> views_;  // in metres
     std::vector<haptic::TouchedBody> solids_;
+    std::vector<query::Probe> surfaces_;  // of the objects, where edges touch
     haptic::Tool tool_;
     std::unique_ptr<query::Probe> point_;
     std::unique_ptr<device::HandSkin> hand_;

@@ -1,6 +1,7 @@
 // The tool of a touch: a sphere, a point, a mesh, or a hand on a glove.
 #include "common/hash_text.h"
 #include "common/program_words.h"
+#include "sqmap/bake/rebake.h"
 #include "sqmap/model/model.h"
 #include "sqmap/paper/force.h"
 #include "sqmap/paper/model.h"
@@ -152,7 +153,29 @@ void TouchSetup::load_mesh_tool(const std::filesystem::path& beside, haptic::Too
     for (Vec3d& v : mesh.vertices) v = scale * (v - centre);
     haptic::take_surface(tool, mesh.vertices, mesh.triangles, options_.tool_spacing,
                          options_.tool_touching > 0 && !(options_.tool_spacing > 0));
+    if (options_.edges) add_edges(mesh, tool);
     for (const Vec3d& v : tool.points) reach_ = std::max(reach_, norm(v));
+}
+
+/// The triangles of the tool and of all objects.
+void TouchSetup::add_edges(const mesh::Mesh& mesh, haptic::ToolDescription& tool)
+{
+    const auto refuse_open = [](const std::string& file) {
+        throw BadTouch("--edges: " + file +
+                       " has no closed surface of triangles\n  cure: sqmap bake closes a mesh; or without --edges");
+    };
+    if (query::find_fault(mesh.vertices, mesh.triangles).kind != query::TriangleFault::Kind::None) refuse_open(options_.tool);
+    tool.triangles = mesh.triangles;
+    surfaces_.reserve(views_.size());
+    for (std::size_t i = 0; i < views_.size(); ++i) {
+        mesh::Mesh object = bake::baked_mesh(views_[i]);
+        const model::Header& h = views_[i].header;
+        for (Vec3d& v : object.vertices) v = h.unit * v + Vec3d{h.origin[0], h.origin[1], h.origin[2]};
+        if (object.triangles.empty() ||
+            query::find_fault(object.vertices, object.triangles).kind != query::TriangleFault::Kind::None)
+            refuse_open(options_.objects[i].file);
+        solids_[i].surface = &surfaces_.emplace_back(object.vertices, object.triangles);
+    }
 }
 
 }  // namespace sqmap::app

@@ -228,6 +228,8 @@ void add_touch(CommandLine& line)
                 "touch; 0: with its vertices")
         .in_range(0., 1e5)
         .shows_default("1200, or 300 on a model of the normal projection");
+    command.flag("--edges", arguments->touch.edges,
+                 "Edges and faces of a mesh as tool touch too, not its points alone: a ridge is felt between two points");
     command.option("--tool-size", arguments->touch.tool_size, "R_max, m, that a mesh as tool is scaled to").above_zero();
     command.option("--device", arguments->device,
                    "KIND[:ARGS]. Without hardware: press, tap, slide, circle (speed, depth, gap, radius, direction=X/Y/Z, "
