@@ -40,6 +40,9 @@ SpreadForce patch_force(ZoneTick& tick, const ContactPose& where, std::span<cons
     if (keep != nullptr) keep->plane_count = 0, keep->single = false;
     ContactSum sum(tick.options);
     const std::span<const float> weights = points(tick).weights;
+    const auto is_edge = [](const query::Contact& c) { return c.index == query::k_unnamed; };
+    const auto edges = static_cast<std::size_t>(std::count_if(contacts.begin(), contacts.end(), is_edge));
+    const double edge_weight = share_of_edges(contacts.size() - edges) * tick.state.mean_weight[tick.index][tick.memory.points];
     SpreadForce out;
     double spread_over = 0;
     PointContact f;
@@ -50,7 +53,7 @@ SpreadForce patch_force(ZoneTick& tick, const ContactPose& where, std::span<cons
         if (point < weights.size())
             spring.weight *= static_cast<double>(weights[point]);
         else if (point == query::k_unnamed)
-            spring.weight *= tick.state.mean_weight[tick.index][tick.memory.points];
+            spring.weight *= edge_weight;
         if (!(spring.weight > 0)) continue;
         if (keep != nullptr && i % stride == 0 && keep->plane_count < k_kept)
             keep->planes[keep->plane_count++] = {f.surface, f.normal, transpose_mul(at.rotation, f.point), spring.weight};

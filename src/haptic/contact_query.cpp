@@ -38,7 +38,7 @@ query::Contact as_contact(const query::SurfaceContact& c, Vec3d anchor)
 void add_surfaces(ZoneTick& tick, std::size_t s, const Pose& pose, query::ProbeResult& found)
 {
     const query::Probe *const body = tick.body(s).surface, *const zone = tick.zone.surface;
-    if (body == nullptr || zone == nullptr || !tick.state.surfaces) return;
+    if (body == nullptr || zone == nullptr || !tick.state.surfaces || found.contacts >= k_points_suffice) return;
     const std::span<query::Contact> memory = contact_memory(tick.state, s);
     const query::ContactResult r = query::query_contacts({nullptr, body, {}}, {nullptr, zone, pose}, {}, *tick.state.surfaces);
     if ((r.status & query::k_full) != 0) tick.report.status |= k_step_full;

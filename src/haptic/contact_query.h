@@ -3,6 +3,8 @@
 
 #include "zone_tick.h"
 
+#include <algorithm>
+
 namespace sqmap::haptic {
 
 /// The points that a zone has in this tick.
@@ -13,6 +15,17 @@ void choose_points(ZoneTick& tick);
 /// The contacts of the zone's probe with body s while the zone stands at `at`; other zones' too, where they share a probe. Those
 /// of its edges and faces have no point: query::k_unnamed.
 [[nodiscard]] std::span<const query::Contact> query_contacts(ZoneTick& tick, std::size_t s, const Pose& at);
+
+/// Beside so many touching points edges have no weight and are not looked for: one spring of many changes the mean little, and
+/// finding it takes longer than all else. Beside a third as many they have all of it.
+inline constexpr std::size_t k_points_suffice = 24;
+
+/// The share of its weight that a contact of edges or faces has beside so many of points.
+inline double share_of_edges(std::size_t points)
+{
+    const double n = static_cast<double>(points), enough = static_cast<double>(k_points_suffice);
+    return std::clamp(1.5 * (1 - n / enough), 0., 1.);
+}
 
 /// One contact.
 struct PointContact {

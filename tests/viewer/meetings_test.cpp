@@ -3,6 +3,7 @@
 
 #include "sqmap/query/distance.h"
 #include "viewer/objects.h"
+#include "viewer/server/touch/forces.h"
 
 #include <gtest/gtest.h>
 
@@ -97,6 +98,28 @@ TEST(Meetings, JoinPointsOfBothSurfaces)
                         2e-7)
                 << c;
     }
+}
+
+TEST(Meetings, AToolWithEdgesIsFeltWhereRidgesCross)
+{
+    const double unit = k_ridge_bar_size / std::sqrt(38.), height = unit * std::numbers::sqrt2, depth = 0.001;
+    const std::vector<ObjectPtr> objects{moved_to(*ridge_bar(false), {}), moved_to(*ridge_bar(true), {0.5, 0, 0})};
+    Settings settings;
+    settings.tool = ToolKind::Mesh;
+    settings.tool_object = 1;
+    settings.tool_size = 6 * unit;
+    settings.stiffness = 400;
+    settings.proxy = false;
+    settings.law = Friction::None;
+    const auto force_of = [&](bool has_edges) {
+        settings.edges = has_edges;
+        Forces forces(objects, settings);
+        haptic::Wrench wrench;
+        (void)forces.step({.pose = {{}, {0.01, height - depth, 0.02}}, .dt = 0.001}, wrench);
+        return wrench.force;
+    };
+    EXPECT_EQ(norm(force_of(false)), 0) << "no point touches";
+    EXPECT_NEAR(norm(force_of(true) - Vec3d{0, settings.stiffness * depth, 0}), 0, 1e-4);
 }
 
 }  // namespace

@@ -56,6 +56,8 @@ TEST(Message, SettingsAreSaidAsTheyAreRead)
 {
     auto m = read_message(k_settings);
     ASSERT_TRUE(m);
+    EXPECT_FALSE(m->settings.edges) << "of a recording from before there were edges";
+    m->settings.edges = true;
     nlohmann::ordered_json again = settings_json(m->settings);
     again["say"] = "settings";
     const auto read = read_message(again.dump());
@@ -132,6 +134,7 @@ TEST(Message, ReadsMovedCutsNamesAndCloth)
     for (std::size_t i = 0; i < k_max_line; ++i) line += ",[0,0,0]";
     EXPECT_FALSE(read_message(line + "]}")) << "a point too many";
     EXPECT_FALSE(read_message(replaced(k_settings, "\"tool\":3", "\"tool\":\"spear\"")));
+    EXPECT_FALSE(read_message(replaced(k_settings, "\"tool\":3", "\"tool\":3,\"edges\":1")));
     EXPECT_FALSE(read_message(replaced(k_settings, "\"toolSize\":0.1", "\"toolSize\":3")));
 }
 

@@ -162,6 +162,7 @@ bool read_tool(const json& in, Settings& s)
         if (!index(in, "tool", s.tool_object)) return false;
         s.tool = ToolKind::Mesh;
     }
+    if (in.contains("edges") && !flag(in, "edges", s.edges)) return false;  // older recordings have none
     return number(in, "toolSize", 0.01, 0.3, s.tool_size) && number(in, "toolTurn", -180, 180, s.tool_turn) &&
            number(in, "toolTilt", -180, 180, s.tool_tilt);
 }
@@ -230,6 +231,7 @@ nlohmann::ordered_json settings_json(const Settings& s)
             {"pruning", s.paper.pruning},
             {"gate", s.gate},
             {"offset", s.offset},
+            {"edges", s.edges},
             {"tool", s.tool == ToolKind::Ball   ? ordered_json("ball")
                      : s.tool == ToolKind::Hand ? ordered_json("hand")
                                                 : ordered_json(s.tool_object)},
@@ -253,7 +255,7 @@ bool read_settings(const json& in, Settings& s)
            read_paper(in, s);
 }
 
-std::size_t settings_fields(const json& in) { return in.contains("projector") ? 25 : 19; }
+std::size_t settings_fields(const json& in) { return (in.contains("projector") ? 25 : 19) + (in.contains("edges") ? 1 : 0); }
 
 std::optional<json> shallow_object(std::string_view text, int max_depth)
 {

@@ -45,6 +45,7 @@ struct Settings {
     paper::QueryOptions paper{};         ///< how objects with the paper's maps are read; nearest_steps 0 to 8
     std::uint32_t gate = query::k_gate;  ///< k_L of layer Gate, to 1000
     bool offset = false;                 ///< eq. 12, with the paper's force
+    bool edges = false;                  ///< edges and faces of a hand or a mesh touch too, where its surface is closed
     ToolKind tool = ToolKind::Ball;
     std::uint32_t tool_object = 0;  ///< of the scene, where the tool is a mesh
     double tool_size = 0.06;        ///< m, largest extent of a hand or a mesh, 0.01 to 0.3

@@ -16,17 +16,6 @@ using nlohmann::ordered_json;
 constexpr std::uint32_t k_shown_per_region = 4096;
 constexpr std::size_t k_contacts = 65536;  // of vertices in a direction, and of edges
 
-/// The object's vertices and triangles in the frame of its pose; nothing where they bound no solid.
-std::optional<query::Probe> solid_of(const Object& object)
-{
-    const auto& [to_mesh, unit] = std::pair{object.frame(), object.metres_per_unit};
-    std::vector<Vec3d> points;
-    for (const Vec3d& v : object.mesh.vertices) points.push_back(unit * (to_mesh.unit * v + to_mesh.origin));
-    const std::vector<query::ProbeTriangle> triangles(object.mesh.triangles.begin(), object.mesh.triangles.end());
-    if (triangles.empty() || query::find_fault(points, triangles).kind != query::TriangleFault::Kind::None) return std::nullopt;
-    return query::Probe(points, triangles);
-}
-
 int kind_of(const query::SurfaceContact& contact)
 {
     const auto has = [&](query::Feature f) { return contact.feature_a == f || contact.feature_b == f; };
@@ -42,6 +31,16 @@ ordered_json contact_json(const query::SurfaceContact& c)
 bool are_near(const Object& a, const Object& b) { return norm(a.position - b.position) <= norm(a.half) + norm(b.half); }
 
 }  // namespace
+
+std::optional<query::Probe> solid_of(const Object& object)
+{
+    const auto& [to_mesh, unit] = std::pair{object.frame(), object.metres_per_unit};
+    std::vector<Vec3d> points;
+    for (const Vec3d& v : object.mesh.vertices) points.push_back(unit * (to_mesh.unit * v + to_mesh.origin));
+    const std::vector<query::ProbeTriangle> triangles(object.mesh.triangles.begin(), object.mesh.triangles.end());
+    if (triangles.empty() || query::find_fault(points, triangles).kind != query::TriangleFault::Kind::None) return std::nullopt;
+    return query::Probe(points, triangles);
+}
 
 ordered_json meetings_json(std::span<const ObjectPtr> objects)
 {

@@ -5,6 +5,7 @@
 #include "sqmap/model/model.h"
 #include "sqmap/paper/force.h"
 #include "sqmap/paper/model.h"
+#include "viewer/server/scene/meetings.h"
 #include "viewer/server/touch/tool.h"
 
 #include <algorithm>
@@ -52,6 +53,9 @@ Forces::Forces(std::vector<ObjectPtr> objects, const Settings& settings) : objec
     if (settings.tool != ToolKind::Ball && (settings.tool == ToolKind::Hand || held)) {
         Tool tool = make_tool(settings, tool_object.get());
         description.weights = std::move(tool.weights);
+        const std::vector<query::ProbeTriangle>& triangles = tool.mesh.triangles;
+        if (settings.edges && query::find_fault(tool.mesh.vertices, triangles).kind == query::TriangleFault::Kind::None)
+            description.triangles = triangles;
         description.points = std::move(tool.mesh.vertices);
     } else if (settings.smoothing > 0) {
         description.shape = haptic::ToolShape::Point;
@@ -78,6 +82,7 @@ Forces::Forces(std::vector<ObjectPtr> objects, const Settings& settings) : objec
 void Forces::read_objects(const paper::QueryOptions& options)
 {
     metres_.reserve(objects_.size());
+    surfaces_.reserve(objects_.size());
     for (const ObjectPtr& object : objects_) {
         if (object == nullptr) continue;
         if (const paper::ModelView* model = object->model->paper()) {
@@ -87,6 +92,9 @@ void Forces::read_objects(const paper::QueryOptions& options)
             metres_.push_back(object->metres);
         }
         solids_.push_back({.model = &metres_.back(), .pose = object->pose()});
+        if (tool_.zones().front().surface == nullptr) continue;
+        if (std::optional<query::Probe> surface = solid_of(*object))
+            solids_.back().surface = &surfaces_.emplace_back(std::move(*surface));
     }
 }
 

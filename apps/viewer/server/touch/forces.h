@@ -79,6 +79,7 @@ private:
     std::vector<ObjectPtr> objects_;
     std::vector<std::unique_ptr<paper::Reading>> readings_;  ///< of paper models
     std::vector<model::ModelView> metres_;                   ///< of the objects that are touched
+    std::vector<query::Probe> surfaces_;                     ///< of those whose edges touch
     std::vector<haptic::TouchedBody> solids_;
     bool doubtful_ = false;  ///< layers below the exact one give wrong verdicts on some object
     bool patch_ = false;     ///< a hand or a mesh, or the paper's force

@@ -17,7 +17,7 @@ bool same_tool(const Settings& a, const Settings& b)
     return a.texture == b.texture && a.smoothing == b.smoothing && a.tool_radius == b.tool_radius && a.zone == b.zone &&
            a.force_limit == b.force_limit && a.tool == b.tool && a.tool_object == b.tool_object && a.tool_size == b.tool_size &&
            a.tool_turn == b.tool_turn && a.tool_tilt == b.tool_tilt && a.paper_force == b.paper_force && a.proxy == b.proxy &&
-           a.paper == b.paper && a.gate == b.gate && a.offset == b.offset;
+           a.paper == b.paper && a.gate == b.gate && a.offset == b.offset && a.edges == b.edges;
 }
 
 /// Findings of a tick that the servo's own record of it lacks.

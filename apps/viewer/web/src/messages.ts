@@ -27,6 +27,7 @@ export interface Settings {
   toolRadius: number; zone: number; forceLimit: number;
   projector: string; nearestSteps: number; gaps: boolean; pruning: boolean; gate: number; offset: boolean;  ///< of the paper's maps
   tool: string | number; toolSize: number; toolTurn: number; toolTilt: number;
+  edges: boolean;  ///< of a hand or a mesh touch too
 }
 export interface Worn { garment: string; fabric: string; walks: boolean; pinned: number; number: number; seams: { name: string; sewn: boolean }[]; }
 export interface DeviceRow { name: string; here: boolean; state: string; rate: number; limit: number; }

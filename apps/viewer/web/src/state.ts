@@ -29,7 +29,7 @@ export const state: State = {
   status: null,
   selected: null,
   pick: null,
-  settings: { layer: 'tool', tolerance: 0, paperForce: false, proxy: true, stiffness: 0, damping: 0, law: 'coulomb', friction: 0, fC: 0, kF: 0, texture: 0, smoothing: 0, toolRadius: 0.006, zone: 0, forceLimit: 0, projector: 'newton', nearestSteps: 2, gaps: true, pruning: true, gate: 10, offset: false, tool: 'ball', toolSize: 0, toolTurn: 0, toolTilt: 0 },
+  settings: { layer: 'tool', tolerance: 0, paperForce: false, proxy: true, stiffness: 0, damping: 0, law: 'coulomb', friction: 0, fC: 0, kF: 0, texture: 0, smoothing: 0, toolRadius: 0.006, zone: 0, forceLimit: 0, projector: 'newton', nearestSteps: 2, gaps: true, pruning: true, gate: 10, offset: false, tool: 'ball', toolSize: 0, toolTurn: 0, toolTilt: 0, edges: false },
   frame: null,
   frames: 0,
   touched: -1,

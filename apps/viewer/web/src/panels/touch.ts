@@ -49,7 +49,7 @@ function showRows(): void {
   stepsRow.hidden = !anyPaper || s.projector !== 'newton' || s.paperForce;
   readings[2].hidden = !anyPaper || !s.paperForce;
   gateRow.hidden = s.layer !== 'gate';
-  for (const [id, value] of [['touch-gaps', s.gaps], ['touch-pruning', s.pruning], ['touch-offset', s.offset]] as [string, boolean][]) {
+  for (const [id, value] of [['touch-gaps', s.gaps], ['touch-pruning', s.pruning], ['touch-offset', s.offset], ['touch-edges', s.edges]] as [string, boolean][]) {
     const box = touchPanel.querySelector<HTMLInputElement>(`#${id}`)!;
     if (document.activeElement !== box) box.checked = value;
   }
@@ -74,7 +74,8 @@ const ballRows = [slider('Tool radius', 'mm', [2, 20, 0.5], () => 1000 * state.s
   slider('Smoothing', 'mm', [0, 5, 0.25], () => 1000 * state.settings.smoothing, (x) => { state.settings.smoothing = x / 1000; }, false)];
 const meshRows = [slider('Tool size', 'mm', [10, 300, 5], () => 1000 * state.settings.toolSize, (x) => { state.settings.toolSize = x / 1000; }, false),
   slider('Turn', '°', [-180, 180, 15], () => state.settings.toolTurn, (x) => { state.settings.toolTurn = x; }, false),
-  slider('Tilt', '°', [-180, 180, 15], () => state.settings.toolTilt, (x) => { state.settings.toolTilt = x; }, false)];
+  slider('Tilt', '°', [-180, 180, 15], () => state.settings.toolTilt, (x) => { state.settings.toolTilt = x; }, false),
+  check('Its edges touch too', false, (on) => { state.settings.edges = on; tellSettings(); }, 'touch-edges', 'Edges and faces between its points, where its surface is closed')];
 function showToolRows(): void {
   for (const r of ballRows) r.hidden = state.settings.tool !== 'ball';
   for (const r of meshRows) r.hidden = state.settings.tool === 'ball';
