@@ -5,11 +5,19 @@
 #include "curvature.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <numbers>
 
 namespace sqmap::decompose {
+
+namespace {
+
+constexpr std::size_t k_many = 100000;  ///< triangles from which on windows are shared
+constexpr double k_shared = 0.25;       ///< of a window's radius
+
+}  // namespace
 
 std::vector<double> gaussian_curvature(const mesh::Mesh& mesh, const mesh::DualGraph& graph, double window, double least_area)
 {
@@ -38,10 +46,21 @@ std::vector<double> gaussian_curvature(const mesh::Mesh& mesh, const mesh::DualG
         for (const auto v : mesh.triangles[t])
             if (around[v] > 0) image[t] += deficit[v] * area[t] / around[v];
 
+    std::vector<std::array<double, 3>> step(n);  // from centre to centre
+    for (std::uint32_t t = 0; t < n; ++t)
+        for (std::size_t e = 0; e < 3; ++e)
+            if (const std::uint32_t w = graph.neighbours[t][e]; w != mesh::k_no_triangle)
+                step[t][e] = norm(centre[w] - centre[t]);
+
+    // Triangles about the middle of a window have nearly the same one. If there are many, they share its curvature: else the cost
+    // would grow with the square of their number.
+    const double shared = n >= k_many ? k_shared : 0;
+    std::vector<std::uint8_t> is_known(n, 0);
     std::vector<double> k(n, 0.0), distance(n, -1.0);
     std::vector<std::uint32_t> touched;
     std::vector<std::pair<double, std::uint32_t>> heap;
     for (std::uint32_t t = 0; t < n; ++t) {
+        if (is_known[t] != 0) continue;
         const double radius = window * std::sqrt(std::max(area[t], least_area));
         double sum_image = 0, sum_area = 0;
         heap.assign(1, {0.0, t});
@@ -54,9 +73,10 @@ std::vector<double> gaussian_curvature(const mesh::Mesh& mesh, const mesh::DualG
             if (d > distance[u]) continue;
             sum_image += image[u];
             sum_area += area[u];
-            for (const auto w : graph.neighbours[u]) {
+            for (std::size_t e = 0; e < 3; ++e) {
+                const std::uint32_t w = graph.neighbours[u][e];
                 if (w == mesh::k_no_triangle) continue;
-                const double dw = d + norm(centre[w] - centre[u]);
+                const double dw = d + step[u][e];
                 if (dw >= radius || (distance[w] >= 0 && distance[w] <= dw)) continue;
                 if (distance[w] < 0) touched.push_back(w);
                 distance[w] = dw;
@@ -64,8 +84,13 @@ std::vector<double> gaussian_curvature(const mesh::Mesh& mesh, const mesh::DualG
                 std::push_heap(heap.begin(), heap.end(), std::greater<>());
             }
         }
-        for (const auto u : touched) distance[u] = -1;
-        if (sum_area > 0) k[t] = sum_image / sum_area;
+        for (const auto u : touched) {
+            if (u == t || (distance[u] < shared * radius && is_known[u] == 0)) {
+                k[u] = sum_area > 0 ? sum_image / sum_area : 0;
+                is_known[u] = 1;
+            }
+            distance[u] = -1;
+        }
     }
     return k;
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 namespace sqmap::decompose {
 
@@ -45,32 +46,31 @@ namespace {
 
 class MaximumFlow {
 public:
-    explicit MaximumFlow(std::uint32_t nodes) : first_(nodes) {}
+    explicit MaximumFlow(std::uint32_t nodes) : nodes_(nodes) {}
 
     void add_edge(std::uint32_t a, std::uint32_t b, double there, double back)
     {
-        first_[a].push_back(static_cast<std::uint32_t>(arcs_.size()));
         arcs_.push_back({b, there});
-        first_[b].push_back(static_cast<std::uint32_t>(arcs_.size()));
         arcs_.push_back({a, back});
     }
 
     /// Nodes that the source still reaches once the flow is maximal.
     std::vector<std::uint8_t> source_side(std::uint32_t source, std::uint32_t sink, double tolerance)
     {
+        sort_arcs();
         std::vector<int> level;
         while (true) {
-            level.assign(first_.size(), -1);
+            level.assign(nodes_, -1);
             level[source] = 0;
             std::vector<std::uint32_t> queue{source};
             for (std::size_t i = 0; i < queue.size(); ++i)
-                for (const auto a : first_[queue[i]])
+                for (const auto a : arcs_from(queue[i]))
                     if (arcs_[a].capacity > tolerance && level[arcs_[a].to] < 0) {
                         level[arcs_[a].to] = level[queue[i]] + 1;
                         queue.push_back(arcs_[a].to);
                     }
             if (level[sink] < 0) break;
-            std::vector<std::size_t> next(first_.size(), 0);
+            std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
             std::vector<std::uint32_t> path;
             std::uint32_t at = source;
             while (true) {
@@ -88,8 +88,8 @@ public:
                     continue;
                 }
                 bool moved = false;
-                for (; next[at] < first_[at].size(); ++next[at]) {
-                    const auto a = first_[at][next[at]];
+                for (; next[at] < first_[at + 1]; ++next[at]) {
+                    const auto a = order_[next[at]];
                     if (arcs_[a].capacity > tolerance && level[arcs_[a].to] == level[at] + 1) {
                         path.push_back(a);
                         at = arcs_[a].to;
@@ -104,8 +104,8 @@ public:
                 at = path.empty() ? source : arcs_[path.back()].to;
             }
         }
-        std::vector<std::uint8_t> side(first_.size(), 0);
-        for (std::size_t i = 0; i < first_.size(); ++i) side[i] = level[i] >= 0;
+        std::vector<std::uint8_t> side(nodes_, 0);
+        for (std::size_t i = 0; i < nodes_; ++i) side[i] = level[i] >= 0;
         return side;
     }
 
@@ -114,8 +114,24 @@ private:
         std::uint32_t to;
         double capacity;
     };
-    std::vector<std::vector<std::uint32_t>> first_;
-    std::vector<Arc> arcs_;
+    /// By the node that they leave, each node's as they were added.
+    void sort_arcs()
+    {
+        first_.assign(nodes_ + 1, 0);
+        for (std::size_t a = 0; a < arcs_.size(); ++a) ++first_[arcs_[a ^ 1].to + 1];
+        for (std::size_t v = 0; v < nodes_; ++v) first_[v + 1] += first_[v];
+        order_.resize(arcs_.size());
+        std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
+        for (std::uint32_t a = 0; a < arcs_.size(); ++a) order_[next[arcs_[a ^ 1].to]++] = a;
+    }
+    std::span<const std::uint32_t> arcs_from(std::uint32_t node) const
+    {
+        return std::span(order_).subspan(first_[node], first_[node + 1] - first_[node]);
+    }
+
+    std::size_t nodes_;
+    std::vector<std::uint32_t> first_, order_;  ///< numbers of arcs by node
+    std::vector<Arc> arcs_;                     ///< in pairs: the second leads back
 };
 
 }  // namespace

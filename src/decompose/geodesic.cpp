@@ -17,14 +17,17 @@ struct Known {
     double distance;
 };
 
+struct WaveSides {
+    double lac, lbc, lab;
+};
+
 // Distance at c from distances at a and b over the triangle (a, b, c).
-double update(const Known& at_a, const Known& at_b, Vec3d c)
+double update(const Known& at_a, const Known& at_b, Vec3d c, const WaveSides& sides)
 {
     const auto [a, da] = at_a;
     const auto [b, db] = at_b;
-    const double lac = norm(c - a), lbc = norm(c - b);
+    const auto [lac, lbc, lab] = sides;
     const double by_edge = std::min(da + lac, db + lbc);
-    const double lab = norm(b - a);
     if (lab <= 0 || std::abs(da - db) >= lab || da + db <= lab) return by_edge;
     // Coordinates with a at the origin, b on the x axis, c above it and the unfolded source below.
     const double cx = dot(c - a, b - a) / lab;
@@ -49,6 +52,15 @@ GeodesicSolver::GeodesicSolver(const mesh::Mesh& mesh)
     std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
         for (const auto v : mesh.triangles[t]) triangles_[next[v]++] = t;
+    fans_.reserve(triangles_.size());
+    for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v)
+        for (const auto t : around(v)) {
+            const mesh::Triangle& tri = mesh.triangles[t];
+            const int i = tri[0] == v ? 0 : (tri[1] == v ? 1 : 2);
+            const std::uint32_t a = tri[(i + 1) % 3], b = tri[(i + 2) % 3];
+            const Vec3d pv = mesh.vertices[v], pa = mesh.vertices[a], pb = mesh.vertices[b];
+            fans_.push_back({a, b, norm(pa - pv), norm(pb - pv), norm(pb - pa)});
+        }
 }
 
 void GeodesicSolver::start(std::vector<double>& distance)
@@ -91,14 +103,15 @@ void GeodesicSolver::march(std::vector<double>& distance, double limit, Region r
         if (done_[v] || d > distance[v]) continue;
         done_[v] = 1;
         reached_.push_back(v);
-        for (const auto t : around(v)) {
-            if (!region.mask.empty() && region.mask[t] != region.label) continue;
-            const mesh::Triangle& tri = mesh_.triangles[t];
-            const int i = tri[0] == v ? 0 : (tri[1] == v ? 1 : 2);
-            const std::uint32_t a = tri[(i + 1) % 3], b = tri[(i + 2) % 3];
-            const Vec3d pv = mesh_.vertices[v], pa = mesh_.vertices[a], pb = mesh_.vertices[b];
-            if (!done_[a]) offer(a, done_[b] ? update({pv, d}, {pb, distance[b]}, pa) : d + norm(pa - pv), limit, distance);
-            if (!done_[b]) offer(b, done_[a] ? update({pv, d}, {pa, distance[a]}, pb) : d + norm(pb - pv), limit, distance);
+        for (std::size_t i = first_[v]; i < first_[v + 1]; ++i) {
+            if (!region.mask.empty() && region.mask[triangles_[i]] != region.label) continue;
+            const auto& [a, b, va, vb, ab] = fans_[i];
+            const bool is_a_done = done_[a] != 0, is_b_done = done_[b] != 0;
+            const auto by_both = [&](std::uint32_t from, std::uint32_t to, const WaveSides& sides) {
+                return update({mesh_.vertices[v], d}, {mesh_.vertices[from], distance[from]}, mesh_.vertices[to], sides);
+            };
+            if (!is_a_done) offer(a, is_b_done ? by_both(b, a, {va, ab, vb}) : d + va, limit, distance);
+            if (!is_b_done) offer(b, is_a_done ? by_both(a, b, {vb, ab, va}) : d + vb, limit, distance);
         }
     }
 }

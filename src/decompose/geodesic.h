@@ -49,8 +49,15 @@ private:
     void start(std::vector<double>& vertex_distance);
     void march(std::vector<double>& vertex_distance, double limit, Region region);
 
+    /// A triangle around a vertex v, with its other corners and the lengths of its sides: marches read them in order.
+    struct Fan {
+        std::uint32_t a, b;
+        double va, vb, ab;
+    };
+
     const mesh::Mesh& mesh_;
     std::vector<std::uint32_t> first_, triangles_;  // triangles around each vertex, CSR
+    std::vector<Fan> fans_;                         // as triangles_
     std::vector<std::uint8_t> done_;
     std::vector<std::uint32_t> reached_;
     std::vector<std::pair<double, std::uint32_t>> heap_;

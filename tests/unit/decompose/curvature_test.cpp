@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <set>
 
 namespace sqmap::decompose {
 namespace {
@@ -30,6 +31,29 @@ TEST(GaussianCurvature, FollowsTheClosedFormOnATorus)
             EXPECT_EQ(k[t] < 0, exact < 0) << t;
         }
     }
+}
+
+TEST(GaussianCurvature, IsThatOfAWindowNearbyWhereTrianglesAreMany)
+{
+    const mesh::TorusOptions o{.major_radius = 1, .minor_radius = 0.3, .major_segments = 460, .minor_segments = 120};
+    const mesh::Mesh m = mesh::torus(o);
+    ASSERT_GT(m.triangles.size(), 100000u);
+    const double area = 4 * std::numbers::pi * std::numbers::pi * o.major_radius * o.minor_radius;
+    const auto k = gaussian_curvature(m, mesh::dual_graph(m), 2, 1.25e-4 * area);
+    std::set<double> windows;
+    for (std::uint32_t t = 0; t < m.triangles.size(); ++t) {
+        windows.insert(k[t]);
+        const Vec3d c = mesh::triangle_centroid(m, t);
+        const double out = std::hypot(c.x, c.y) - o.major_radius, cosine = out / std::hypot(out, c.z);
+        const double exact = cosine / (o.minor_radius * (o.major_radius + o.minor_radius * cosine));
+        // A window is a mean, and its middle a quarter of its radius away at most, where curvature changes by up to 13 a unit.
+        ASSERT_NEAR(k[t], exact, 0.4 + 0.25 * 0.077 * 13) << t;
+        if (std::abs(exact) > 0.7) {
+            ASSERT_EQ(k[t] < 0, exact < 0) << t;
+        }
+    }
+    // Middles are a quarter of a radius apart, along paths that are up to 1.35 times as long as the straight ones.
+    EXPECT_LT(1.7 * static_cast<double>(windows.size()), static_cast<double>(m.triangles.size()));
 }
 
 TEST(GaussianCurvature, AddsUpToTheEulerCharacteristic)
