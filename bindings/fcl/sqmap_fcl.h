@@ -17,7 +17,11 @@
 #include <fcl/broadphase/broadphase_collision_manager.h>
 #include <fcl/narrowphase/collision.h>
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
+#include <span>
+#include <vector>
 
 namespace sqmap_fcl {
 
@@ -93,20 +97,34 @@ inline void add_vertices(Collision& c, const fcl::CollisionObject<double>& first
     }
 }
 
-/// Vertices, edges and faces.
+/// At most so many contacts, the deepest, in the order in which they are found.
+inline std::vector<const sqmap::query::SurfaceContact*> deepest(std::span<const sqmap::query::SurfaceContact> contacts,
+                                                                std::size_t count)
+{
+    std::vector<const sqmap::query::SurfaceContact*> out;
+    for (const sqmap::query::SurfaceContact& contact : contacts) out.push_back(&contact);
+    if (out.size() <= count) return out;
+    const auto is_deeper = [](const auto* a, const auto* b) { return a->depth != b->depth ? a->depth > b->depth : a < b; };
+    std::nth_element(out.begin(), out.begin() + static_cast<std::ptrdiff_t>(count), out.end(), is_deeper);
+    out.resize(count);
+    std::sort(out.begin(), out.end());
+    return out;
+}
+
+/// Vertices, edges and faces. Of more contacts than the request takes the deepest are kept.
 inline void add_surfaces(Collision& c, const fcl::CollisionObject<double>& first, const fcl::CollisionObject<double>& second)
 {
     const auto &a = *static_cast<const Solid*>(first.getUserData()), &b = *static_cast<const Solid*>(second.getUserData());
+    if (c.result.numContacts() >= c.request.num_max_contacts) return;
     sqmap::query::ContactOptions options = c.surface_options;
     options.first_only |= !c.request.enable_contact;
     const auto found = sqmap::query::query_contacts({a.model, a.probe, pose_of(first)}, {b.model, b.probe, pose_of(second)},
                                                     options, *c.surfaces);
     c.status |= found.status;
-    for (const sqmap::query::SurfaceContact& p : found.contacts) {
-        if (c.result.numContacts() >= c.request.num_max_contacts) break;
-        fcl::Contact<double> contact = contact_of(first, second, p.witness, p.normal, p.depth);
-        contact.b1 = element_of(p.feature_a, p.index_a);
-        contact.b2 = element_of(p.feature_b, p.index_b);
+    for (const sqmap::query::SurfaceContact* p : deepest(found.contacts, c.request.num_max_contacts - c.result.numContacts())) {
+        fcl::Contact<double> contact = contact_of(first, second, p->witness, p->normal, p->depth);
+        contact.b1 = element_of(p->feature_a, p->index_a);
+        contact.b2 = element_of(p->feature_b, p->index_b);
         c.result.addContact(contact);
     }
 }

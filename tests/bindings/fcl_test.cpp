@@ -9,6 +9,7 @@
 #include <fcl/geometry/shape/sphere.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
 #include <numbers>
 #include <vector>
@@ -136,6 +137,32 @@ TEST(FclSurfaces, AProbeOfVerticesAloneIsSaid)
     c.surfaces = &surfaces;
     sqmap_fcl::collide(&first, &second, &c);
     EXPECT_NE(c.status & sqmap::query::k_no_triangles, 0);
+}
+
+TEST(FclSurfaces, OfMoreContactsThanTheRequestTakesTheDeepestAreKept)
+{
+    const sqmap::test::Solid ball(sqmap::mesh::sphere(1, 3));
+    const sqmap_fcl::Solid solid{&ball.view, &ball.probe};
+    Object first(std::make_shared<fcl::Sphered>(1.0)), second(std::make_shared<fcl::Sphered>(1.0));
+    first.setUserData(const_cast<sqmap_fcl::Solid*>(&solid));
+    second.setUserData(const_cast<sqmap_fcl::Solid*>(&solid));
+    second.setTranslation({1.7, 0.1, 0.05});
+    sqmap::query::PairWorkspace workspace(4096);
+    sqmap::query::ContactWorkspace surfaces(4096);
+    const auto depths = [&](std::size_t max) {
+        sqmap_fcl::Collision c(workspace);
+        c.request.num_max_contacts = max;
+        c.request.enable_contact = true;
+        c.surfaces = &surfaces;
+        sqmap_fcl::collide(&first, &second, &c);
+        std::vector<double> out;
+        for (std::size_t i = 0; i < c.result.numContacts(); ++i) out.push_back(c.result.getContact(i).penetration_depth);
+        std::sort(out.rbegin(), out.rend());
+        return out;
+    };
+    const std::vector<double> all = depths(100000), few = depths(5);
+    ASSERT_GT(all.size(), 20U);
+    EXPECT_EQ(few, std::vector<double>(all.begin(), all.begin() + 5));
 }
 
 TEST_F(Fcl, PairsWithoutSolidsAreFclsOwn)
