@@ -289,6 +289,7 @@ export interface Sqmap {
   /** How far b has to be moved to be free of a: along a direction of three numbers to the first gap; without one the shortest
    *  translation that is known, of convex solids the least of all. */
   separation(a: Body, b: Body, direction?: number[]): Separation;
+  /** A pile without bodies. */
   pile(options?: PileOptions): Pile;
   /** A tool that touches a model. @throws SqmapError */
   session(model: Model, options?: SessionOptions): Session;
