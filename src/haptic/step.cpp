@@ -10,10 +10,11 @@ namespace sqmap::haptic {
 model::ModelView in_metres(const model::ModelView& model, double metres_per_unit) noexcept
 {
     SQMAP_ASSERT(metres_per_unit > 0);
-    // Everything in a model but these four numbers is in model space.
+    // Everything in a model but these four numbers and the caller's coordinates is in model space.
     model::ModelView view = model;
     view.header.unit *= metres_per_unit;
     for (double& x : view.header.origin) x *= metres_per_unit;
+    if (metres_per_unit != 1) model::forget_coordinates(view);
     return view;
 }
 

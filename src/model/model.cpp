@@ -23,11 +23,18 @@ shape::Superquadricf superquadric_of(const Part& part) noexcept
     return sq;
 }
 
+void forget_coordinates(ModelView& view) noexcept
+{
+    view.input.coordinates32 = {};
+    view.input.coordinates64 = {};
+}
+
 ModelView normalized(const ModelView& view) noexcept
 {
     ModelView out = view;
     for (double& coordinate : out.header.origin) coordinate = 0;
     out.header.unit = 1;
+    forget_coordinates(out);
     return out;
 }
 

@@ -10,7 +10,8 @@
 
 namespace sqmap::haptic {
 
-/// The same model with its lengths in metres. Shares the model's bytes. Any thread.
+/// The same model with its lengths in metres. Shares the model's bytes, but for the caller's coordinates, which are in mesh
+/// units: exact distances of the view are in float, unless a unit is a metre. Any thread.
 /// @pre metres_per_unit > 0
 [[nodiscard]] model::ModelView in_metres(const model::ModelView& model, double metres_per_unit) noexcept;
 

@@ -183,7 +183,10 @@ template <template <class> class Array>
 /// @pre i < part.samples.count
 [[nodiscard]] std::optional<Vec3f> sample_point(const ModelView& view, const Part& part, std::uint32_t i) noexcept;
 
-/// The same model with model space for its mesh frame: origin zero, unit one. Shares the model's bytes.
+/// The view without the caller's coordinates: for a view whose frame is no longer theirs. Exact distances of it are in float.
+void forget_coordinates(ModelView& view) noexcept;
+/// The same model with model space for its mesh frame: origin zero, unit one. Shares the model's bytes, but for the caller's
+/// coordinates.
 [[nodiscard]] ModelView normalized(const ModelView& view) noexcept;
 /// Mesh units -> model space, where the model's arrays are. In double up to the last step: coordinates may be far from zero.
 [[nodiscard]] constexpr Vec3f to_model_space(const Header& header, Vec3d p)

@@ -4,6 +4,7 @@
 #include "bake/bake.h"
 #include "math/random.h"
 #include "math/triangle.h"
+#include "sqmap/haptic/step.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/math/rotation.h"
 #include "sqmap/mesh/self_intersection.h"
@@ -471,6 +472,21 @@ TEST(ExactDistance, IsTheSameInEveryFrame)
         const SignedDistance own = exact_distance(b.view, p), posed = exact_distance(body, apply(body.pose, p));
         ASSERT_NEAR(own.distance, posed.distance, 1e-12 * b.r_max);
         ASSERT_NEAR(norm(apply(body.pose, own.witness) - posed.witness), 0, 1e-6 * b.r_max);
+    }
+}
+
+TEST(ExactDistance, FollowsAViewInOtherUnits)
+{
+    const Baked& b = hand();
+    const double metres = 0.01;
+    const model::ModelView small = haptic::in_metres(b.view, metres), unit = model::normalized(b.view);
+    for (const Vec3d& p : b.points_about(0.2, 500)) {
+        const double truth = exact_distance(b.view, p).distance;
+        const SignedDistance in_metres = exact_distance(small, metres * p);
+        ASSERT_EQ(in_metres.known, DistanceKind::ExactInFloat);
+        ASSERT_NEAR(in_metres.distance, metres * truth, 2e-7 * metres * b.r_max);
+        const Vec3d there = cast<double>(model::to_model_space(b.view.header, p));
+        ASSERT_NEAR(b.view.header.unit * exact_distance(unit, there).distance, truth, 1e-6 * b.r_max);
     }
 }
 
