@@ -283,8 +283,8 @@ export interface Sqmap {
   clearance(a: Body, b: Body): Clearance;
   /** True where two bodies are at most so far apart; it stops at the first triangles that are. */
   isWithin(a: Body, b: Body, distance: number): boolean;
-  /** When b touches a, which rests, on its way to a pose, in a straight line and about one axis: the share of the motion, never late;
-   *  1 where there is no touch. */
+  /** The first touch while a rests and b moves to a pose, in a straight line and about one axis. time: the share of the motion that is
+   *  done by then, never too late; 1 if they do not touch. */
   firstTouch(a: Body, b: Body, pose: Pose): {touches: boolean; time: number; status: number};
   /** How far b has to be moved to be free of a: along a direction of three numbers to the first gap; without one the shortest
    *  translation that is known, of convex solids the least of all. */

@@ -16,11 +16,11 @@ void choose_points(ZoneTick& tick);
 /// of its edges and faces have no point: query::k_unnamed.
 [[nodiscard]] std::span<const query::Contact> query_contacts(ZoneTick& tick, std::size_t s, const Pose& at);
 
-/// Beside so many touching points edges have no weight and are not looked for: one spring of many changes the mean little, and
-/// finding it takes longer than all else. Beside a third as many they have all of it.
+/// Number of touching points from which on edges have no weight and are not looked for: one spring of many changes the mean
+/// little, and finding it takes longer than the rest of a tick. Up to a third of that number edges have their full weight.
 inline constexpr std::size_t k_points_suffice = 24;
 
-/// The share of its weight that a contact of edges or faces has beside so many of points.
+/// The share of its weight that a contact of edges or faces has while so many points touch.
 inline double share_of_edges(std::size_t points)
 {
     const double n = static_cast<double>(points), enough = static_cast<double>(k_points_suffice);

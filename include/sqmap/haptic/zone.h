@@ -138,8 +138,8 @@ struct Zone {
     double radius = std::numeric_limits<double>::infinity();  ///< m, of the impact sphere about the zone's pose
     /// Patch, for a zone with all points of its probe: a closed surface with triangles, metres, the zone's frame. Its edges and
     /// faces are in contact where they meet those of TouchedBody::surface, each like one point of mean area: a ridge between two
-    /// points is felt. On any layer they are the triangles' own. They lose their weight as more points touch, beside 24 all of
-    /// it. Null: points alone. Outlives the state.
+    /// points is felt. Triangles are compared with triangles, whatever the layer. Their weight falls as more points touch; while
+    /// 24 or more do, edges are not looked for. Null: points alone. Outlives the state.
     const query::Probe* surface = nullptr;
     ZoneOptions options{};
 };

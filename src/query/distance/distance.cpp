@@ -6,6 +6,7 @@
 #include "query/dispatch/model_point.h"
 #include "query/distance/distance_kernels.h"
 #include "query/distance/double_search.h"
+#include "query/distance/nearby_order.h"
 #include "query/exact/exact_layer.h"
 #include "query/probe/probe_job.h"
 
@@ -25,7 +26,8 @@ using model::ModelView;
 
 constexpr std::size_t k_ahead = 16;               // answers and points are fetched so many earlier where they are out of order
 constexpr std::size_t k_ordered_at_once = 65536;  // more leave the caches while they wait
-constexpr double k_widest = 1e15;                 // model units: squares of floats do not overflow
+constexpr std::size_t k_least_ordered = 2 * k_searched_at_once;  // fewer are searched at once as they are
+constexpr double k_widest = 1e15;                                // model units: squares of floats do not overflow
 
 /// Exact distances are sought in double where the model has doubles, of a size whose fourth powers are doubles too.
 bool has_doubles(const ModelView& model)
@@ -229,33 +231,38 @@ private:
         const std::span<const Vec3f> points = near_.points();
         const std::span found(found_.data(), points.size());
         search_surfaces(model_, points, found);
-        for (std::size_t i = 0; i < points.size(); ++i) {
-            SignedDistance& answer = begin(near_.index, i, points.size());
-            const KeptPart part(answer, keeps_parts_);
+        answer_near([&](std::size_t i, SignedDistance& answer) {
             if (model::has_exact(model_))
                 finish_exact(points[i], found[i], answer);
             else
                 finish_approximate(points[i], answer);
+        });
+    }
+
+    /// finish(i, answer): completes the answer of near point i.
+    template <class Finish>
+    void answer_near(Finish finish)
+    {
+        for (std::size_t i = 0; i < near_.count; ++i) {
+            SignedDistance& answer = begin(near_.index, i, near_.count);
+            const KeptPart part(answer, keeps_parts_);
+            finish(i, answer);
         }
         near_.count = 0;
     }
-
     void search_in_double()
     {
         const std::span<const Vec3f> points = near_.points();
         const std::span near(triangles_.data(), points.size());
         search_near_triangles(model_, points, near);
-        for (std::size_t i = 0; i < points.size(); ++i) {
-            SignedDistance& answer = begin(near_.index, i, points.size());
-            const KeptPart part(answer, keeps_parts_);
+        answer_near([&](std::size_t i, SignedDistance& answer) {
             if (near[i].entry >= 0)
                 finish_in_double(points[i], near[i], answer);
             else if (model::has_exact(model_))
                 finish_exact(points[i], {}, answer);
             else
                 finish_approximate(points[i], answer);
-        }
-        near_.count = 0;
+        });
     }
 
     bool is_inside(Vec3f p, std::uint32_t sides) const
@@ -460,62 +467,6 @@ SignedDistance of_nothing(Vec3d point)
     return answer;
 }
 
-/// Puts the points' numbers into the answers' parts, so that points of one cell of a grid follow one another, and cells that are
-/// near to one another too. The caller's memory holds the order, as a query takes none of its own.
-class NearbyOrder {
-public:
-    /// How many at least: fewer are searched at once as they are.
-    static constexpr std::size_t k_min_points = 2 * k_searched_at_once;
-
-    NearbyOrder(const Body& touched, std::span<const Vec3d> points, std::span<SignedDistance> answers)
-    {
-        frame(touched, points);
-        std::uint32_t next[k_cells + 1] = {};
-        for (const Vec3d& p : points) ++next[cell_of(p) + 1];
-        for (std::size_t c = 0; c < k_cells; ++c) next[c + 1] += next[c];
-        for (std::size_t i = 0; i < points.size(); ++i) answers[next[cell_of(points[i])]++].part = static_cast<std::int32_t>(i);
-    }
-
-private:
-    static constexpr std::size_t k_side = 16, k_cells = k_side * k_side * k_side;
-    static constexpr double k_farthest = 16;  ///< times the object's radius: what is farther away goes into the outermost cells
-
-    /// Cells divide the box of the points.
-    void frame(const Body& touched, std::span<const Vec3d> points)
-    {
-        const model::Header& h = touched.model->header;
-        const Vec3d middle = apply(touched.pose, origin_of(*touched.model) + h.unit * cast<double>(model::vec3(h.sphere)));
-        const double widest = k_farthest * h.unit * static_cast<double>(h.sphere[3]);
-        Vec3d hi;
-        for (int k = 0; k < 3; ++k) {
-            lo_[k] = middle[k] + widest;
-            hi[k] = middle[k] - widest;
-            for (const Vec3d& p : points) {
-                lo_[k] = std::min(lo_[k], p[k]);
-                hi[k] = std::max(hi[k], p[k]);
-            }
-            lo_[k] = std::max(lo_[k], middle[k] - widest);
-            hi[k] = std::min(hi[k], middle[k] + widest);
-            const double cells = static_cast<double>(k_side) / (hi[k] - lo_[k]);
-            per_cell_[k] = cells > 0 && cells < 1e300 ? cells : 0;
-        }
-    }
-
-    /// Along a curve of z-order.
-    std::size_t cell_of(Vec3d p) const
-    {
-        std::size_t cell = 0;
-        for (int k = 0; k < 3; ++k) {
-            const double at = (p[k] - lo_[k]) * per_cell_[k];
-            const std::size_t i = at > 0 ? static_cast<std::size_t>(std::min(at, k_side - 1.0)) : 0;  // 0 where it is no number
-            cell |= ((i & 1) | (i & 2) << 2 | (i & 4) << 4 | (i & 8) << 6) << k;
-        }
-        return cell;
-    }
-
-    Vec3d lo_, per_cell_;
-};
-
 void answer_in_order(const ModelView& model, std::span<const Vec3d> points, std::span<SignedDistance> answers, Batch& batch)
 {
     batch.keep_parts(points);
@@ -542,11 +493,11 @@ void answer_batch(const Body& touched, std::span<const Vec3d> points, std::span<
         return;
     }
     // A part follows from the triangle only where triangles answer.
-    if (count >= NearbyOrder::k_min_points && model::has_exact(*touched.model)) {
+    if (count >= k_least_ordered && model::has_exact(*touched.model)) {
         for (std::size_t first = 0; first < count; first += k_ordered_at_once) {
             const std::size_t some = std::min(k_ordered_at_once, count - first);
             Batch batch(*touched.model, touched.pose, how, answers.subspan(first, some));
-            NearbyOrder(touched, points.subspan(first, some), answers.subspan(first, some));
+            put_near_together(touched, points.subspan(first, some), answers.subspan(first, some));
             answer_in_order(*touched.model, points.subspan(first, some), answers.subspan(first, some), batch);
         }
         return;

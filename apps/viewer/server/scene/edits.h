@@ -20,7 +20,8 @@ namespace sqmap::viewer {
 [[nodiscard]] std::vector<std::vector<std::uint32_t>> neighbours_of(const Object& object, const decompose::Partition& partition);
 
 /// The same object with other parts, baked with the options' projection; triangles that the cure of its mesh made up stay so.
-/// The options of the object's own bake, if it was baked here, stand in place of options.bake, but for the progress.
+/// An object that was baked in this program is baked with the same BakeOptions again (Object::baked_with); of options.bake only
+/// the progress is used then.
 /// @throw mesh::Error
 [[nodiscard]] std::shared_ptr<Object> rebaked(const Object& object, const Parts& parts, BakeMeshOptions options,
                                               const Words& words);
