@@ -68,7 +68,7 @@ class Ecosystem(unittest.TestCase):
         try:
             import trimesh
         except ImportError:
-            print("skipped in part: there is no trimesh (Debian 13: python3-trimesh; PyPI: trimesh)")
+            print("skipped in part: needs libraries of others (Debian: python3-scipy python3-torch; PyPI: trimesh)")
             return
         mesh = trimesh.Trimesh(*ball(2), process=False)
         scene = trimesh.Scene([mesh])
@@ -81,7 +81,7 @@ class Ecosystem(unittest.TestCase):
     def test_tensors_of_torch_are_taken_without_a_copy(self):
         self.assertNotIn("torch", sys.modules)
         if importlib.util.find_spec("torch") is None:
-            print("skipped in part: there is no torch (Debian: python3-torch)")
+            print("skipped in part: needs libraries of others (Debian: python3-scipy python3-torch; PyPI: trimesh)")
             return
         import torch
         points, model = torch.from_numpy(POINTS.copy()), ball_model()

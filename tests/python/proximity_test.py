@@ -188,7 +188,7 @@ class Double(unittest.TestCase):
         try:
             from scipy.optimize import minimize
         except ImportError:
-            self.skipTest("there is no SciPy (Debian: python3-scipy)")
+            self.skipTest("needs libraries of others (Debian: python3-scipy python3-torch; PyPI: trimesh)")
         rng = np.random.default_rng(11)
         fingers = rng.uniform(-0.1, 0.1, (40, 3)) + np.where(rng.random((40, 1)) < 0.5, 0.3, -0.3) * [1, 0, 0]
         for vertices, triangles in (ball(), torus(), box((-0.7, -0.4, -0.3), (0.6, 0.5, 0.4))):

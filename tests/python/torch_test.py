@@ -8,7 +8,7 @@ import sqmap
 from support import ball_model, torus_model
 
 if importlib.util.find_spec("torch") is None:
-    print("skipped: there is no torch (Debian: python3-torch)")
+    print("skipped: needs libraries of others (Debian: python3-scipy python3-torch; PyPI: trimesh)")
     sys.exit(77)
 assert "torch" not in sys.modules  # sqmap does without
 
