@@ -3,7 +3,7 @@
 
 Here the device is a point that goes down along z until it feels something, a little further, and up again; a program with
 a real device sends that one's poses and exerts the forces instead. Nothing but the standard library; the messages are those
-of docs/network-device.md.
+of docs/devices.md.
 
 When the safety filter has let go for good (a fault: silence, a speed above 1 m/s, poses that cannot be) it says so; Enter goes
 on.

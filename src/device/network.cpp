@@ -173,7 +173,7 @@ public:
         char seconds[32];
         std::snprintf(seconds, sizeof seconds, "%g", options.wait);
         throw DeviceError("network: no client said hello and sent a pose to " + address + " within " + seconds +
-                          " s\n  cure: start it, or wait longer with network:wait=60; see docs/network-device.md");
+                          " s\n  cure: start it, or wait longer with network:wait=60; see docs/devices.md");
     }
     ~NetworkDevice() override
     {

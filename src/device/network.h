@@ -1,4 +1,4 @@
-// Another program as the device, over UDP: it sends poses and receives wrenches. The messages: docs/network-device.md.
+// Another program as the device, over UDP: it sends poses and receives wrenches. The messages: docs/devices.md.
 #pragma once
 
 #include "sqmap/device/device.h"

@@ -1,4 +1,4 @@
-// The network device against a client written from docs/network-device.md, byte by byte, with nothing of the device's own code.
+// The network device against a client written from docs/devices.md, byte by byte, with nothing of the device's own code.
 #include "device/network.h"
 
 #include "sqmap/haptic/safety.h"
