@@ -121,7 +121,8 @@ struct SimulatedOptions {
     double step = 0;                ///< s that every read() simulates, whole milliseconds; 0: the time since the last one
 };
 
-/// Each read() simulates the time since the last one by the steady clock, or SimulatedOptions::step. capabilities().simulated.
+/// Each read() simulates the time since the last one by the steady clock, or SimulatedOptions::step; the script starts with the
+/// first read(). capabilities().simulated.
 /// Thread safety: as every Device; unplug, freeze and poison by any thread.
 class SimulatedDevice final : public Device {
 public:
