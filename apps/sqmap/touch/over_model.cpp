@@ -94,13 +94,13 @@ std::unique_ptr<device::Device> device_over(const device::DeviceSpec& spec, cons
         hand.glove.sway = {0, 0, spec.number("sway", hand.glove.sway.z, 0, 1)};
         hand.glove.curl = spec.number("curl", hand.glove.curl, 0, 1.5);
         hand.glove.length = setup.options().hand_length;
-        // From where no zone is inside: one that is has no force until it has left.
+        // From a millimetre above where the first zone would touch: the filter gives no force to one that begins inside.
         const Vec3d wrist{0, -0.45 * hand.glove.length, 0};
         hand.glove.wrist.translation = wrist;
         const auto zones = device::glove_zones(device::hand_joints(device::posture_at(hand.glove, 0), hand.glove.length));
         const std::vector<sqmap::Pose> top =
             device::scripted_path(setup.first_model(), setup.tool_at(zones), device::Script::Press,
-                                  {.seconds = 1, .depth = 1e-6, .gap = 0, .direction = {0, 0, 1}});
+                                  {.seconds = 1, .depth = 1e-6, .gap = 0.001, .direction = {0, 0, 1}});
         hand.glove.wrist.translation = top.front().translation + setup.first_pose().translation + wrist;
         return device::simulated_glove(hand.glove);
     }
