@@ -712,6 +712,10 @@ typedef struct sqmap_session_options {
     int32_t without_gaps;     ///< not zero: the first surface alone, as printed, not the openings behind it
     int32_t without_pruning;  ///< not zero: any part's claim counts where parts overlap
     int32_t has_offset;       ///< not zero: the surface moved out by eq. 12
+    sqmap_probe tool;         ///< with triangles, metres, the tool's frame: its surface touches in place of a ball; it may be
+                              ///< closed once the session is made. {0}: the ball
+    int32_t without_edges;    ///< not zero: the tool's points alone touch. 0: where few points do, its edges and faces do too,
+                              ///< which the model needs the exact layer and a closed surface for
 } sqmap_session_options;
 
 /// Bits of sqmap_tick.acts.
@@ -747,7 +751,8 @@ typedef struct sqmap_force {
     sqmap_pose tool;             ///< where the tool is, world, m: the device's pose, the proxy's or the coupled body's
 } sqmap_force;
 
-/// A session on a model. options may be null. Errors: E_ARGUMENT with the number and its range; limits that a filter refuses.
+/// A session on a model. options may be null, options.tool may be {0}. Errors: E_ARGUMENT with the number and its range; limits
+/// that a filter refuses; E_MISSING for a tool without triangles, or with edges and a model without the exact layer.
 SQMAP_API sqmap_code sqmap_make_session(sqmap_model model, const sqmap_session_options* options, sqmap_session* session);
 /// One tick: a pose in, the wrench for the device out. Where the call fails, and wherever anything is not finite, stale or
 /// faulty, or a pose is no rotation, force and torque are zero. No allocation, no lock. One thread at a time a session.

@@ -180,7 +180,8 @@ class SessionOptions(Sized):
                 ("max_force", c_double), ("max_torque", c_double), ("continuous_force", c_double), ("force_limit", c_double),
                 ("torque_limit", c_double), ("has_dead_man", c_int32), ("side_path", c_double), ("mode", c_int32), ("force", c_int32),
                 ("friction_law", c_int32), ("f_c", c_double), ("k_f", c_double), ("projector", c_int32), ("gate", c_uint32),
-                ("nearest_steps", c_int32), ("without_gaps", c_int32), ("without_pruning", c_int32), ("has_offset", c_int32)]
+                ("nearest_steps", c_int32), ("without_gaps", c_int32), ("without_pruning", c_int32), ("has_offset", c_int32),
+                ("tool", Handle), ("without_edges", c_int32)]
 
 
 class Tick(Sized):

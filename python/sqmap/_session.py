@@ -1,12 +1,14 @@
 """Forces: a tool on a model, with the safety filter between the computed force and the device."""
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+import contextlib
+from typing import Any, NamedTuple, Optional
 
 import numpy as np
 
 from . import _library as c
 from ._arrays import LAYERS, Layer, count, fill_pose, flag, instance, number, numbers, pointer, pose_of, refuse, rows
+from ._bodies import Probe
 from ._model import Model, Owned, address
 
 MODES = {"direct": 1, "proxy": 2, "coupled": 3}
@@ -46,14 +48,16 @@ class Simulation(NamedTuple):
 
 
 class Session(Owned):
-    """A ball or a point that touches a model. Metres, newtons, seconds. Calls of several threads take turns.
+    """A ball, a point or the surface of a tool that touches a model. Metres, newtons, seconds. Calls of several threads take turns.
 
     metres_per_unit: of the model's mesh. pose: (4, 4) of the model in the world. radius: of the ball, m; 0: a point.
     stiffness: N/m. damping: N s/m. friction: Coulomb's; 0: none. max_force, max_torque, continuous_force: what the device holds;
     0: unknown, so careful. force_limit, torque_limit: the user's, 0: 2 N and 0.1 N m or the device's, whichever is less.
     dead_man: force only in ticks with HELD. mode: "direct", the tool is where the device is; "proxy", it stays on the surface and
     the device pulls it; "coupled", it is a light body on springs. side_path: m, of the proxy; above 0 it stays on its side of what
-    is thinner than the press is deep, and takes another as the device moves so far. Research software, not a safety device.
+    is thinner than the press is deep, and takes another as the device moves so far. tool: a Probe with triangles, metres, whose
+    surface touches in place of a ball; edges: where few of its points touch, its edges and faces do too, which a model with a closed
+    surface and the exact layer allows. Research software, not a safety device.
 
     Of a model of the normal projection: force "paper" takes eqs. 21, 26, 32 and 33 on its smoothed map, with f_c (N) and k_f (1/m).
     friction_law: "default", "coulomb", "paper" (eq. 33) or "none". projector: how feet are found, "newton", "pyramid" or "printed"
@@ -68,7 +72,8 @@ class Session(Owned):
                  max_torque: float = 0.0, continuous_force: float = 0.0, force_limit: float = 0.0, torque_limit: float = 0.0,
                  dead_man: bool = False, mode: str = "direct", side_path: float = 0.0, force: str = "full",
                  friction_law: str = "default", f_c: float = 0.2, k_f: float = 100.0, projector: str = "newton", gate: int = 10,
-                 nearest_steps: int = 2, gaps: bool = True, pruning: bool = True, offset: bool = False) -> None:
+                 nearest_steps: int = 2, gaps: bool = True, pruning: bool = True, offset: bool = False,
+                 tool: Optional[Probe] = None, edges: bool = True) -> None:
         instance(model, Model, "model")
         if isinstance(layer, bool) or not isinstance(layer, (int, str)) or layer not in LAYERS:
             raise refuse("layer", f"is {layer!r}", 'take 1, 2, 3, "exact", "auto" or "gate"')
@@ -100,8 +105,11 @@ class Session(Owned):
                                    f_c=f_c or -1.0, k_f=k_f or -1.0, projector=PROJECTORS.index(projector), gate=gate,
                                    nearest_steps=steps or -1, without_gaps=not flag(gaps, "gaps"),
                                    without_pruning=not flag(pruning, "pruning"), has_offset=flag(offset, "offset"), **sizes)
+        options.without_edges = not flag(edges, "edges")
         handle = c.Handle()
-        with model.use("model") as touched:
+        with model.use("model") as touched, contextlib.ExitStack() as held:
+            if tool is not None:
+                options.tool = held.enter_context(instance(tool, Probe, "tool").use("tool"))
             c.call("sqmap_make_session", touched, options, handle)
         super().__init__(handle)
         self._sequence = 0

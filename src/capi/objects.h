@@ -183,6 +183,8 @@ Handles<T, Kind>& table()
 }
 inline Handles<Model, 1>& models() { return table<Model, 1>(); }
 inline Handles<query::Probe, 2>& probes() { return table<query::Probe, 2>(); }
+/// @throw Failure for a probe of points alone
+void check_triangles(const query::Probe& probe, const char* element);
 inline Handles<Workspace, 3>& workspaces() { return table<Workspace, 3>(); }
 
 /// Opens what make() returns, so that the caller's handle stands for it; the handle is zero after an error.

@@ -84,9 +84,7 @@ private:
     static void check(const query::Body& body, const BodyNames& names)
     {
         if (body.probe == nullptr) refuse_handle(0, 2, names.probe);
-        if (body.probe->triangle_count() == 0)
-            throw Failure{SQMAP_E_MISSING, names.probe, "has no triangles",
-                          mesh::Words("take a probe with triangles").with(": ", mesh::Setting::SolidProbe)};
+        check_triangles(*body.probe, names.probe);
     }
 };
 
@@ -141,6 +139,13 @@ void check_pair(const sqmap_body& a, const sqmap_body& b)
 }
 
 }  // namespace
+
+void check_triangles(const query::Probe& probe, const char* element)
+{
+    if (probe.triangle_count() == 0)
+        throw Failure{SQMAP_E_MISSING, element, "has no triangles",
+                      mesh::Words("take a probe with triangles").with(": ", mesh::Setting::SolidProbe)};
+}
 
 }  // namespace sqmap::capi
 

@@ -1,5 +1,6 @@
 // Forces behind the C interface: one zone, one touched model, and the safety filter, which no caller goes around.
 #include "objects.h"
+#include "query/probe/triangle_tree.h"
 #include "sqmap/device/simulated.h"
 #include "sqmap/haptic/safety.h"
 #include "sqmap/haptic/step.h"
@@ -12,8 +13,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace sqmap::capi {
 namespace {
@@ -76,6 +80,36 @@ PaperReading reading_of(const sqmap_session_options& o)
     return how;
 }
 
+/// The surface of a probe as the tool.
+void take_surface(haptic::ToolDescription& tool, const sqmap_session_options& o)
+{
+    if (o.radius != 0)
+        throw Failure{SQMAP_E_ARGUMENT, "options.radius", "is given beside options.tool",
+                      "give one of them: a ball or a surface"};
+    const std::shared_ptr<query::Probe> probe = probes().find(o.tool.id, "options.tool");
+    check_triangles(*probe, "options.tool");
+    const query::TriangleTree& tree = probe->triangles();
+    std::vector<Vec3d> points(tree.points());
+    for (std::size_t i = 0; i < points.size(); ++i) points[i] = tree.point(i);
+    std::vector<query::ProbeTriangle> triangles(tree.size());
+    for (std::size_t t = 0; t < triangles.size(); ++t) triangles[t] = tree.triangle(t);
+    haptic::take_surface(tool, points, triangles, 0, true);
+    if (o.without_edges == 0) tool.triangles = std::move(triangles);
+}
+
+/// The touched surface for the edges of a tool, in metres; null for a tool that has none.
+std::unique_ptr<query::Probe> edges_of(const Model& model, const sqmap_session_options& o, double metres_per_unit)
+{
+    if (o.tool.id == 0 || o.without_edges != 0) return nullptr;
+    const mesh::Mesh& mesh = model.surface().mesh;
+    std::vector<Vec3d> points = mesh.vertices;
+    for (Vec3d& p : points) p = metres_per_unit * p;
+    if (query::find_fault(points, mesh.triangles).kind != query::TriangleFault::Kind::None)
+        throw Failure{SQMAP_E_MESH, "model", "has no closed surface, which a tool's edges need",
+                      "bake a closed mesh, or touch it with the tool's points alone"};
+    return std::make_unique<query::Probe>(points, mesh.triangles);
+}
+
 haptic::Tool tool_of(const sqmap_session_options& o, bool is_paper_force)
 {
     haptic::ZoneOptions z;
@@ -89,7 +123,10 @@ haptic::Tool tool_of(const sqmap_session_options& o, bool is_paper_force)
     z.layer = layer_of(o.layer);
     if (z.mode == haptic::Mode::Coupled) haptic::choose_coupling(z, device_of(o));
     haptic::ToolDescription tool{.force = is_paper_force ? paper::with_paper_force(z) : z};
-    paper::take_ball(tool, radius);
+    if (o.tool.id != 0)
+        take_surface(tool, o);
+    else
+        paper::take_ball(tool, radius);
     return haptic::Tool(std::move(tool));
 }
 
@@ -158,9 +195,11 @@ public:
     Session(std::shared_ptr<Model> model, const sqmap_session_options& o)
         : model_(std::move(model)),
           read_(read_paper(model_->opened(), reading_of(o))),
-          view_(haptic::in_metres(read_.view, or_default(o.metres_per_unit, 1, 1e6, "options.metres_per_unit"))),
+          metres_per_unit_(or_default(o.metres_per_unit, 1, 1e6, "options.metres_per_unit")),
+          view_(haptic::in_metres(read_.view, metres_per_unit_)),
           tool_(tool_of(o, has_paper_force(o, *model_))),
-          touched_{&view_, pose_of(o.pose, "options.pose"), {}, material_of(o)},
+          surface_(edges_of(*model_, o, metres_per_unit_)),
+          touched_{&view_, pose_of(o.pose, "options.pose"), {}, material_of(o), surface_.get()},
           state_(tool_.state()),
           filter_(filter_of(o))
     {
@@ -227,8 +266,10 @@ public:
 private:
     std::shared_ptr<Model> model_;
     Opened read_;
+    double metres_per_unit_;
     model::ModelView view_;
     haptic::Tool tool_;
+    std::unique_ptr<query::Probe> surface_;  // of the model; null: points alone touch it
     haptic::TouchedBody touched_;
     haptic::State state_;
     haptic::SafetyFilter filter_;

@@ -846,6 +846,34 @@ TEST_F(CapiModes, AnOlderHeaderHasTheDirectOne)
     sqmap_close_session(session_);
 }
 
+TEST_F(CapiModes, ToolsOfTrianglesAreFeltWithTheirEdges)
+{
+    // A blade across the tube: its lower edge touches, far from its ends.
+    const double vertices[] = {-0.03, 0, 0, 0.03, 0, 0, 0, -0.01, 0.02, 0, 0.01, 0.02};
+    const std::int64_t triangles[] = {0, 1, 2, 1, 0, 3, 0, 2, 3, 1, 3, 2};
+    const sqmap_mesh blade{sizeof(sqmap_mesh), vertices, 4, triangles, 4};
+    sqmap_session_options options = options_of(SQMAP_MODE_DIRECT);
+    ASSERT_EQ(sqmap_make_solid_probe(&blade, &options.tool), SQMAP_OK);
+    make(options);
+    EXPECT_GT(pressed_to(k_in).commanded[2], 0.1);
+    sqmap_close_session(session_);
+
+    options.without_edges = 1;
+    make(options);
+    EXPECT_EQ(pressed_to(k_in).commanded[2], 0);
+    sqmap_close_session(session_);
+
+    options.radius = 0.001;
+    expect_refused(sqmap_make_session(model_, &options, &session_), SQMAP_E_ARGUMENT, "options.radius");
+    options.radius = 0;
+    sqmap_close_probe(options.tool);
+    expect_refused(sqmap_make_session(model_, &options, &session_), SQMAP_E_HANDLE, "options.tool");
+    const sqmap_points points{sizeof(sqmap_points), vertices, 4, nullptr};
+    ASSERT_EQ(sqmap_make_probe(&points, &options.tool), SQMAP_OK);
+    expect_refused(sqmap_make_session(model_, &options, &session_), SQMAP_E_MISSING, "options.tool");
+    sqmap_close_probe(options.tool);
+}
+
 TEST_F(CapiModes, OthersAreRefused)
 {
     sqmap_session_options options = options_of(7);

@@ -445,6 +445,19 @@ class Forces(unittest.TestCase):
         self.assertGreater(force.tool[2, 3], 0.0495)
         self.assertAlmostEqual(force.depth, force.tool[2, 3] - 0.06 + 2e-5 * 599, delta=3e-4)
 
+    def test_a_tool_is_felt_with_its_edges(self):
+        # A blade that lies on the ball: its lower edge touches, far from its ends.
+        blade = sqmap.Probe([[-0.1, 0, 0], [0.1, 0, 0], [0, -0.01, 0.02], [0, 0.01, 0.02]], [[0, 1, 2], [1, 0, 3], [0, 2, 3], [1, 3, 2]])
+        felt = []
+        for edges in (True, False):
+            session = sqmap.Session(ball_model(), metres_per_unit=0.05, tool=blade, edges=edges)
+            felt.append([session.tick((0, 0, 0.055 - 1e-5 * i), 0.001 * i).commanded[2] for i in range(800)])
+        self.assertEqual(max(felt[1]), 0)
+        self.assertEqual(max(felt[0][:450]), 0)
+        self.assertGreater(felt[0][-1], 0.2)
+        with self.assertRaisesRegex(sqmap.ArgumentError, "radius"):
+            sqmap.Session(ball_model(), tool=blade, radius=0.01)
+
     def test_the_papers_force_is_that_of_its_maps(self):
         model = sqmap.bake(ball(), projection="normal", exact=False)
         options = {"metres_per_unit": 0.05, "force": "paper", "friction_law": "none", "max_force": 3.0, "force_limit": 3.0}

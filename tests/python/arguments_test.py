@@ -48,7 +48,7 @@ BY_NAME = {
     "max_parts": [*INTEGERS, 0, 2000], "size": [5, "x", (1, 2, 3), ("a", "b"), (1.5, 2), (-1, 9), [object(), 1]],
     "what": ["smell", 5, b"parts", object()], "key": [5, object(), b"0" * 64], "up": ["w", 5, object(), []],
     "layer": [7, 0, True, "deep", 3.5, [3], object(), NAN], "mode": ["glued", 5, [], object()], **dict.fromkeys(("force", "friction_law", "projector"), ["glued", 5, [], object()]), "gate": [*INTEGERS, 0],
-    "nearest_steps": [*INTEGERS, 101], "repair": ["glue", 5, [], object()], "solid": ["inner", 5, [], object()],
+    "nearest_steps": [*INTEGERS, 101], "tool": [5, "x", object(), sqmap.Probe(VERTICES)], "repair": ["glue", 5, [], object()], "solid": ["inner", 5, [], object()],
     "projection": ["mercator", 5, [], object()], "source": [5, object(), b"x"], "progress": [5, "bar", object(), []],
     "format": ["step", 5, [], object()], "shape": ["egg", "spheres:0", "spheres:5000", "spheres:x", 5, [], object()],
     "nsamples": [*INTEGERS, 0, 2], "time": NUMBERS, "distance": [*NUMBERS, -1], "sample_time": NUMBERS, "sequence": INTEGERS, "acts": [*INTEGERS, 32],
