@@ -30,9 +30,9 @@ constexpr auto k_cloth = &measure_cloth;
 constexpr int (*k_cloth)(int, char**) = nullptr;
 #endif
 #ifdef SQMAP_MEASURE_DRESSED
-constexpr auto k_dressed = &measure_dressed;
+constexpr auto k_drape = &measure_drape, k_dressed = &measure_dressed;
 #else
-constexpr int (*k_dressed)(int, char**) = nullptr;
+constexpr int (*k_drape)(int, char**) = nullptr, (*k_dressed)(int, char**) = nullptr;
 #endif
 #ifdef SQMAP_MEASURE_CGAL
 constexpr auto k_wrap = &measure_wrap, k_invariance = &measure_invariance;
@@ -55,6 +55,9 @@ constexpr Topic k_topics[] = {
      "How many contacts of two meshes have no vertex in them, at each depth of pressing; or along a path of MESH_B, the time of\n"
      "complete contacts beside that of vertices and of FCL's pairs of triangles.",
      k_contacts, "libfcl-dev"},
+    {"drape", "[--fabric NAME] [--pitch METRES] [--bend N_M]",
+     "Drape coefficient of each fabric, beside what was measured on cloth: a disc of 30 cm hangs over one of 18 cm.", k_drape,
+     "libbullet-dev"},
     {"dressed", "[--seconds S] [--vertices N] [--garment shirt|poncho|skirt]... [--fabric NAME]...",
      "Skin that is seen where cloth should hide it, and depth of cloth in the body: garments on the walking figure, pulled to 30 "
      "N,\n"

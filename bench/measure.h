@@ -10,6 +10,7 @@ int measure_clearance(int argc, char** argv);
 int measure_cloth(int argc, char** argv);
 int measure_contacts(int argc, char** argv);
 int measure_distance(int argc, char** argv);
+int measure_drape(int argc, char** argv);
 int measure_dressed(int argc, char** argv);
 int measure_first_touch(int argc, char** argv);
 int measure_haptic(int argc, char** argv);

@@ -12,7 +12,6 @@ namespace sqmap::sim {
 
 namespace {
 
-constexpr int k_bends_every = 3;  ///< shares: bending is weak, so that its force may act for several at once
 constexpr int k_last_pushes = 3;  ///< a node between several surfaces needs more than one
 constexpr int k_self_pushes = 8;  ///< at most: stop() puts back pairs that still cross
 
@@ -63,6 +62,7 @@ StepReport Cloth::step(double dt, std::span<const Collider> colliders) noexcept
     s.take_nodes();
     s.take_links();
     s.find_tight();
+    s.sum_bending();
     s.contacts.ride(colliders);
     s.interiors.ride(colliders);
     double mark = cpu_seconds();
@@ -79,7 +79,7 @@ StepReport Cloth::step(double dt, std::span<const Collider> colliders) noexcept
     for (int i = 0; i < shares; ++i) {
         share.done = static_cast<double>(i + 1) / shares;
         s.advance(share, gravity);
-        if (i % k_bends_every == 0) s.solve_bending(share, std::min(k_bends_every, shares - i));
+        s.solve_bending(share);
         s.solve_shear(share);
         s.solve_threads();
         s.solve_tight();

@@ -70,6 +70,7 @@ Cloth::State::State(const Garment& garment, const Fabric& f, const ClothOptions&
     tight.reserve(threads.size());
     predicted.resize(n);
     before.resize(n);
+    bends.resize(n);
     position.assign(garment.start.begin(), garment.start.end());
     velocity.resize(n);
     previous = good = position;
@@ -140,7 +141,7 @@ void Cloth::State::add_hinge(const Garment& garment, const std::array<std::uint3
     const double give = (diagonal_edge ? 2 : 1) * area / fabric.bend;
     const std::array weight{c03 + c04, c01 + c02, -c01 - c03, -c02 - c04};
     if (!std::isfinite(c01 + c02 + c03 + c04)) return;  // a triangle without area bends with its neighbours
-    Hinge& hinge = hinges.emplace_back(Hinge{node, {}, static_cast<float>(give), {}});
+    Hinge& hinge = hinges.emplace_back(Hinge{node, {}, {{}, static_cast<float>(give)}});
     for (std::size_t k = 0; k < 4; ++k) hinge.weight[k] = static_cast<float>(weight[k]);
 }
 

@@ -24,16 +24,31 @@ constexpr double k_calm = 0.2;     ///< m / s: of the cloth as a whole, by its k
 constexpr double k_stirs = 0.015;  ///< m / s
 constexpr float k_calms = 0.9f, k_restless = 1.5f, k_shorter = 0.25f, k_longer = 1.02f;
 
+/// A node's position and inverse mass as one vector of the machine: the solver takes x, y and z at once.
+using Lanes = float __attribute__((vector_size(16), aligned(4), may_alias));
+using Bits = int __attribute__((vector_size(16)));
+static_assert(sizeof(Moving) == sizeof(Lanes));
+
+Lanes& lanes(Moving& m) { return reinterpret_cast<Lanes&>(m); }
+const Lanes& lanes(const Moving& m) { return reinterpret_cast<const Lanes&>(m); }
+/// Without the fourth.
+Lanes vector_of(Lanes v) { return reinterpret_cast<Lanes>(reinterpret_cast<Bits>(v) & Bits{-1, -1, -1, 0}); }
+float norm_sq(Lanes v)
+{
+    const Lanes sq = v * v;
+    return sq[0] + sq[1] + sq[2];
+}
+
 template <class Thread>
 void solve_thread(const Thread& l, std::vector<Moving>& moving)
 {
     Moving &a = moving[l.a], &b = moving[l.b];
-    const Vec3f del = b.at - a.at;
+    const Lanes del = vector_of(lanes(b) - lanes(a));
     const float length_sq = norm_sq(del);
     if (!(l.rest_sq + length_sq > SIMD_EPSILON)) return;
     const float k = (l.rest_sq - length_sq) / (l.stiff * (l.rest_sq + length_sq));
-    a.at -= (k * a.inverse_mass) * del;
-    b.at += (k * b.inverse_mass) * del;
+    lanes(a) -= (k * a.inverse_mass) * del;
+    lanes(b) += (k * b.inverse_mass) * del;
 }
 
 }  // namespace
@@ -62,7 +77,7 @@ void Cloth::State::advance(const Share& share, Vec3d gravity)
     const auto h = static_cast<float>(share.dt);
     const Vec3f falls = cast<float>(share.dt * gravity);
     for (std::size_t i = 0; i < moving.size(); ++i) {
-        before[i] = moving[i].at;
+        before[i] = moving[i];
         if (moving[i].inverse_mass > 0) {
             speed[i] += falls;
             moving[i].at += h * speed[i];
@@ -97,33 +112,44 @@ void Cloth::State::solve_tight()
         for (const Thread& l : tight) solve_thread(l, moving);
 }
 
-void Cloth::State::solve_bending(const Share& share, int shares)
+void Cloth::State::sum_bending()
 {
-    // The forces of the last time are there at once: one solution is too little for stiff fabric, but then only has to follow
-    // what has changed.
-    const auto scale = static_cast<float>(1 / (share.dt * share.dt * shares)),
-               loss = static_cast<float>(k_bending_loss / share.dt);
+    std::fill(bends.begin(), bends.end(), Moving{});
     for (const Hinge& h : hinges)
-        for (std::size_t k = 0; k < 4; ++k) {
-            Moving& n = moving[h.node[k]];
-            n.at += (n.inverse_mass * h.weight[k] / scale) * h.force;
-        }
-    for (Hinge& h : hinges) {
+        for (std::size_t k = 0; k < 4; ++k) lanes(bends[h.node[k]]) += h.weight[k] * vector_of(lanes(h.force));
+}
+
+void Cloth::State::solve_bending(const Share& share)
+{
+    // The forces of the last share are there at once: one solution is too little for stiff fabric, but then only has to follow
+    // what has changed.
+    const auto per_scale = static_cast<float>(share.dt * share.dt), scale = 1 / per_scale,
+               loss = static_cast<float>(k_bending_loss / share.dt);
+    for (std::size_t i = 0; i < moving.size(); ++i)
+        lanes(moving[i]) += (per_scale * moving[i].inverse_mass) * vector_of(lanes(bends[i]));
+    for (Hinge& h : hinges) {  // always in this order: to and fro, they would shake the cloth
         const auto [ia, ib, ic, id] = h.node;
         Moving &a = moving[ia], &b = moving[ib], &c = moving[ic], &d = moving[id];
-        const Vec3f sum = h.weight[1] * (b.at - a.at) + h.weight[2] * (c.at - a.at) + h.weight[3] * (d.at - a.at);
-        const Vec3f was = h.weight[1] * (before[ib] - before[ia]) + h.weight[2] * (before[ic] - before[ia]) +
-                          h.weight[3] * (before[id] - before[ia]);
+        const Lanes at = lanes(a), from = lanes(before[ia]);
+        const Lanes sum = h.weight[1] * (lanes(b) - at) + h.weight[2] * (lanes(c) - at) + h.weight[3] * (lanes(d) - at);
+        const Lanes was = h.weight[1] * (lanes(before[ib]) - from) + h.weight[2] * (lanes(before[ic]) - from) +
+                          h.weight[3] * (lanes(before[id]) - from);
         const float wa = a.inverse_mass * h.weight[0], wb = b.inverse_mass * h.weight[1], wc = c.inverse_mass * h.weight[2],
                     wd = d.inverse_mass * h.weight[3];
         const float give = wa * h.weight[0] + wb * h.weight[1] + wc * h.weight[2] + wd * h.weight[3];
-        const Vec3f push =
-            (-1 / ((1 + loss) * give + h.compliance * scale)) * (sum + loss * (sum - was) + h.compliance * h.force);
-        h.force += scale * push;
-        a.at += wa * push;
-        b.at += wb * push;
-        c.at += wc * push;
-        d.at += wd * push;
+        const float compliance = h.force.inverse_mass;
+        const Lanes push = vector_of((-1 / ((1 + loss) * give + compliance * scale)) *
+                                     (sum + loss * (sum - was) + compliance * lanes(h.force))),
+                    force = scale * push;
+        lanes(h.force) += force;
+        lanes(a) += wa * push;
+        lanes(b) += wb * push;
+        lanes(c) += wc * push;
+        lanes(d) += wd * push;
+        lanes(bends[ia]) += h.weight[0] * force;
+        lanes(bends[ib]) += h.weight[1] * force;
+        lanes(bends[ic]) += h.weight[2] * force;
+        lanes(bends[id]) += h.weight[3] * force;
     }
 }
 
@@ -135,13 +161,14 @@ void Cloth::State::solve_shear(const Share& share)
                loss = static_cast<float>(k_shear_loss / share.dt);
     for (const Shear& s : shears) {
         Moving &a = moving[s.a], &b = moving[s.b];
-        const Vec3f del = b.at - a.at;
-        const float length = norm(del), mass = a.inverse_mass + b.inverse_mass;
+        const Lanes del = vector_of(lanes(b) - lanes(a));
+        const float length = std::sqrt(norm_sq(del)), was = std::sqrt(norm_sq(lanes(before[s.b]) - lanes(before[s.a])));
+        const float mass = a.inverse_mass + b.inverse_mass;
         if (!(length > 0.f)) continue;
-        const float longer = length - s.rest + loss * (length - norm(before[s.b] - before[s.a]));
+        const float longer = length - s.rest + loss * (length - was);
         const float k = longer / (length * ((1 + loss) * mass + give));
-        a.at += (k * a.inverse_mass) * del;
-        b.at -= (k * b.inverse_mass) * del;
+        lanes(a) += (k * a.inverse_mass) * del;
+        lanes(b) -= (k * b.inverse_mass) * del;
     }
 }
 

@@ -52,8 +52,7 @@ struct Cloth::State {
     struct Hinge {
         std::array<std::uint32_t, 4> node;
         std::array<float, 4> weight;
-        float compliance;  ///< m / N, of the sum
-        Vec3f force{};     ///< N, that acts on each node by its weight
+        Moving force;  ///< N, that acts on each node by its weight; in place of the mass the compliance of the sum, m / N
     };
 
     /// One of the equal shares that a step is solved in (Macklin et al. 2019). done: the part of the step that is over with it.
@@ -91,8 +90,10 @@ struct Cloth::State {
     void solve_tight();
     /// Chooses them.
     void find_tight();
-    /// Bending and shear, with what cloth loses of either. shares: for how many the forces act at once.
-    void solve_bending(const Share& share, int shares);
+    /// Adds up the forces of the hinges on each node.
+    void sum_bending();
+    /// Bending and shear, with what cloth loses of either.
+    void solve_bending(const Share& share);
     void solve_shear(const Share& share);
     /// Raises the nodes of triangles that a collider pierces, each by its weight at the point; in a share with friction. null: at
     /// the end of the step.
@@ -121,7 +122,8 @@ struct Cloth::State {
     std::vector<Moving> moving;
     std::vector<Restless> restless;
     double last_kinetic = 0;
-    std::vector<Vec3f> speed, before, predicted;  ///< m / s; positions as a share begins, and as it is predicted
+    std::vector<Moving> before, bends;    ///< the nodes as a share begins; forces of the hinges, N
+    std::vector<Vec3f> speed, predicted;  ///< m / s; positions as a share is predicted
     std::vector<Hinge> hinges;
     std::vector<Shear> shears;
     std::vector<Thread> tight;           ///< threads that were too long as the step began

@@ -63,13 +63,14 @@ Grid add_panel(Garment& garment, Grid grid, Keep&& keep, Start&& start)
 
 Fabric fabric(std::string_view name)
 {
-    // Damping is the drag of still air on a sheet that moves face on at 1 m/s: half the air's density over the sheet's.
+    // Damping is the drag of still air on a sheet that moves face on at 1 m/s: half the air's density over the sheet's. Bending
+    // is what hangs a disc as cloth hangs (sqmap_measure drape): the yarns' friction, which holds real folds too, is part of it.
     //                                density stretch shear bend damping friction thickness
-    if (name == "cotton") return Fabric{0.15, 1.0, 50, 8e-6, 4.0, 0.40, 0.002};
-    if (name == "silk") return Fabric{0.06, 1.0, 20, 2e-6, 10.0, 0.20, 0.0015};
-    if (name == "denim") return Fabric{0.40, 1.0, 150, 60e-6, 1.5, 0.50, 0.003};
-    if (name == "wool") return Fabric{0.30, 0.9, 40, 12e-6, 2.0, 0.60, 0.004};
-    if (name == "leather") return Fabric{0.80, 1.0, 5000, 400e-6, 0.75, 0.60, 0.004};
+    if (name == "cotton") return Fabric{0.15, 1.0, 50, 33e-6, 4.0, 0.40, 0.002};
+    if (name == "silk") return Fabric{0.06, 1.0, 20, 3e-6, 10.0, 0.20, 0.0015};
+    if (name == "denim") return Fabric{0.40, 1.0, 150, 120e-6, 1.5, 0.50, 0.003};
+    if (name == "wool") return Fabric{0.30, 0.9, 40, 36e-6, 2.0, 0.60, 0.004};
+    if (name == "leather") return Fabric{0.80, 1.0, 5000, 140e-6, 0.75, 0.60, 0.004};
     throw std::invalid_argument("no fabric '" + std::string(name) + "': there are cotton, silk, denim, wool, leather");
 }
 

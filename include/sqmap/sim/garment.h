@@ -17,7 +17,7 @@ struct Fabric {
     double density = 0.15;     ///< kg / m^2
     double stretch = 1;        ///< share of a thread's strain that a solution removes, (0, 1]
     double shear = 50;         ///< N / m, above zero: modulus of shear
-    double bend = 8e-6;        ///< N m: stiffness of bending, of a strip a metre wide
+    double bend = 33e-6;       ///< N m: stiffness of bending, of a strip a metre wide
     double damping = 4.0;      ///< 1 / s: how fast motion against still air dies away
     double friction = 0.4;     ///< Coulomb's coefficient against the body
     double thickness = 0.002;  ///< m: nodes stay this far from the body
