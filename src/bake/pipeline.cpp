@@ -28,8 +28,8 @@ constexpr int k_refinements = 6;
 // share, a logarithm's, of what they should, or the maps take so many times their budget.
 constexpr double k_least_gain = 0.5;
 constexpr double k_max_refined = 3;
-// A model that misses its targets by so many times is not measured with more points.
-constexpr double k_clear_miss = 3;
+// A model that misses its targets by so many times is not measured with more points: it is refined by as much as it may be.
+constexpr double k_clear_miss = 1.5;
 // No resolution of the maps shows a surface that is mostly hidden from its parts' projections, as in cups and cheese, and the
 // locator answers there: the maps' cells are so much larger, and not refined.
 constexpr double k_mostly_hidden = 50, k_hidden_coarser = 4;
@@ -116,6 +116,12 @@ double map_bytes(const std::vector<CentralMapData>& maps)
     double sum = 0;
     for (const CentralMapData& map : maps) sum += static_cast<double>(map.map_bytes());
     return sum;
+}
+
+/// True where a part's map has no room for finer cells.
+bool is_any_full(const std::vector<CentralMapData>& maps)
+{
+    return std::any_of(maps.begin(), maps.end(), [](const CentralMapData& map) { return map.is_full; });
 }
 
 /// Percent of the surface that its part's projection does not see first.
@@ -308,7 +314,7 @@ Draft Bake::meet_target()
     double factor = 1;
     for (int attempt = 0; attempt < k_refinements; ++attempt) {
         const double before = shortfall(best.model.measured);
-        if (!(before > 1) || map_bytes(best.maps) > max_bytes) break;
+        if (!(before > 1) || map_bytes(best.maps) > max_bytes || is_any_full(best.maps)) break;
         progress("refine", static_cast<double>(attempt) / k_refinements);
         const double finer_by = std::clamp(1 / before, 0.5, 0.7);
         scale(central, finer_by);

@@ -78,6 +78,7 @@ CentralCell CentralCellBaker::bake(const Cell& cell)
     const double tolerance = (own ? options_.tolerance : options_.foreign_tolerance) * options_.r_max;
     const double extent = projection_.metric_size(cell.square.face, cell.square.size, least_w) / options_.r_max;
     const bool has_depth = cell.depth < options_.max_depth && fits_another(cell);
+    map_.is_full = map_.is_full || (cell.depth < options_.max_depth && !has_depth);
     const std::optional<Sheets> sheets = measure_sheets(cell);
     // A band much wider than a crease makes is a hidden fold: as much a silhouette as a missing crossing.
     const bool folded = !sheets || sheets->deviation > options_.silhouette * options_.r_max;

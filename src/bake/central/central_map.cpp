@@ -70,9 +70,11 @@ public:
     {
     }
 
-    /// False: given up, since the map takes more than so many bytes, or what is taken over has no room.
-    bool run(std::size_t max_bytes)
+    /// False: given up, since the map takes more than so many bytes or is full where it may not be, or what is taken over has no
+    /// room.
+    bool run(std::size_t max_bytes, bool may_be_full = true)
     {
+        may_be_full_ = may_be_full;
         for (int number = 0; number < model::k_faces; ++number) {
             Face face{number, known_ != nullptr ? known_->reached(number) : all_cells(side_), {}, {}};
             face.bins.resize(static_cast<std::size_t>(side_ * side_));
@@ -164,7 +166,7 @@ private:
                           {r[0], r[1], r[side_ + 1], r[side_ + 2]}};
                 map_.cells.push_back(cells_.bake(cell).word);
             }
-            if (map_.map_bytes() > max_bytes) return false;
+            if (map_.map_bytes() > max_bytes || (map_.is_full && !may_be_full_)) return false;
         }
         return true;
     }
@@ -175,6 +177,7 @@ private:
     CentralCellBaker cells_;
     int side_;
     double size_;
+    bool may_be_full_ = true;
     std::size_t cells_left_;                ///< base cells not baked yet
     std::vector<const Polygon*> near_;      ///< of one sample, each triangle once
     std::vector<std::uint32_t> listed_at_;  ///< #triangles: the last sample that it was listed at
@@ -201,7 +204,8 @@ void set_range(const Projection& projection, model::SampleRange range, CentralMa
     map.quantisation = 0.5 * range.w_step / (projection.least_w() * projection.least_w()) * std::max({axes.x, axes.y, axes.z});
 }
 
-/// The cheapest resolution: too coarse a base is split everywhere, too fine a one stores what nobody needs.
+/// The cheapest resolution: too coarse a base is split everywhere, too fine a one stores what nobody needs. A map that is full
+/// takes fewer bytes for what it leaves out, so it is none beside one that is not, and finer bases would be full too.
 CentralMapData best_map(const Projection& projection, const CentralOptions& options)
 {
     CentralMapData blank = blank_map(projection);
@@ -213,7 +217,8 @@ CentralMapData best_map(const Projection& projection, const CentralOptions& opti
         if (base < options.least_base || base > options.max_base) continue;
         CentralMapData map = blank;
         map.base = base;
-        if (!FaceBaker(input, nullptr, map).run(best_bytes + best_bytes / 4)) break;
+        const bool has_one = best.base != 0;
+        if (!FaceBaker(input, nullptr, map).run(best_bytes + best_bytes / 4, !has_one || best.is_full)) break;
         if (const std::size_t bytes = map.map_bytes(); bytes <= best_bytes) {
             best_bytes = bytes;
             best = std::move(map);

@@ -26,6 +26,7 @@ struct CentralMapData : model::CentralArrays<model::ArrayData> {
     float offset_step = 0, smoothing_step = 0;
     double quantisation = 0;        ///< largest radius error of 16-bit storage, model units
     std::uint32_t rough_cells = 0;  ///< leaves that stayed above their tolerance
+    bool is_full = false;           ///< some of them for want of records: finer cells find no room
 
     std::size_t map_bytes() const
     {

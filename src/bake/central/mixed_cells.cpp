@@ -225,16 +225,20 @@ private:
     std::optional<Division> best_line(const std::vector<std::uint32_t>& changes, const Sides& sides, double limit) const
     {
         std::optional<Division> best;
+        double u[k_rays], v[k_rays];
+        for (std::size_t k = 0; k < k_rays; ++k) {
+            const FacePoint at = sides.rays[k].at;
+            u[k] = (at.s - cell_.square.s) / cell_.square.size;
+            v[k] = (at.t - cell_.square.t) / cell_.square.size;
+        }
         for (const std::uint32_t from_code : changes)
             for (const std::uint32_t to_code : changes) {
                 if (from_code == to_code) continue;
                 const model::BorderPoint from = model::border_point(from_code), to = model::border_point(to_code);
                 const auto du = static_cast<double>(to.u - from.u), dv = static_cast<double>(to.v - from.v);
                 double sum = 0;
-                for (std::size_t k = 0; k < k_rays; ++k) {
-                    const FacePoint at = sides.rays[k].at;
-                    const double u = (at.s - cell_.square.s) / cell_.square.size, v = (at.t - cell_.square.t) / cell_.square.size;
-                    const bool left = du * (v - static_cast<double>(from.v)) - dv * (u - static_cast<double>(from.u)) >= 0;
+                for (std::size_t k = 0; k < k_rays && sum < limit; ++k) {
+                    const bool left = du * (v[k] - static_cast<double>(from.v)) - dv * (u[k] - static_cast<double>(from.u)) >= 0;
                     sum += left ? sides.with_first[k] : sides.with_second[k];
                 }
                 if (!(sum < limit)) continue;

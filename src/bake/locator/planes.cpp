@@ -3,7 +3,9 @@
 #include "model/locator.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 
 namespace sqmap::bake {
 
@@ -34,6 +36,43 @@ LocatorPlane raised(const LocatorSubject& subject, LocatorPlane plane, double by
     return plane.with_distance(static_cast<double>(plane.distance(reach)) + by / subject.cell(), reach);
 }
 
+/// The gaps below a cell's planes, which are decoded once for all samples.
+class Gaps {
+public:
+    Gaps(const SurfaceCell& cell, std::span<const PartPlane> planes) : centre_(cell.cube.centre)
+    {
+        const model::Locator& locator = cell.subject.model.locator;
+        for (const PartPlane& p : planes)
+            planes_[count_++] = {p.plane.normal(), p.plane.distance(locator.plane_reach) * locator.cell, p.plane.is_joined()};
+    }
+
+    /// As model::flat_gap, to the bit.
+    model::FlatGap at(const Sample& sample) const
+    {
+        const auto offset = cast<float>(sample.point - centre_);
+        model::FlatGap lowest;
+        for (std::size_t k = 0; k < count_;) {
+            model::FlatGap highest{-INFINITY};
+            do {
+                const float gap = planes_[k].distance - dot(planes_[k].normal, offset);
+                if (gap > highest.gap) highest = {gap, k};
+            } while (++k < count_ && planes_[k].is_joined);
+            if (highest.gap < lowest.gap) lowest = {highest.gap, highest.plane, k};
+        }
+        return lowest;
+    }
+
+private:
+    struct Decoded {
+        Vec3f normal;
+        float distance;
+        bool is_joined;
+    };
+    Vec3d centre_;
+    std::array<Decoded, model::k_max_planes> planes_;
+    std::size_t count_ = 0;
+};
+
 /// The worst misses of planes among the samples, beyond the tolerance.
 struct Miss {
     const Sample* worst = nullptr;  ///< null: nowhere
@@ -54,14 +93,14 @@ Limits limits_of(const SurfaceCell& cell)
     return {cell.tolerance, 2 * cell.subject.flat_tolerance, cell.subject.flat_tolerance};
 }
 
-Miss miss_of(const SurfaceCell& cell, const std::vector<PartPlane>& planes, const std::vector<Sample>& samples, Limits limits)
+/// enough: the search for worse samples ends at a greater share.
+Miss miss_of(const SurfaceCell& cell, std::span<const PartPlane> planes, const std::vector<Sample>& samples, Limits limits,
+             double enough = INFINITY)
 {
-    std::vector<std::uint32_t> words;
-    for (const PartPlane& p : planes) words.push_back(p.plane.word);
+    const Gaps gaps(cell, planes);
     Miss miss;
     for (const Sample& sample : samples) {
-        const model::FlatGap lowest =
-            model::flat_gap(cell.subject.model.locator, words, cast<float>(sample.point - cell.cube.centre));
+        const model::FlatGap lowest = gaps.at(sample);
         const double gap = static_cast<double>(lowest.gap);
         // Outside only the side counts.
         const double excess = gap - (sample.inside ? sample.nearest.distance : 0);
@@ -74,6 +113,7 @@ Miss miss_of(const SurfaceCell& cell, const std::vector<PartPlane>& planes, cons
             miss.share = here;
             miss.worst = here > 1 ? &sample : nullptr;
             miss.group_end = excess > 0 ? 0 : lowest.group_end;
+            if (here > enough) break;
         }
     }
     return miss;
@@ -109,16 +149,14 @@ struct Excesses {
 
 Excesses excesses_of(const SurfaceCell& cell, const std::vector<PartPlane>& planes, const std::vector<Sample>& samples)
 {
-    std::vector<std::uint32_t> words;
-    for (const PartPlane& p : planes) words.push_back(p.plane.word);
+    const Gaps gaps(cell, planes);
     Excesses excesses;
     excesses.of_plane.resize(planes.size());
     for (const Sample& sample : samples) {
         if (!sample.inside) continue;
-        const Vec3d at = sample.point - cell.cube.centre;
-        const model::FlatGap lowest = model::flat_gap(cell.subject.model.locator, words, cast<float>(at));
+        const model::FlatGap lowest = gaps.at(sample);
         const double value = static_cast<double>(lowest.gap) - sample.nearest.distance;
-        excesses.of_plane[lowest.plane].push_back({at, value});
+        excesses.of_plane[lowest.plane].push_back({sample.point - cell.cube.centre, value});
         excesses.sum += std::abs(value);
     }
     return excesses;
@@ -177,7 +215,7 @@ void balance(const SurfaceCell& cell, const std::vector<Sample>& samples, std::v
         std::vector<PartPlane> moved = planes;
         for (std::size_t k = 0; k < planes.size(); ++k) moved[k].plane = fit(cell.subject, planes[k].plane, now.of_plane[k]);
         Excesses then = excesses_of(cell, moved, samples);
-        if (!(then.sum < now.sum) || miss_of(cell, moved, samples, limits_of(cell)).worst != nullptr) return false;
+        if (!(then.sum < now.sum) || miss_of(cell, moved, samples, limits_of(cell), 1).worst != nullptr) return false;
         planes = std::move(moved);
         now = std::move(then);
         return true;
@@ -194,7 +232,8 @@ void put_sufficient_first(const SurfaceCell& cell, const std::vector<Sample>& sa
     double least = 1;
     for (std::size_t i = 0; i < planes.size(); ++i) {
         const double coarse = k_coarse * cell.subject.flat_tolerance;
-        const double share = miss_of(cell, {planes[i]}, samples, {coarse, 2 * coarse, 2 * cell.subject.flat_tolerance}).share;
+        const double share =
+            miss_of(cell, std::span(&planes[i], 1), samples, {coarse, 2 * coarse, 2 * cell.subject.flat_tolerance}, least).share;
         if (share < least) {
             least = share;
             best = i;

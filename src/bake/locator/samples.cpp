@@ -40,8 +40,7 @@ bool is_inside(const KnownWinding& known, Vec3d p, const mesh::ClosestPoint& nea
                  w = dot(cross(v[t[2]] - nearest.point, v[t[0]] - nearest.point), n),
                  x = dot(cross(v[t[0]] - nearest.point, v[t[1]] - nearest.point), n);
     const double corner = 1e-6 * norm_sq(n);
-    if (!solid.self_intersecting() && sideways < 1e-6 * std::abs(height) && u > corner && w > corner && x > corner)
-        return height < 0;
+    if (sideways < 1e-6 * std::abs(height) && u > corner && w > corner && x > corner) return height < 0;
     for (const Sample& other : others) {
         const double clear = 0.999 * std::max(nearest.distance, other.nearest.distance);
         if (other.nearest.distance > 0 && norm_sq(p - other.point) < clear * clear) return other.inside;

@@ -5,6 +5,7 @@
 #include "model/locator.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace sqmap::bake {
@@ -72,22 +73,44 @@ bool is_in_octant(Vec3d offset, int octant)
     return true;
 }
 
+/// Distances that are found from each seed of a chain, sample after sample; each once, when it is first needed.
+class Reaches {
+public:
+    Reaches(const SurfaceCell& cell, const std::vector<Sample>& samples) : cell_(cell), samples_(samples) {}
+
+    double operator()(const SeedChain& chain, std::size_t seed, std::size_t sample)
+    {
+        std::vector<double>& of_seed = found_[seed];
+        if (of_seed.empty()) of_seed.assign(samples_.size(), -1);
+        double& found = of_seed[sample];
+        if (found < 0) found = reach_from(cell_, chain.seeds[seed], samples_[sample].point);
+        return found;
+    }
+    /// The least of a sample.
+    double best(const SeedChain& chain, std::size_t sample)
+    {
+        double best = INFINITY;
+        for (std::size_t k = 0; k < chain.seeds.size(); ++k) best = std::min(best, (*this)(chain, k, sample));
+        return best;
+    }
+
+private:
+    const SurfaceCell& cell_;
+    const std::vector<Sample>& samples_;
+    std::array<std::vector<double>, model::k_max_seeds> found_;
+};
+
 /// Which seed comes first in which octant, and how near a surface found from it must be to end the search.
-void rank(const SurfaceCell& cell, const std::vector<Sample>& samples, SeedChain& chain)
+void rank(const SurfaceCell& cell, const std::vector<Sample>& samples, Reaches& found, SeedChain& chain)
 {
     const double tolerance = tolerance_of(cell);
-    std::vector<std::vector<double>> found(chain.seeds.size());
-    std::vector<double> best(samples.size(), INFINITY);
-    for (std::size_t i = 0; i < samples.size(); ++i)
-        for (std::size_t k = 0; k < chain.seeds.size(); ++k) {
-            found[k].push_back(reach_from(cell, chain.seeds[k], samples[i].point));
-            best[i] = std::min(best[i], found[k].back());
-        }
+    std::vector<double> best;
+    for (std::size_t i = 0; i < samples.size(); ++i) best.push_back(found.best(chain, i));
     double miss[8][model::k_max_seeds] = {};
     for (std::size_t k = 0; k < chain.seeds.size(); ++k) {
         double reach = INFINITY;
         for (std::size_t i = 0; i < samples.size(); ++i) {
-            const double here = found[k][i];
+            const double here = found(chain, k, i);
             if (here > best[i] + tolerance) reach = std::min(reach, here);
             for (int octant = 0; octant < 8; ++octant)
                 if (is_in_octant(samples[i].point - cell.cube.centre, octant))
@@ -109,20 +132,18 @@ SeedChain seed_chain(const SurfaceCell& cell, const std::vector<Sample>& samples
 {
     const double tolerance = tolerance_of(cell);
     SeedChain chain;
+    Reaches found(cell, samples);
     chain.seeds = {seed_at(cell, cell.centre, cell.subject.part_of_triangle[cell.centre.nearest.triangle])};
-    for (const Sample& sample : samples) {
-        double best = INFINITY;
-        for (const Seed& seed : chain.seeds) best = std::min(best, reach_from(cell, seed, sample.point));
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        const Sample& sample = samples[i];
+        const double best = found.best(chain, i);
         if (best <= sample.nearest.distance + tolerance || chain.seeds.size() == model::k_max_seeds) continue;
         const SeedReach own = best_seed(cell, sample);
         if (own.distance < best - tolerance) chain.seeds.push_back(own.seed);
     }
-    if (chain.seeds.size() > 1) rank(cell, samples, chain);
-    for (const Sample& sample : samples) {
-        double found = INFINITY;
-        for (const Seed& seed : chain.seeds) found = std::min(found, reach_from(cell, seed, sample.point));
-        if (sample.inside) chain.miss = std::max(chain.miss, std::abs(found - sample.nearest.distance));
-    }
+    if (chain.seeds.size() > 1) rank(cell, samples, found, chain);
+    for (std::size_t i = 0; i < samples.size(); ++i)
+        if (samples[i].inside) chain.miss = std::max(chain.miss, std::abs(found.best(chain, i) - samples[i].nearest.distance));
     return chain;
 }
 

@@ -8,7 +8,9 @@
 
 #include <algorithm>
 #include <functional>
+#include <initializer_list>
 #include <iostream>
+#include <vector>
 
 namespace sqmap::bake {
 namespace {
@@ -295,6 +297,38 @@ TEST(Locator, IsTheSameOnAnyNumberOfThreads)
         ASSERT_EQ(a.seeds[i].direction, b.seeds[i].direction);
         ASSERT_EQ(a.seeds[i].extent, b.seeds[i].extent);
     }
+}
+
+/// A model whose locator may take more bytes step by step, each so many times its share.
+struct Grown {
+    model::ModelData data;
+    std::vector<bool> changed;         ///< by each step
+    std::vector<std::size_t> divided;  ///< cells, after each
+
+    Grown(const BakeResult& baked, const mesh::Solid& solid, std::initializer_list<double> steps) : data(baked.model)
+    {
+        GrowingLocator locator({solid, baked.report.partition.part_of_triangle}, {.target_error = 2, .threads = 1}, data);
+        for (const double more : steps) {
+            changed.push_back(locator.bake(more));
+            const auto is_divided = [](std::uint32_t word) { return model::LocatorCell{word}.is_divided(); };
+            divided.push_back(static_cast<std::size_t>(std::ranges::count_if(data.locator_cells, is_divided)));
+        }
+    }
+};
+
+TEST(GrowingLocator, StepByStepItHasTheCellsOfOneThatMayBeAsLargeAtOnce)
+{
+    const mesh::Mesh hand = test::small_hand();
+    const BakeResult baked = bake(hand, true, {.exact = false, .threads = 1});
+    const mesh::Mesh mesh = model_space(hand);
+    const mesh::Solid solid(mesh);
+    const Grown slowly(baked, solid, {1, 2, 64, 64}), at_once(baked, solid, {64});
+    EXPECT_EQ(slowly.changed.front(), true);
+    EXPECT_EQ(slowly.changed.back(), false) << "there is nothing left to divide";
+    EXPECT_GT(slowly.divided.back(), slowly.divided.front());
+    EXPECT_EQ(slowly.data.bricks, at_once.data.bricks);
+    EXPECT_EQ(slowly.data.locator_cells, at_once.data.locator_cells);
+    EXPECT_EQ(slowly.data.planes, at_once.data.planes);
 }
 
 TEST(Locator, SurfacesHaveNone) { EXPECT_FALSE(model::has_locator(bake(test::small_torus(), false, {}).model.view())); }
