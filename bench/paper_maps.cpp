@@ -2,6 +2,7 @@
 #include "paper_maps.h"
 #include "clock.h"
 
+#include "math/percentile.h"
 #include "paper/query/job.h"
 #include "sqmap/bake_mesh.h"
 #include "sqmap/query/probe.h"
@@ -163,9 +164,7 @@ ProjectionError projection_error(const PaperMaps& maps, std::span<const Vec3d> p
     if (inside > 0) result.one_sided_pct = 100 * static_cast<double>(one_sided) / static_cast<double>(inside);
     if (errors.empty()) return result;
     for (const double e : errors) result.mean += e / static_cast<double>(errors.size());
-    const auto at = errors.begin() + static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(errors.size() - 1));
-    std::nth_element(errors.begin(), at, errors.end());
-    result.p99 = *at;
+    result.p99 = sqmap::percentile(errors, 99);
     return result;
 }
 

@@ -1,5 +1,6 @@
 #include "batch/library.h"
 
+#include "io/files.h"
 #include "io/replace_file.h"
 #include "sqmap/io/model_archive.h"
 
@@ -7,8 +8,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <fstream>
-#include <iterator>
 #include <set>
 #include <span>
 #include <system_error>
@@ -39,11 +38,7 @@ std::vector<fs::path> files_in(const fs::path& folder, std::string_view ending)
     return out;
 }
 
-std::string read_all(const fs::path& path)
-{
-    std::ifstream in(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-}
+std::string read_all(const fs::path& path) { return io::text_of_file(path).value_or(""); }
 
 }  // namespace
 

@@ -1,6 +1,7 @@
 #include "batch/manifest.h"
 
 #include "batch/text.h"
+#include "io/files.h"
 
 #include <unistd.h>
 #include <nlohmann/json.hpp>
@@ -9,9 +10,8 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <map>
+#include <optional>
 #include <system_error>
 #include <utility>
 
@@ -43,11 +43,10 @@ Entry entry_of(std::string path, std::string member, std::uint64_t line)
 
 std::string manifest_text(const fs::path& path)
 {
-    std::ifstream in(path, std::ios::binary);
-    std::string text{std::istreambuf_iterator<char>(in), {}};
-    if (!in) throw ManifestError(path.string() + ": the manifest cannot be read");
-    if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
-    return text;
+    std::optional<std::string> text = io::text_of_file(path);
+    if (!text) throw ManifestError(path.string() + ": the manifest cannot be read");
+    if (text->starts_with("\xEF\xBB\xBF")) text->erase(0, 3);
+    return *std::move(text);
 }
 
 std::string_view without_return(std::string_view line) { return line.ends_with('\r') ? line.substr(0, line.size() - 1) : line; }
@@ -200,12 +199,7 @@ std::vector<Entry> read_folder(const fs::path& folder, const fs::path& skip)
 
 }  // namespace
 
-bool has_mesh_name(std::string_view name)
-{
-    static constexpr std::array<std::string_view, 9> k_endings{".off", ".obj", ".stl", ".ply", ".gltf",
-                                                               ".glb", ".dae", ".3mf", ".fbx"};
-    return ends_with_one_of(name, k_endings);
-}
+bool has_mesh_name(std::string_view name) { return io::format_of_name(name).has_value(); }
 
 bool has_archive_name(std::string_view name)
 {

@@ -1,5 +1,6 @@
 #include "commands.h"
 #include "common/program_words.h"
+#include "io/files.h"
 #include "load_options.h"
 #include "sqmap/collider/shape.h"
 
@@ -7,8 +8,6 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <array>
-#include <cctype>
 #include <chrono>
 #include <cstdio>
 #include <exception>
@@ -147,22 +146,13 @@ void print_losses(const AdmittedMesh& loaded)
 
 // --- a folder -----------------------------------------------------------------------------------------------------
 
-bool has_mesh_name(const fs::path& path)
-{
-    std::string extension = path.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    constexpr std::array k_extensions{".off", ".obj", ".stl", ".ply", ".gltf", ".glb", ".dae", ".3mf", ".fbx"};
-    return std::find(k_extensions.begin(), k_extensions.end(), extension) != k_extensions.end();
-}
-
 std::vector<fs::path> meshes_below(const fs::path& folder)
 {
     std::vector<fs::path> out;
     std::error_code ignored;  // a folder that may not be read has no files
     for (fs::recursive_directory_iterator it(folder, fs::directory_options::skip_permission_denied, ignored), end; it != end;
          it.increment(ignored))
-        if (it->is_regular_file(ignored) && has_mesh_name(it->path())) out.push_back(it->path());
+        if (it->is_regular_file(ignored) && io::format_of_name(it->path())) out.push_back(it->path());
     std::sort(out.begin(), out.end());
     return out;
 }

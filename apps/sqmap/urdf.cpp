@@ -1,5 +1,6 @@
 #include "commands.h"
 #include "common/program_words.h"
+#include "io/files.h"
 #include "io/replace_file.h"
 #include "load_options.h"
 #include "shape_options.h"
@@ -12,9 +13,8 @@
 
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <memory>
+#include <optional>
 #include <span>
 
 namespace sqmap::app {
@@ -32,10 +32,9 @@ struct UrdfArguments {
 
 std::string text_of_file(const std::string& path)
 {
-    std::ifstream file(path, std::ios::binary);
-    std::string text{std::istreambuf_iterator<char>(file), {}};
-    if (!file && !file.eof()) throw io::ModelFileError(path + ": cannot be read");
-    return text;
+    std::optional<std::string> text = io::text_of_file(path);
+    if (!text) throw io::ModelFileError(path + ": cannot be read");
+    return *std::move(text);
 }
 
 /// "NAME=DIR"

@@ -1,5 +1,6 @@
 #include "sqmap/io/read.h"
 
+#include "files.h"
 #include "parse.h"
 #include "platform/child.h"
 
@@ -12,17 +13,6 @@
 
 namespace sqmap::io {
 namespace {
-
-std::optional<MeshFormat> format_of_name(const std::filesystem::path& path)
-{
-    std::string extension = path.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); });
-    static constexpr const char* k_extensions[] = {".off", ".obj", ".stl", ".ply", ".gltf", ".glb", ".dae", ".3mf", ".fbx"};
-    const auto found = std::find(std::begin(k_extensions), std::end(k_extensions), extension);
-    if (found == std::end(k_extensions)) return std::nullopt;
-    return static_cast<MeshFormat>(found - std::begin(k_extensions));
-}
 
 std::string_view text_of(std::span<const std::byte> bytes) { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
 
@@ -118,6 +108,17 @@ ReadResult read_bytes(std::span<const std::byte> bytes, std::optional<MeshFormat
 }
 
 }  // namespace
+
+std::optional<MeshFormat> format_of_name(const std::filesystem::path& path)
+{
+    std::string extension = path.extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); });
+    static constexpr const char* k_extensions[] = {".off", ".obj", ".stl", ".ply", ".gltf", ".glb", ".dae", ".3mf", ".fbx"};
+    const auto found = std::find(std::begin(k_extensions), std::end(k_extensions), extension);
+    if (found == std::end(k_extensions)) return std::nullopt;
+    return static_cast<MeshFormat>(found - std::begin(k_extensions));
+}
 
 const char* format_name(MeshFormat format)
 {

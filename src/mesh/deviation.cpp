@@ -1,6 +1,7 @@
 // Points over a triangle by the R2 sequence: M. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018.
 #include "sqmap/mesh/wrap.h"
 
+#include "math/percentile.h"
 #include "sqmap/math/assert.h"
 #include "sqmap/mesh/bvh.h"
 
@@ -77,9 +78,7 @@ Distances summed(std::vector<double>& values)
         out.max = std::max(out.max, d);
     }
     out.mean = sum / static_cast<double>(values.size());
-    const auto at = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) * 99 / 100);
-    std::nth_element(values.begin(), at, values.end());
-    out.p99 = *at;
+    out.p99 = percentile(values, 99);
     return out;
 }
 

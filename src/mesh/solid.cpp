@@ -1,13 +1,13 @@
 #include "sqmap/mesh/solid.h"
 
 #include "math/triangle.h"
+#include "math/union_find.h"
 #include "pieces.h"
 #include "sqmap/mesh/error.h"
 
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <numeric>
 #include <string>
 #include <utility>
 
@@ -46,36 +46,32 @@ Solid::Solid(const Mesh& mesh, std::span<const std::uint8_t> crossed)
 /// that bounds nothing is kept whole.
 void Solid::find_buried_shells()
 {
-    std::vector<std::uint32_t> parent(mesh_.vertices.size());
-    std::iota(parent.begin(), parent.end(), 0u);
-    const auto root = [&](std::uint32_t v) {
-        while (parent[v] != v) v = parent[v] = parent[parent[v]];
-        return v;
-    };
+    const std::size_t count = mesh_.vertices.size();
+    UnionFind shells(count);
     for (const Triangle& t : mesh_.triangles)
-        for (int k = 1; k < 3; ++k) parent[root(t[static_cast<std::size_t>(k)])] = root(t[0]);
-    const std::uint32_t first = mesh_.triangles.empty() ? 0 : root(mesh_.triangles[0][0]);
-    const bool several =
-        std::any_of(mesh_.triangles.begin(), mesh_.triangles.end(), [&](const Triangle& t) { return root(t[0]) != first; });
+        for (int k = 1; k < 3; ++k) shells.unite(t[0], t[static_cast<std::size_t>(k)]);
+    const std::uint32_t first = mesh_.triangles.empty() ? 0 : shells.find(mesh_.triangles[0][0]);
+    const bool several = std::any_of(mesh_.triangles.begin(), mesh_.triangles.end(),
+                                     [&](const Triangle& t) { return shells.find(t[0]) != first; });
     if (!several || !is_closed(mesh_)) return;
     // A shell's largest triangle decides: a sliver's normal and middle say little.
-    std::vector<std::uint32_t> largest(parent.size(), 0);
-    std::vector<double> area(parent.size(), -1);
+    std::vector<std::uint32_t> largest(count, 0);
+    std::vector<double> area(count, -1);
     for (std::uint32_t i = 0; i < mesh_.triangles.size(); ++i) {
-        const std::uint32_t shell = root(mesh_.triangles[i][0]);
+        const std::uint32_t shell = shells.find(mesh_.triangles[i][0]);
         const double own = triangle_area(mesh_, i);
         if (own > area[shell]) {
             area[shell] = own;
             largest[shell] = i;
         }
     }
-    std::vector<Boundary> of_shell(parent.size(), Boundary::Whole);
-    for (std::uint32_t shell = 0; shell < parent.size(); ++shell) {
+    std::vector<Boundary> of_shell(count, Boundary::Whole);
+    for (std::uint32_t shell = 0; shell < count; ++shell) {
         std::optional<Known> none;
         if (area[shell] >= 0 && !is_boundary(triangle_centroid(mesh_, largest[shell]), largest[shell], none))
             of_shell[shell] = Boundary::Buried;
     }
-    for (std::uint32_t i = 0; i < mesh_.triangles.size(); ++i) boundary_[i] = of_shell[root(mesh_.triangles[i][0])];
+    for (std::uint32_t i = 0; i < mesh_.triangles.size(); ++i) boundary_[i] = of_shell[shells.find(mesh_.triangles[i][0])];
 }
 
 void Solid::find_pieces(std::span<const std::uint8_t> crossed)

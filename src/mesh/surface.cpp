@@ -1,6 +1,7 @@
 #include "surface.h"
 
 #include <cmath>
+#include <numeric>
 #include <tuple>
 
 namespace sqmap::mesh {

@@ -1,13 +1,13 @@
 // The working copy of a mesh during admission: triangles that remember where they come from, and their edges.
 #pragma once
 
+#include "math/union_find.h"
 #include "sqmap/mesh/mesh.h"
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
 #include <limits>
-#include <numeric>
 #include <span>
 #include <vector>
 
@@ -50,23 +50,6 @@ void for_each_edge(std::span<const EdgeUse> uses, Visit visit)
 
 /// Every edge has exactly two faces.
 bool is_closed(std::span<const Face> faces);
-
-struct UnionFind {
-    explicit UnionFind(std::size_t n) : parent(n) { std::iota(parent.begin(), parent.end(), 0u); }
-    std::uint32_t find(std::uint32_t i)
-    {
-        while (parent[i] != i) i = parent[i] = parent[parent[i]];
-        return i;
-    }
-    /// The smaller number stands for both, so that the result does not depend on the order of calls.
-    void unite(std::uint32_t a, std::uint32_t b)
-    {
-        a = find(a);
-        b = find(b);
-        if (a != b) parent[std::max(a, b)] = std::min(a, b);
-    }
-    std::vector<std::uint32_t> parent;
-};
 
 /// Corners of a polygon as triangles of positions in it: the short diagonal of a quadrilateral where both diagonals
 /// serve, ears of the best shape otherwise. corners: 4 at least.

@@ -190,8 +190,14 @@ void LinkShape::split(std::uint32_t branch, std::uint32_t first, std::uint32_t c
             if (made.half[k] > made.half[axis]) axis = k;
         const auto begin = triangles_.begin() + first;
         const auto middle = [axis](const GrownTriangle& t) { return t.corner[0][axis] + t.corner[1][axis] + t.corner[2][axis]; };
-        std::nth_element(begin, begin + count / 2, begin + count,
-                         [&](const GrownTriangle& s, const GrownTriangle& t) { return middle(s) < middle(t); });
+        // Equal middles are ordered by the corners, so that every standard library makes the same tree.
+        const auto key = [&](const GrownTriangle& t) {
+            const auto& [a, b, c] = t.corner;
+            return std::array{middle(t), a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z};
+        };
+        std::nth_element(begin, begin + count / 2, begin + count, [&](const GrownTriangle& s, const GrownTriangle& t) {
+            return middle(s) != middle(t) ? middle(s) < middle(t) : key(s) < key(t);
+        });
         made.count = 0;
         made.first = static_cast<std::uint32_t>(branches_.size());
         branches_.resize(branches_.size() + 2);

@@ -185,7 +185,8 @@ class Dress(unittest.TestCase):
 
     def skinned(self, triangles=None):
         """A ball of two joints, the upper half of which nods."""
-        with open("ball.obj") as file:
+        coarse.write_sphere("skinned.obj", 2)
+        with open("skinned.obj") as file:
             lines = [line.split() for line in file]
         vertices = [tuple(map(float, l[1:4])) for l in lines if l[:1] == ["v"]]
         faces = [tuple(int(c.split("/")[0]) - 1 for c in l[1:4]) for l in lines if l[:1] == ["f"]]

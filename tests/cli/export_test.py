@@ -18,6 +18,8 @@ import tempfile
 import unittest
 import xml.etree.ElementTree as ElementTree
 
+import coarse
+
 PROGRAM = os.path.abspath(sys.argv.pop(1))
 decimal.getcontext().prec = 50
 D = decimal.Decimal
@@ -254,7 +256,7 @@ class Export(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
         os.chdir(cls.folder.name)
-        run("shapes", "dumbbell", "-o", "dumbbell.obj")
+        coarse.write_dumbbell("dumbbell.obj")
         run("bake", "dumbbell.obj", "-o", "dumbbell.sqmap", "--max-parts", "4", "--target-error", "5")
         # The model's triangles by part: from a hull of each, whose corners are those of the part and of what closes it.
         run("export", "dumbbell.sqmap", "--as", "json", "--shape", "hull", "-o", "hulls.json")

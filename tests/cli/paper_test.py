@@ -92,20 +92,18 @@ class Paper(unittest.TestCase):
 
     # --- Section 3: decomposition
 
-    def test_boundary_strength_of_locales_makes_cuts(self):
-        printed = ("--cuts", "printed", "--printed-curvature", "1e6", "--max-q2", "1", "--max-looseness", "1e6")
-        self.bake("strength.sqmap", *printed, mesh="hand.obj")
-        self.bake("none.sqmap", *printed, "--printed-strength", "1e6", mesh="hand.obj")
-        self.assertGreater(len(parts_of("strength.sqmap")), len(parts_of("none.sqmap")))
+    def test_boundary_strength_of_locales_makes_cuts_and_their_curvature_where_it_makes_none(self):
+        def parts(strength, curvature, *options):
+            self.bake("printed.sqmap", "--cuts", "printed", "--max-q2", "1", "--max-looseness", "1e6", "--grid", "17x32", "--subdivisions", "0",
+                      "--printed-curvature", curvature, *strength, *options, mesh="hand.obj")
+            return len(parts_of("printed.sqmap"))
 
-    def test_curvature_of_locales_makes_cuts_where_boundary_strength_makes_none(self):
-        printed = ("--cuts", "printed", "--printed-strength", "1e6", "--max-q2", "1", "--max-looseness", "1e6")
-        self.bake("curved.sqmap", *printed, "--printed-curvature", "1", mesh="hand.obj")
-        self.bake("t_h.sqmap", *printed, "--printed-curvature", "1e6", mesh="hand.obj")
-        self.bake("k_h.sqmap", *printed, "--printed-curvature", "1", "--hyperbolic-share", "1", mesh="hand.obj")
-        cuts = len(parts_of("curved.sqmap"))
-        self.assertGreater(cuts, len(parts_of("t_h.sqmap")), "t_h")
-        self.assertGreater(cuts, len(parts_of("k_h.sqmap")), "k_h")
+        none = ("--printed-strength", "1e6")
+        uncut = parts(none, "1e6")
+        self.assertGreater(parts((), "1e6"), uncut)
+        curved = parts(none, "1")
+        self.assertGreater(curved, uncut, "t_h")
+        self.assertGreater(curved, parts(none, "1", "--hyperbolic-share", "1"), "k_h")
 
     # --- Section 4: preprocessing
 

@@ -13,6 +13,8 @@ import sys
 import tempfile
 import unittest
 
+import coarse
+
 SDF_READER = os.path.abspath(sys.argv.pop(3)) if len(sys.argv) > 3 and not sys.argv[3].startswith("-") else None
 MUJOCO = os.path.abspath(sys.argv.pop(2))
 PROGRAM = os.path.abspath(sys.argv.pop(1))
@@ -36,8 +38,8 @@ class Readers(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
         os.chdir(cls.folder.name)
-        run("shapes", "dumbbell", "-o", "dumbbell.obj")
-        run("bake", "dumbbell.obj", "-o", "dumbbell.sqmap")
+        coarse.write_dumbbell("dumbbell.obj")
+        run("bake", "dumbbell.obj", "-o", "dumbbell.sqmap", "--target-error", "5")
         cls.vertices = [[float(w) for w in line.split()[1:]] for line in pathlib.Path("dumbbell.obj").read_text().splitlines()
                         if line.startswith("v ")]
 

@@ -15,6 +15,8 @@ import tempfile
 import unittest
 import xml.etree.ElementTree as ElementTree
 
+import coarse
+
 PROGRAM = os.path.abspath(sys.argv.pop(1))
 LINKS = 20
 
@@ -78,8 +80,9 @@ class Urdf(unittest.TestCase):
         cls.folder = tempfile.TemporaryDirectory()
         os.chdir(cls.folder.name)
         os.makedirs("twenty/meshes")
-        for name in ("dumbbell", "torus", "sphere"):
-            run("shapes", name, "-o", f"twenty/meshes/{name}.obj")
+        run("shapes", "torus", "-o", "twenty/meshes/torus.obj")
+        coarse.write_dumbbell("twenty/meshes/dumbbell.obj")
+        coarse.write_sphere("twenty/meshes/sphere.obj")
         cls.vertices = {name: [numbers(line[2:]) for line in pathlib.Path(f"twenty/meshes/{name}.obj").read_text().splitlines()
                                if line.startswith("v ")] for name in ("dumbbell", "torus", "sphere")}
         pathlib.Path("twenty/robot.urdf").write_text(robot_text())

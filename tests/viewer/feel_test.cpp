@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <limits>
 #include <map>
 
@@ -31,7 +32,8 @@ ObjectPtr object_of(const mesh::Mesh& mesh, const std::string& name)
     return object_from_model(sqmap::test::baked_bytes(mesh, true), name, k_size);
 }
 
-/// The meshes of the demo scene, where it was fetched, else meshes like them; and the project's own hand.
+/// Meshes of the demo scene, where it was fetched, else meshes like them; and the project's own hand. ./dev test all presses on
+/// every one, ./dev test on two.
 const std::vector<ObjectPtr>& demo_objects()
 {
     static std::vector<ObjectPtr> out;
@@ -41,6 +43,7 @@ const std::vector<ObjectPtr>& demo_objects()
                                      {"triceratops", "cat_8108.obj"},
                                      {"camel", "camel_4512.obj"},
                                      {"cow", "horse_5946.obj"}}) {
+        if (std::getenv("SQMAP_EVERY_OBJECT") == nullptr && !out.empty()) break;
         std::filesystem::path file = std::filesystem::path(SQMAP_TEST_MESHES_DIR) / (std::string(name) + ".off");
         if (!std::filesystem::exists(file)) file = sqmap::test::real_mesh_file(like);
         if (file.empty()) continue;
@@ -225,7 +228,7 @@ TEST(Feel, TorqueOverForceIsThatOfTheUnlimitedWrench)
             EXPECT_LE(ratio.worst, 0.02) << object->name << ' ' << name;
         }
     }
-    EXPECT_GE(objects, 5u);
+    EXPECT_GE(objects, 2u);
 }
 
 TEST(Feel, AStiffnessSetWhileHeldIsTheOneSetBefore)

@@ -144,7 +144,8 @@ Avatar walking_avatar(double height, const sim::Gait& gait, double spacing, doub
     AvatarPart& part = avatar.parts.emplace_back();
     part.name = "figure";
     part.mesh = body.bound;
-    part.bytes = bake_mesh(part.mesh, {.bake = {.target_error = target_error}}).bytes();
+    const auto baking = [&](const char*, double) { done(1); };
+    part.bytes = bake_mesh(part.mesh, {.bake = {.target_error = target_error, .progress = baking}}).bytes();
     take_model(part);
     done(2);
     body.lattice = bake::skin_lattice(body.bound, body.influences);

@@ -64,7 +64,7 @@ public:
 constexpr double k_figure_spacing = 0.022, k_figure_error = 0.3;  ///< of the figure in walking_avatar's arguments: m, percent
 
 /// The person of person.h, baked on the spot. spacing: of its mesh, m; target_error: percent of R_max.
-/// progress: called before each stage, with how many are done of how many; what it throws ends it.
+/// progress: called before each stage and often while it bakes, with how many stages are done; what it throws ends it.
 [[nodiscard]] Avatar walking_avatar(double height, const sim::Gait& gait, double spacing, double target_error,
                                     const std::function<void(std::size_t done, std::size_t of)>& progress = {});
 

@@ -2,6 +2,7 @@
 // Normal: the stored grid, longitude omega across, latitude eta up.
 #include "common/render/pictures.h"
 #include "common/render/unrolled.h"
+#include "math/percentile.h"
 #include "sqmap/math/assert.h"
 #include "sqmap/query/point.h"
 
@@ -23,9 +24,7 @@ float brightest(const std::vector<float>& distance)
     std::vector<float> hits;
     std::copy_if(distance.begin(), distance.end(), std::back_inserter(hits), [](float d) { return d >= 0; });
     if (hits.empty()) return 1;
-    const auto at = hits.begin() + static_cast<std::ptrdiff_t>((hits.size() - 1) * 99 / 100);
-    std::nth_element(hits.begin(), at, hits.end());
-    return std::max(*at, 1e-9f);
+    return std::max(percentile(hits, 99), 1e-9f);
 }
 
 Rgb grey(float t)  // even steps to the eye

@@ -1,6 +1,7 @@
 // Pictures of a subject: what is coloured how.
 #include "common/render/pictures.h"
 
+#include "math/percentile.h"
 #include "sqmap/math/assert.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/shapes.h"
@@ -178,9 +179,7 @@ Image curvature_picture(const Subject& subject, const View& view)
     const std::vector<double>& k = subject.section_three->found.curvature;
     std::vector<double> size;
     for (const double v : k) size.push_back(std::abs(v) * subject.r_max * subject.r_max);
-    const auto cut = size.begin() + static_cast<std::ptrdiff_t>((size.size() - 1) * 95 / 100);
-    std::nth_element(size.begin(), cut, size.end());
-    const double end = round_step(std::max(*cut, 1e-12));
+    const double end = round_step(std::max(percentile(size, 95), 1e-12));
     // Square roots spread the small values, among which are the saddles that cuts follow.
     const auto spread = [&](double v) {
         return static_cast<float>(std::copysign(std::sqrt(std::min(std::abs(v) / end, 1.0)), v));

@@ -1,6 +1,7 @@
 #include "touch/page_replay.h"
 
 #include "common/hash_text.h"
+#include "io/files.h"
 #include "touch/options.h"
 
 #ifdef SQMAP_HAVE_VIEWER
@@ -10,8 +11,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <string>
 #include <vector>
@@ -84,17 +83,11 @@ std::vector<viewer::ObjectPtr> objects_of(const RecordingFile& recording, const 
     return out;
 }
 
-std::string text_of_file(const std::string& path)
-{
-    std::ifstream in(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-}
-
 }  // namespace
 
 Replayed replay_page(const ReplayArguments& arguments, bool rows, Comparison* computed)
 {
-    const RecordingFile file = viewer::read_recording(text_of_file(arguments.trace), arguments.trace);
+    const RecordingFile file = viewer::read_recording(io::text_of_file(arguments.trace).value_or(""), arguments.trace);
     const std::vector<viewer::ObjectPtr> objects = objects_of(file, arguments);
     Replayed out;
     viewer::Recording recording;

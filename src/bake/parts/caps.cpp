@@ -1,8 +1,9 @@
 #include "bake/parts/caps.h"
 
+#include "math/union_find.h"
+
 #include <algorithm>
 #include <map>
-#include <numeric>
 #include <utility>
 
 namespace sqmap::bake {
@@ -10,30 +11,6 @@ namespace sqmap::bake {
 namespace {
 
 using Edge = std::pair<std::uint32_t, std::uint32_t>;
-
-/// Disjoint sets of vertices.
-class Sets {
-public:
-    std::uint32_t find(std::uint32_t v)
-    {
-        auto [it, fresh] = parent_.try_emplace(v, v);
-        if (it->second == v) return v;
-        const std::uint32_t root = find(it->second);
-        parent_[v] = root;
-        return root;
-    }
-    bool join(std::uint32_t a, std::uint32_t b)
-    {
-        a = find(a);
-        b = find(b);
-        if (a == b) return false;
-        parent_[std::max(a, b)] = std::min(a, b);
-        return true;
-    }
-
-private:
-    std::map<std::uint32_t, std::uint32_t> parent_;
-};
 
 /// Directed edges on cuts, as they run in the first part's triangles: (A, B) with A < B.
 using Cuts = std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<Edge>>;
@@ -83,9 +60,9 @@ Cuts find_cuts(const mesh::Mesh& mesh, const decompose::Partition& partition)
 /// The tree of straight segments that joins the junctions of every connected network of cuts: shortest first.
 std::vector<Edge> junction_tree(const mesh::Mesh& mesh, const Cuts& cuts, const std::vector<std::uint32_t>& junctions)
 {
-    Sets networks;
+    UnionFind networks(mesh.vertices.size());
     for (const auto& [pair, edges] : cuts)
-        for (const Edge& e : edges) networks.join(e.first, e.second);
+        for (const Edge& e : edges) networks.unite(e.first, e.second);
     std::vector<std::pair<double, Edge>> candidates;
     for (std::size_t i = 0; i < junctions.size(); ++i)
         for (std::size_t j = i + 1; j < junctions.size(); ++j)
@@ -93,10 +70,10 @@ std::vector<Edge> junction_tree(const mesh::Mesh& mesh, const Cuts& cuts, const 
                 candidates.emplace_back(norm_sq(mesh.vertices[junctions[i]] - mesh.vertices[junctions[j]]),
                                         Edge{junctions[i], junctions[j]});
     std::sort(candidates.begin(), candidates.end());
-    Sets trees;
+    UnionFind trees(mesh.vertices.size());
     std::vector<Edge> tree;
     for (const auto& [length, e] : candidates)
-        if (trees.join(e.first, e.second)) tree.push_back(e);
+        if (trees.unite(e.first, e.second)) tree.push_back(e);
     return tree;
 }
 
@@ -155,8 +132,8 @@ std::vector<std::vector<CapTriangle>> cap_parts(const mesh::Mesh& mesh, const de
                 owed[parent] += n_owed;
             }
         }
-        Sets loops;
-        for (const Edge& e : chain) loops.join(e.first, e.second);
+        UnionFind loops(mesh.vertices.size());
+        for (const Edge& e : chain) loops.unite(e.first, e.second);
         std::map<std::uint32_t, std::vector<Edge>> by_loop;
         for (const Edge& e : chain) by_loop[loops.find(e.first)].push_back(e);
         for (const auto& [root, loop] : by_loop) {

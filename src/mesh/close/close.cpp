@@ -3,6 +3,7 @@
 #include "steps.h"
 
 #include <cstdio>
+#include <numeric>
 #include <tuple>
 #include <utility>
 

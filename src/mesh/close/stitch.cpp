@@ -4,6 +4,7 @@
 #include "sqmap/mesh/bvh.h"
 
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 namespace sqmap::mesh {

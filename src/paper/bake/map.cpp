@@ -5,7 +5,9 @@
 #include "paper/bake/grid.h"
 #include "paper/model/codes.h"
 
+#include "math/percentile.h"
 #include "math/trigonometry.h"
+#include "sqmap/math/box.h"
 #include "sqmap/paper/projection.h"
 #include "sqmap/shape/superquadric.h"
 #include "sqmap/shape/surface.h"
@@ -99,9 +101,7 @@ InterpolationError measure_interpolation(const Caster& caster, const Grid& grid,
     out.cut_share = static_cast<double>(cut) / static_cast<double>(cells);
     if (errors.empty()) return out;
     for (const double e : errors) out.mean += e / static_cast<double>(errors.size());
-    const auto nth = errors.begin() + static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(errors.size() - 1));
-    std::nth_element(errors.begin(), nth, errors.end());
-    out.p99 = *nth;
+    out.p99 = percentile(errors, 99);
     return out;
 }
 
@@ -300,13 +300,40 @@ FootSeed seed_of(double eta_share, double omega_share)
     return {code(eta_share), code(omega_share)};
 }
 
-std::size_t nearest_of(const std::vector<Vec3d>& points, Vec3d q)
-{
-    std::size_t best = 0;
-    for (std::size_t k = 1; k < points.size(); ++k)
-        if (norm_sq(points[k] - q) < norm_sq(points[best] - q)) best = k;
-    return best;
-}
+// The nearest of some points, the first one of several. Neighbours in a run that starts farther off are passed over.
+class NearestPoint {
+public:
+    explicit NearestPoint(const std::vector<Vec3d>& points) : points_(points)
+    {
+        for (std::size_t k = 0; k < points.size(); ++k) {
+            if (k % k_run == 0) boxes_.emplace_back();
+            extend(boxes_.back(), points[k]);
+        }
+    }
+    std::size_t operator()(Vec3d q)
+    {
+        double least = norm_sq(points_[best_] - q);
+        for (std::size_t r = 0; r < boxes_.size(); ++r) {
+            // Rounding leaves this at most the squared distance of any point in the box: both are summed in one order.
+            Vec3d away;
+            for (int k = 0; k < 3; ++k) away[k] = std::max({boxes_[r].lo[k] - q[k], q[k] - boxes_[r].hi[k], 0.0});
+            if (norm_sq(away) > least) continue;
+            for (std::size_t k = r * k_run; k < std::min((r + 1) * k_run, points_.size()); ++k) {
+                const double d = norm_sq(points_[k] - q);
+                if (!(d < least || (d == least && k < best_))) continue;
+                least = d;
+                best_ = k;
+            }
+        }
+        return best_;
+    }
+
+private:
+    static constexpr std::size_t k_run = 16;
+    const std::vector<Vec3d>& points_;
+    std::vector<Box> boxes_;
+    std::size_t best_ = 0;  // of the last query, which is near the next one
+};
 
 // The sample nearest to the middle of every seed cell, on a grid of 33 by 64.
 void make_seeds(const Superquadricd& sq, Map& map)
@@ -318,6 +345,7 @@ void make_seeds(const Superquadricd& sq, Map& map)
     std::vector<Vec3d> points;
     for (int i = 0; i < grid.rows; ++i)
         for (int j = 0; j < grid.columns; ++j) points.push_back(shape::surface_point(local, grid.angles(i, j)).point);
+    NearestPoint nearest(points);
     map.seeds_mirrored = sq.is_deformed() ? 0 : 1;
     map.seed_count = map.seeds_mirrored != 0 ? 8 : 12;
     const int n = static_cast<int>(map.seed_count);
@@ -326,7 +354,7 @@ void make_seeds(const Superquadricd& sq, Map& map)
         for (int y = 0; y < n; ++y)
             for (int z = 0; z < n; ++z) {
                 const Vec3d q = shape::deform(local, Vec3d{sq.a.x * middle(x), sq.a.y * middle(y), sq.a.z * middle(z)});
-                const std::size_t best = nearest_of(points, q);
+                const std::size_t best = nearest(q);
                 const int i = static_cast<int>(best) / grid.columns, j = static_cast<int>(best) % grid.columns;
                 map.seeds.push_back(seed_of(static_cast<double>(i) / (grid.rows - 1), static_cast<double>(j) / grid.columns));
             }
@@ -350,13 +378,14 @@ void make_surface_seeds(const Superquadricd& sq, const Grid& grid, Map& map)
             codes.push_back(seed_of((255. * i / (grid.rows - 1) + 0.5) / 256, static_cast<double>(j) / grid.columns + 0.5 / 256));
         }
     if (points.empty()) return;
+    NearestPoint nearest(points);
     constexpr int k_along = static_cast<int>(k_surface_seeds);
     const auto middle = [](int i) { return 2 * (i + 0.5) / k_along - 1; };
     for (int x = 0; x < k_along; ++x)
         for (int y = 0; y < k_along; ++y)
             for (int z = 0; z < k_along; ++z)
-                map.surface_seeds.push_back(codes[nearest_of(
-                    points, shape::deform(local, Vec3d{sq.a.x * middle(x), sq.a.y * middle(y), sq.a.z * middle(z)}))]);
+                map.surface_seeds.push_back(
+                    codes[nearest(shape::deform(local, Vec3d{sq.a.x * middle(x), sq.a.y * middle(y), sq.a.z * middle(z)}))]);
 }
 
 }  // namespace

@@ -6,6 +6,8 @@
 #include "manifold.h"
 #include "separation.h"
 
+#include "math/union_find.h"
+
 #include <algorithm>
 #include <bit>
 
@@ -207,19 +209,9 @@ private:
         return value;
     }
 
-    std::uint32_t root_of(std::uint32_t i)
-    {
-        std::vector<std::uint32_t>& parents = workspace_.parents_;
-        while (parents[i] != i) i = parents[i] = parents[parents[i]];
-        return i;
-    }
-
-    /// The older root becomes that of both, so that regions are in the order of their first pairs.
-    void join(std::uint32_t i, std::uint32_t j)
-    {
-        const std::uint32_t p = root_of(i), q = root_of(j);
-        if (p != q) workspace_.parents_[std::max(p, q)] = std::min(p, q);
-    }
+    std::uint32_t root_of(std::uint32_t i) { return sqmap::root_of(workspace_.parents_, i); }
+    /// Regions are in the order of their first pairs.
+    void join(std::uint32_t i, std::uint32_t j) { sqmap::join(workspace_.parents_, i, j); }
     /// Two pairs of triangles that share where an edge meets a triangle belong together.
     void join(std::uint32_t self, std::uint64_t key) { join(self, put(key, self)); }
 

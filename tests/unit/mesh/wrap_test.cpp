@@ -119,7 +119,9 @@ int wrong_verdicts(const WrapResult& result, const Mesh& soup, int count)
         const Vec3d p = random.in_box(box.lo - rim, box.hi + rim);
         if (excluded.closest_point(p, far).distance < far) continue;
         ++tested;
-        wrong += (oracle.direct(p) > 0.5) != (solid.winding_number(p) > 0) ? 1 : 0;
+        // Groups are within 2e-3 of the direct sum, as another test shows.
+        const double groups = oracle.at(p), winding = std::abs(groups - 0.5) > 0.01 ? groups : oracle.direct(p);
+        wrong += (winding > 0.5) != (solid.winding_number(p) > 0) ? 1 : 0;
     }
     return wrong;
 }
@@ -187,10 +189,10 @@ TEST(Wrap, ASphereWithHolesAndNoiseBecomesASolid)
     });
     test::Random random(2);
     for (Vec3d& v : soup.vertices) v += 0.002 * random.direction();
-    const WrapResult result = wrapped(soup);
+    const WrapResult result = wrapped(soup, k_coarse);
     expect_gate_takes(result);
     EXPECT_EQ(wrong_verdicts(result, soup, 20'000), 0);
-    EXPECT_LE(deviation(result, soup), 0.002);
+    EXPECT_LE(deviation(result, soup), k_coarse.tolerance);
     EXPECT_NEAR(share_made_up(result), (0.05 + 0.0225 + 0.01), 0.03);  // of a sphere's area, a cap of chord c has c^2 / 4
     EXPECT_EQ(result.thickness, 0);
 }

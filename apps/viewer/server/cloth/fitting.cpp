@@ -363,9 +363,10 @@ app::Avatar Fitting::Work::make_avatar()
         }
     }
     return app::walking_avatar(k_height, {}, app::k_figure_spacing, app::k_figure_error,
-                               [this](std::size_t done, std::size_t of) {
+                               [this, said = ~std::size_t{0}](std::size_t done, std::size_t of) mutable {
                                    if (quit) throw Ended{};
-                                   progress(static_cast<double>(done) / static_cast<double>(of));
+                                   if (done != said) progress(static_cast<double>(done) / static_cast<double>(of));
+                                   said = done;
                                });
 }
 

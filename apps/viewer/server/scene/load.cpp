@@ -1,9 +1,9 @@
 #include "viewer/server/scene/load.h"
 
+#include "io/files.h"
 #include "sqmap/bake/rebake.h"
 
-#include <fstream>
-#include <iterator>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -60,10 +60,8 @@ std::filesystem::path names_file_of(const std::filesystem::path& model)
 
 Words words_beside(const std::filesystem::path& model)
 {
-    std::ifstream in(names_file_of(model));
-    if (!in) return {};
-    const std::string text{std::istreambuf_iterator<char>(in), {}};
-    return read_names(text).value_or(Words{});
+    const std::optional<std::string> text = io::text_of_file(names_file_of(model));
+    return text ? read_names(*text).value_or(Words{}) : Words{};
 }
 
 }  // namespace sqmap::viewer

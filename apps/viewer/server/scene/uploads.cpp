@@ -6,6 +6,7 @@
 #include "viewer/server/scene/scene.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <cstring>
 
 namespace sqmap::viewer {
@@ -30,15 +31,26 @@ HttpReply refused(const Refusal& refusal, int status = 200)
                       status);
 }
 
-/// A number above 0; 0 for any other text, which then sets nothing.
-double positive_in(std::string_view text)
+constexpr bake::OptionRange k_lengths{1e-12, 1e9};
+
+/// Reads a number of the request; a setting that the request leaves empty stays. @throw Refusal outside the setting's range
+template <class T>
+void take_setting(std::string_view target, const char* name, const bake::OptionRange& range, T& setting)
 {
-    const double value = take_number(text).value_or(0);
-    return text.empty() && value > 0 && value < 1e9 ? value : 0;
+    std::string_view text = query_value(target, name);
+    if (text.empty()) return;
+    const std::optional<double> value = take_number(text);
+    if (!value || !text.empty() || !range.holds(*value)) {
+        char cure[60];
+        std::snprintf(cure, sizeof cure, "give a number from %g to %g", range.least, range.max);
+        throw Refusal{"E_OPTION", name, "the setting does not take what was given", cure};
+    }
+    setting = static_cast<T>(*value);
 }
 
 /// The server's options with the choices of the page's dialog, by name in the request: repair (none, safe, close or surface),
 /// thickness of sheets, unit (metres per unit of the file), projection (normal: the paper's maps), target_error and max_parts.
+/// @throw Refusal at a wrong number
 BakeMeshOptions chosen(std::string_view target, const SceneOptions& scene)
 {
     BakeMeshOptions out = scene.bake_options(query_value(target, "projection") == "normal");
@@ -49,11 +61,10 @@ BakeMeshOptions chosen(std::string_view target, const SceneOptions& scene)
     if (repair == "none") admit.repair = mesh::Repair::None;
     if (repair == "safe") admit.repair = mesh::Repair::Safe;
     if (repair == "close") admit.repair = mesh::Repair::Close;
-    admit.thickness = positive_in(query_value(target, "thickness"));
-    if (const double unit = positive_in(query_value(target, "unit")); unit > 0) admit.unit = unit;
-    if (const double error = positive_in(query_value(target, "target_error")); error > 0) out.bake.target_error = error;
-    if (const double parts = positive_in(query_value(target, "max_parts")); parts > 0)
-        out.bake.max_parts = static_cast<std::uint32_t>(std::min(parts, 1e9));
+    take_setting(target, "thickness", k_lengths, admit.thickness);
+    take_setting(target, "unit", k_lengths, admit.unit);
+    take_setting(target, "target_error", bake::k_bake_ranges.target_error, out.bake.target_error);
+    take_setting(target, "max_parts", bake::k_bake_ranges.max_parts, out.bake.max_parts);
     return out;
 }
 
@@ -74,7 +85,12 @@ void Scene::upload(HttpRequest request, const Answer& answer)
     if (bakes_.busy()) return answer(refused({"E_BUSY", "scene", "other files are being baked", "wait, and send it again"}, 503));
     const std::string name = harmless(query_value(request.target, "name"));
     if (name.ends_with(".names.json")) return answer(take_names(name, request.body));
-    const BakeMeshOptions options = chosen(request.target, options_);
+    BakeMeshOptions options;
+    try {
+        options = chosen(request.target, options_);
+    } catch (const Refusal& wrong) {
+        return answer(refused(wrong));
+    }
     const Job job{.name = name, .upload = number_of(query_value(request.target, "upload")).value_or(0)};
     bakes_.work([this, answer, job, options, body = std::move(request.body)] {
         if (cancelled_.has(job.upload)) return answer(refused({"E_CANCELLED", "file", "the page took it back", "send it again"}));

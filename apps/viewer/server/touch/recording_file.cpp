@@ -1,6 +1,7 @@
 #include "viewer/server/touch/recording_file.h"
 
 #include "common/hash_text.h"
+#include "io/files.h"
 #include "sqmap/device/trace.h"
 #include "sqmap/model/parse.h"
 #include "sqmap/paper/model.h"
@@ -10,7 +11,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <iterator>
 #include <optional>
 
 namespace sqmap::viewer {
@@ -266,8 +266,7 @@ std::string recording_text(const Recording& recording)
         }
         writer.finish();
     }
-    std::ifstream in(file.path(), std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
+    return io::text_of_file(file.path()).value_or("");
 }
 
 RecordingFile read_recording(const std::string& text, const std::string& name)
