@@ -50,6 +50,7 @@ private:
     std::vector<Sample> samples_;
     std::size_t count_ = 0;
     std::vector<std::uint8_t> moved_;  ///< of each node: whether this run has moved it
+    std::vector<std::uint8_t> near_;   ///< of each node: 2 where it touches, 1 beside
     std::unique_ptr<query::SkinWorkspace> workspace_;
     std::vector<Vec3d> points_;  ///< of the workspace
     std::vector<std::uint8_t> active_;

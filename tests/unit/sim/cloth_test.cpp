@@ -407,7 +407,7 @@ TEST(Cloth, SettledNothingOfItIsInASkin)
     const Bar bar;
     query::MovingSkin skin(bar.lattice);
     const Collider solid{&bar.model.view(), {}, {}, &skin};
-    Cloth cloth(sheet({{0.1, 0.1, 0}, 0.5, 0.9, 0, 0, 900}), fabric("silk"));
+    Cloth cloth(sheet({{0.1, 0.1, 0}, 0.5, 0.9, 0, 0, 400}), fabric("silk"));
     EXPECT_EQ(cloth.settle({&solid, 1}), 0u);  // no room was made for a skin
     cloth.expect(bar.lattice);
     ASSERT_TRUE(skin.step(Bar::bent(0)));
