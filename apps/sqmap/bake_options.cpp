@@ -10,7 +10,8 @@ namespace {
 constexpr const char* k_no_locator = "--no-locator";
 constexpr const char* k_of_printed_cuts[] = {"--mean-curvature", "--printed-strength", "--printed-curvature"};
 constexpr const char* k_of_paper_maps[] = {"--grid",          "--subdivisions",     "--offset-constant",
-                                           "--offset-radius", "--smoothing-radius", "--smoothing-kernel"};
+                                           "--offset-radius", "--smoothing-radius", "--smoothing-kernel",
+                                           "--smoothing",     "--smoothing-length"};
 
 /// Thresholds that have another value where cuts are as printed.
 struct PrintedValue {
@@ -111,12 +112,19 @@ void add_map_options(Command maps, paper::MapOptions& map)
     maps.option(k_of_paper_maps[3], map.offset_radius,
                 "Eq. 12 takes the greatest gradient within so many samples of a minimum; 0: its own, as printed")
         .in_range(0, 8);
-    maps.option(k_of_paper_maps[4], map.smoothing_radius, "Samples that the smoothed map takes in; 0: none").in_range(0, 8);
+    maps.choice<paper::Smoothing>(k_of_paper_maps[6], map.smoothing,
+                                  {{"surface", paper::Smoothing::Surface}, {"distances", paper::Smoothing::Distances}},
+                                  "What the smoothed map shows: the smoothed mesh, or as section 6 has it the map's own "
+                                  "distances, smoothed",
+                                  "surface|distances");
+    maps.option(k_of_paper_maps[7], map.smoothing_length, "Of surface: as a share of R_max").in_range(1e-3, 0.1);
+    maps.option(k_of_paper_maps[4], map.smoothing_radius, "Of distances: samples of the kernel; 0: no smoothed map of either")
+        .in_range(0, 8);
     maps.choice<paper::SmoothingKernel>(k_of_paper_maps[5], map.smoothing_kernel,
                                         {{"binomial", paper::SmoothingKernel::Binomial},
                                          {"box", paper::SmoothingKernel::Box},
                                          {"gaussian", paper::SmoothingKernel::Gaussian}},
-                                        "How they are weighted", "binomial|box|gaussian");
+                                        "How distances are weighted", "binomial|box|gaussian");
 }
 
 /// @throw WrongUsage where an option would change nothing, or the grid is too fine

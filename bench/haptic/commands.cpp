@@ -82,7 +82,7 @@ void run_paper_slide(const SlideCommand& c)
         for (const Column& column : k_columns) std::printf(" %8s", column.name);
     }
     std::printf("\n");
-    int below[2] = {}, below_mean = 0;
+    int below[2] = {}, below_mean = 0, below_map = 0;
     for (const std::filesystem::path& file : c.meshes) {
         const TouchObject object(file, TouchObject::Models::Both, c.maps);
         const Slide s = slide(object, c.options);
@@ -96,15 +96,23 @@ void run_paper_slide(const SlideCommand& c)
         std::fflush(stdout);
         for (int i = 0; i < 2; ++i) below[i] += parts[i].max[4] < parts[i].max[1] ? 1 : 0;
         below_mean += parts[2].p99[4] < parts[2].p99[1] ? 1 : 0;
+        below_map += parts[2].p99[4] < std::min(parts[2].p99[0], parts[2].p99[3]) ? 1 : 0;
         write_ticks(s, c.csv);
     }
     std::printf("smoothed map below force shading: %d, %d and %d of %zu\n", below[0], below[1], below_mean, c.meshes.size());
+    std::printf("99th percentile below the map's and the mesh's: %d of %zu\n", below_map, c.meshes.size());
 }
 
 void add_maps(CLI::App& command, SlideCommand& c)
 {
     command.add_flag("--paper", c.paper, "The paper's force on paper models instead");
-    command.add_option("--map-smoothing", c.maps.smoothing_radius, "Radius of the smoothed map's kernel, base samples")
+    command.add_option("--map-smoothing", c.maps.smoothing, "What is smoothed: surface or distances")
+        ->transform(CLI::CheckedTransformer(std::map<std::string, paper::Smoothing>{{"surface", paper::Smoothing::Surface},
+                                                                                    {"distances", paper::Smoothing::Distances}}));
+    command.add_option("--map-length", c.maps.smoothing_length, "Of the surface's smoothing, share of R_max")
+        ->check(CLI::Range(1e-3, 0.1))
+        ->capture_default_str();
+    command.add_option("--map-radius", c.maps.smoothing_radius, "Of the distances' kernel, base samples")
         ->check(CLI::Range(0, 8))
         ->capture_default_str();
     command.add_option("--map-kernel", c.maps.smoothing_kernel, "binomial, box or gaussian")

@@ -16,8 +16,13 @@
 
 namespace sqmap::paper {
 
-/// How a map is smoothed, weights over samples within the radius: binomial coefficients, all alike, or a Gaussian whose standard
-/// deviation is half the radius.
+/// The smoothed map shows one of these.
+enum class Smoothing {
+    Surface,    ///< the smoothed mesh: one surface for all parts, up to jumps (beyond the paper)
+    Distances,  ///< each part's own distances, convolved (section 6); not beside jumps
+};
+/// How distances are smoothed, weights over samples within the radius: binomial coefficients, all alike, or a Gaussian whose
+/// standard deviation is half the radius.
 enum class SmoothingKernel { Binomial, Box, Gaussian };
 
 /// Samples of layer 2 a part, along eta and along omega.
@@ -40,7 +45,9 @@ struct MapOptions {
     double offset_constant = 1.5;  ///< a_N of eq. 12
     /// Eq. 12 takes the greatest gradient within so many samples of a minimum, 0 to 8; 0: its own, as printed: next to nothing.
     int offset_radius = 1;
-    int smoothing_radius = 1;  ///< of the smoothed map's kernel, in base samples, 0 to 8; 0: none
+    Smoothing smoothing = Smoothing::Surface;
+    double smoothing_length = 0.015;  ///< Surface: diffused over this share of the largest vertex distance, 0.001 to 0.1
+    int smoothing_radius = 1;         ///< Distances: of the kernel, in base samples, 0 to 8; 0: no smoothed map of either kind
     SmoothingKernel smoothing_kernel = SmoothingKernel::Binomial;
     bool corrections = true;            ///< step 3
     bool gaps = true;                   ///< openings behind the first surface (beyond the paper)
@@ -54,6 +61,11 @@ struct MapOptions {
     const std::int64_t rows = options.grid.rows, columns = options.grid.columns;
     return ((rows - 1) << options.subdivisions) < k_max_map_rows && (columns << options.subdivisions) <= k_max_map_columns;
 }
+
+/// A mesh's vertices, smoothed, and their unit outward normals.
+struct SmoothSurface {
+    std::vector<Vec3d> points, normals;
+};
 
 /// Rays against a closed mesh, and the solid it bounds (winding number above 0). Kept between the parts of one mesh,
 /// which must outlive it. Const members are thread-safe.
@@ -100,6 +112,8 @@ public:
     [[nodiscard]] const mesh::Mesh& mesh() const;
     /// A tree over its triangles.
     [[nodiscard]] const mesh::Bvh& bvh() const;
+    /// The mesh smoothed over a share of its largest vertex distance: made by the first call with that share, and kept.
+    [[nodiscard]] const SmoothSurface& smoothed(double share) const;
 
 private:
     struct Implementation;

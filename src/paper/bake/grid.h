@@ -60,9 +60,13 @@ inline Vec3d face_normal(const mesh::Mesh& m, std::uint32_t triangle)
 /// whose own gradient is next to nothing (errata 8): the greatest within options.offset_radius counts.
 [[nodiscard]] std::vector<double> offsets(const Caster& caster, const Grid& finest, int stride, const MapOptions& options);
 
-/// The base grid convolved with a kernel (section 6: force fields are smoothed by smoothing the map), and the normals of what
-/// comes out, by eq. 26. Samples next to a jump, a cap or a miss, and the poles, stay as they are. Nothing is
-/// added for the radius 0: force then has the map's own samples.
+/// The mesh diffused over a length, model units, and the normals of what comes out.
+[[nodiscard]] SmoothSurface smooth_surface(const mesh::Mesh& mesh, double length);
+
+/// Smoothing::Distances: the base grid convolved with a kernel (section 6: force fields are smoothed by smoothing the map), and
+/// the normals of what comes out, by eq. 26. Samples next to a jump, a cap or a miss, and the poles, stay as they are.
+/// Smoothing::Surface: every hit has the smoothed surface's plane. Nothing is added for the radius 0: force then has the map's
+/// own samples.
 void add_smoothing(const Caster& caster, const Grid& finest, const MapOptions& options, Map& map);
 
 }  // namespace sqmap::paper

@@ -1,9 +1,11 @@
 // Rays by the mesh's own tree in double precision. Which side of the surface a ray starts on is never left to its crossings where
 // they contradict each other.
-#include "sqmap/paper/bake.h"
+#include "paper/bake/grid.h"
 
 #include <algorithm>
 #include <limits>
+#include <map>
+#include <mutex>
 
 namespace sqmap::paper {
 
@@ -12,6 +14,8 @@ struct MapRays::Implementation {
 
     const mesh::Mesh& mesh;
     mesh::Bvh bvh;
+    std::mutex making;
+    std::map<double, SmoothSurface> smoothed;
 };
 
 MapRays::MapRays(const mesh::Mesh& mesh) : implementation_(std::make_unique<Implementation>(mesh)) {}
@@ -20,6 +24,14 @@ MapRays::MapRays(MapRays&&) noexcept = default;
 MapRays& MapRays::operator=(MapRays&&) noexcept = default;
 const mesh::Mesh& MapRays::mesh() const { return implementation_->mesh; }
 const mesh::Bvh& MapRays::bvh() const { return implementation_->bvh; }
+
+const SmoothSurface& MapRays::smoothed(double share) const
+{
+    const std::lock_guard lock(implementation_->making);
+    const auto [at, is_new] = implementation_->smoothed.try_emplace(share);
+    if (is_new) at->second = smooth_surface(mesh(), share * mesh::largest_vertex_distance(mesh()));
+    return at->second;
+}
 
 std::optional<MapRays::Hit> MapRays::first_hit(Vec3d origin, Vec3d direction, double from, double to) const
 {

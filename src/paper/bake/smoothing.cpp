@@ -1,3 +1,5 @@
+// Smoothed maps (section 6). The surface's own smoothing is implicit diffusion: M. Desbrun, M. Meyer, P. Schroeder, A. Barr,
+// "Implicit fairing of irregular meshes using diffusion and curvature flow", 1999.
 #include "paper/bake/grid.h"
 
 #include "model/octahedral.h"
@@ -24,11 +26,128 @@ std::vector<double> kernel_of(SmoothingKernel kernel, int radius)
     return weights;
 }
 
+/// Areas about the vertices plus t times the cotangent Laplacian: symmetric, and positive since every weight is.
+class Diffusion {
+public:
+    Diffusion(const mesh::Mesh& mesh, double t) : diagonal_(mesh.vertices.size(), 0.0), area_(diagonal_)
+    {
+        constexpr double k_min = 0.05, k_max = 10;  // cotangents of slivers mean nothing
+        for (const mesh::Triangle& triangle : mesh.triangles)
+            for (std::size_t k = 0; k < 3; ++k) {
+                const std::uint32_t a = triangle[(k + 1) % 3], b = triangle[(k + 2) % 3];
+                const Vec3d to_a = mesh.vertices[a] - mesh.vertices[triangle[k]],
+                            to_b = mesh.vertices[b] - mesh.vertices[triangle[k]];
+                const double twice_area = std::max(norm(cross(to_a, to_b)), 1e-300);
+                const double weight = 0.5 * t * std::clamp(dot(to_a, to_b) / twice_area, k_min, k_max);
+                edges_.push_back({a, b, weight});
+                diagonal_[a] += weight;
+                diagonal_[b] += weight;
+                area_[triangle[k]] += twice_area / 6;
+            }
+        for (std::size_t v = 0; v < area_.size(); ++v) diagonal_[v] += area_[v] = std::max(area_[v], 1e-300);
+    }
+
+    /// By conjugate gradients, from the values themselves on.
+    [[nodiscard]] std::vector<Vec3d> operator()(const std::vector<Vec3d>& values) const
+    {
+        constexpr int k_steps = 200;
+        constexpr double k_tolerance = 1e-6;
+        std::vector<Vec3d> x = values, residual = times(x), step(x.size());
+        double scale = 0, product = 0;
+        for (std::size_t v = 0; v < x.size(); ++v) {
+            residual[v] = area_[v] * values[v] - residual[v];
+            step[v] = residual[v] / diagonal_[v];
+            product += dot(residual[v], step[v]);
+        }
+        scale = product;
+        for (int i = 0; i < k_steps && product > k_tolerance * k_tolerance * scale; ++i) {
+            const std::vector<Vec3d> image = times(step);
+            double along = 0;
+            for (std::size_t v = 0; v < x.size(); ++v) along += dot(step[v], image[v]);
+            double next = 0;
+            for (std::size_t v = 0; v < x.size(); ++v) {
+                x[v] += product / along * step[v];
+                residual[v] -= product / along * image[v];
+                next += norm_sq(residual[v]) / diagonal_[v];
+            }
+            for (std::size_t v = 0; v < x.size(); ++v) step[v] = residual[v] / diagonal_[v] + next / product * step[v];
+            product = next;
+        }
+        return x;
+    }
+
+private:
+    [[nodiscard]] std::vector<Vec3d> times(const std::vector<Vec3d>& x) const
+    {
+        std::vector<Vec3d> out(x.size());
+        for (std::size_t v = 0; v < x.size(); ++v) out[v] = diagonal_[v] * x[v];
+        for (const Edge& e : edges_) {
+            out[e.a] -= e.weight * x[e.b];
+            out[e.b] -= e.weight * x[e.a];
+        }
+        return out;
+    }
+
+    struct Edge {
+        std::uint32_t a, b;
+        double weight;
+    };
+    std::vector<Edge> edges_;  // each side of an edge has one
+    std::vector<double> diagonal_, area_;
+};
+
+/// Each hit's plane of the smoothed surface, put back on the ray: one surface for all parts, whatever their grids, and whole
+/// beside jumps.
+void take_surface(const Caster& caster, const Grid& finest, const MapOptions& options, Map& map)
+{
+    const mesh::Mesh& mesh = caster.rays.mesh();
+    const SmoothSurface& smooth = caster.rays.smoothed(options.smoothing_length);
+    const int stride = 1 << map.subdivisions;
+    for (int i = 0; i < finest.rows; i += stride)
+        for (int j = 0; j < finest.columns; j += stride) {
+            SmoothedSample& out = map.smoothed.emplace_back(SmoothedSample{k_not_smoothed, 0});
+            const Surface& here = finest.at(i, j);
+            if (here.kind != Kind::Hit) continue;
+            const shape::SurfacePoint<double> r = caster.at(finest.angles(i, j));
+            const mesh::Triangle& t = mesh.triangles[here.triangle];
+            const Vec3d a = mesh.vertices[t[0]], b = mesh.vertices[t[1]] - a, c = mesh.vertices[t[2]] - a, up = cross(b, c);
+            const Vec3d hit = r.point - here.distance * r.normal - a;
+            const double u = dot(cross(hit, c), up) / norm_sq(up), v = dot(cross(b, hit), up) / norm_sq(up);
+            const auto within = [&](const std::vector<Vec3d>& of) {
+                return (1 - u - v) * of[t[0]] + u * of[t[1]] + v * of[t[2]];
+            };
+            const Vec3d n = normalized(within(smooth.normals));
+            if (!(dot(n, up) > 0)) continue;
+            // The ray meets a steep plane far off: there the plane goes through the end of what a sample may move.
+            constexpr double k_steep = 0.2;
+            const double rise = dot(a + hit - within(smooth.points), n) / std::max(dot(n, r.normal), k_steep);
+            const double steps = std::max(rise, -here.distance) / static_cast<double>(map.distance_scale);
+            out.change = static_cast<std::int16_t>(std::lround(std::clamp(steps, -32767.0, 32767.0)));
+            out.normal = model::encode_normal(sqmap::cast<float>(n));
+        }
+}
+
 }  // namespace
+
+SmoothSurface smooth_surface(const mesh::Mesh& mesh, double length)
+{
+    const Diffusion diffuse(mesh, 0.5 * length * length);
+    SmoothSurface out{diffuse(mesh.vertices), std::vector<Vec3d>(mesh.vertices.size())};
+    for (const mesh::Triangle& t : mesh.triangles) {
+        const Vec3d up = cross(out.points[t[1]] - out.points[t[0]], out.points[t[2]] - out.points[t[0]]);
+        for (const std::uint32_t v : t) out.normals[v] += up;
+    }
+    for (Vec3d& n : out.normals) n = norm(n) > 0 ? normalized(n) : Vec3d{0, 0, 1};
+    return out;
+}
 
 void add_smoothing(const Caster& caster, const Grid& finest, const MapOptions& options, Map& map)
 {
     if (options.smoothing_radius == 0) return;
+    if (options.smoothing == Smoothing::Surface) {
+        take_surface(caster, finest, options, map);
+        return;
+    }
     const std::vector<double> kernel = kernel_of(options.smoothing_kernel, options.smoothing_radius);
     const int radius = static_cast<int>(kernel.size()) - 1;
     const int stride = 1 << map.subdivisions;

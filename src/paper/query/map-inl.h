@@ -124,20 +124,33 @@ public:
     }
 
     /// The same of a sample of layer 2: what smoothing adds at the base sample itself.
-    HWY_INLINE SampleLanes smoothed_base(const AngleLanes& angles, SampleLanes sample) const
+    HWY_INLINE SampleLanes smoothed_base(const AngleLanes& angles, const SampleLanes& sample) const
     {
-        if (map_.smoothed.empty()) return sample;
         const Cell c(angles, base_rows_, base_columns_);
-        const I columns = set_int(static_cast<std::int32_t>(base_columns_));
-        const I word = hn::GatherIndex(di, reinterpret_cast<const std::int32_t*>(map_.smoothed.data()),
-                                       hn::Add(hn::Mul(c.nearest_row(), columns), c.nearest_column()));
-        const I change = hn::ShiftRight<16>(hn::ShiftLeft<16>(word));
-        const M known = hn::AndNot(equal(change, set_int(k_not_smoothed)),
-                                   equal(hn::And(sample.flags, set_int(k_projection_miss | k_projection_cap)), hn::Zero(di)));
-        const F moved = larger(hn::Add(sample.distance, hn::Mul(scale_, to_float(change))), hn::Zero(df));
-        sample.distance = blend(known, moved, sample.distance);
-        sample.normal = blend(known, decoded(high_half(word)), sample.normal);
-        return sample;
+        return smoothed_node(c.nearest_row(), c.nearest_column(), sample);
+    }
+
+    /// A base sample about a position: a corner of the cell, as stored and smoothed.
+    struct CornerLanes {
+        I row, column;  ///< of the base grid
+        F share;        ///< of bilinear interpolation
+        SampleLanes stored, smoothed;
+    };
+    HWY_INLINE std::array<CornerLanes, 4> base_corners(const AngleLanes& angles) const
+    {
+        const Cell c(angles, base_rows_, base_columns_);
+        const F one = set(1.f), left = hn::Sub(one, c.x), below = hn::Sub(one, c.y);
+        const F shares[4] = {hn::Mul(left, below), hn::Mul(c.x, below), hn::Mul(left, c.y), hn::Mul(c.x, c.y)};
+        std::array<CornerLanes, 4> all;
+        for (std::size_t i = 0; i < 4; ++i) {
+            CornerLanes& corner = all[i];
+            corner.row = i < 2 ? c.row : hn::Add(c.row, set_int(1));
+            corner.column = i % 2 == 0 ? c.column : c.next_column;
+            corner.share = shares[i];
+            corner.stored = base_sample(corner.row, corner.column);
+            corner.smoothed = smoothed_node(corner.row, corner.column, corner.stored);
+        }
+        return all;
     }
 
     /// Openings of the nearest sample's ray. Of the lanes of a mask those at foot distance s that lie in one or behind one; sets
@@ -270,6 +283,20 @@ private:
     };
 
     static HWY_INLINE I high_half(I word) { return shift_right<16>(word); }
+    /// Smooths the sample of a node of the base grid.
+    HWY_INLINE SampleLanes smoothed_node(I row, I column, SampleLanes sample) const
+    {
+        if (map_.smoothed.empty()) return sample;
+        const I node = hn::Add(hn::Mul(row, set_int(static_cast<std::int32_t>(base_columns_))), column);
+        const I word = hn::GatherIndex(di, reinterpret_cast<const std::int32_t*>(map_.smoothed.data()), node);
+        const I change = hn::ShiftRight<16>(hn::ShiftLeft<16>(word));
+        const M known = hn::AndNot(equal(change, set_int(k_not_smoothed)),
+                                   equal(hn::And(sample.flags, set_int(k_projection_miss | k_projection_cap)), hn::Zero(di)));
+        const F moved = larger(hn::Add(sample.distance, hn::Mul(scale_, to_float(change))), hn::Zero(df));
+        sample.distance = blend(known, moved, sample.distance);
+        sample.normal = blend(known, decoded(high_half(word)), sample.normal);
+        return sample;
+    }
     static HWY_INLINE I flagged(M m) { return hn::IfThenElseZero(hn::RebindMask(di, m), set_int(1)); }
     /// Reads bytes of an array that holds four at least, and nothing behind its last.
     static HWY_INLINE I byte_at(const std::uint8_t* base, I index)

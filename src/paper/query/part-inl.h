@@ -127,26 +127,24 @@ public:
         return good;
     }
 
-    /// Depth and normal of the smoothed map at the foot of the surface found. The depth is the one that the tangent plane there
-    /// has, with the printed projector that of eq. 21: |S - D(P_M)| with the smoothed D, on layer 2 of the nearest base sample.
+    /// Depth and normal of the smoothed map at the foot of the surface found. With the printed projector the depth is eq. 21's,
+    /// |S - D(P_M)| with the smoothed D, on layer 2 of the nearest base sample; else that to the surface about the foot.
     HWY_NOINLINE void smooth(const V3& p, PartAnswerLanes& a) const
     {
-        const bool printed = options_.projector == Projector::Printed;
         const AngleLanes angles = angles_at(a.shown.position);
-        SampleLanes sample = printed && coarse_ ? map_.smoothed_base(angles, sample_at(angles))
-                             : printed          ? map_.smoothed(angles, sample_at(angles))
-                                                : map_.smoothed(angles, map_.interpolated(angles, options_.corrections));
-        if (options_.offset && !printed) sample = moved_out(angles, sample);
-        constexpr std::int32_t k_open = k_projection_miss | k_projection_cap;
-        const M known = hn::And(equal(hn::And(sample.flags, set_int(k_open)), hn::Zero(di)),
-                                equal(hn::And(a.flags, set_int(k_projection_unproven | k_open)), hn::Zero(di)));
+        const M answered = equal(hn::And(a.flags, set_int(k_projection_unproven | k_open)), hn::Zero(di));
+        const SampleLanes found = sample_at(angles);
+        const M known = hn::And(answered, equal(hn::And(found.flags, set_int(k_open)), hn::Zero(di)));
+        if (!any(known)) return;
+        if (options_.projector != Projector::Printed) {
+            smooth_about(p, angles, surface_below(a.shown, hn::IfThenElseZero(known, found.distance)), known, a);
+            return;
+        }
+        const SampleLanes sample = coarse_ ? map_.smoothed_base(angles, found) : map_.smoothed(angles, found);
         const M good = hn::And(known, hn::Gt(dot(sample.normal, sample.normal), set(0.5f)));
-        if (!any(good)) return;
-        const V3 surface = surface_below(a.shown, hn::IfThenElseZero(known, sample.distance));
-        a.surface = blend(good, surface, a.surface);
+        a.surface = blend(good, surface_below(a.shown, hn::IfThenElseZero(good, sample.distance)), a.surface);
         a.normal = blend(good, sample.normal, a.normal);
-        const F depth = printed ? hn::Sub(a.foot_distance, sample.distance) : dot(minus(surface, p), sample.normal);
-        a.depth = blend(good, depth, a.depth);
+        a.depth = blend(good, hn::Sub(a.foot_distance, sample.distance), a.depth);
     }
 
     HWY_NOINLINE SampleLanes sample_at(const AngleLanes& angles) const
@@ -193,6 +191,55 @@ public:
     F proven() const { return proven_; }
 
 private:
+    static constexpr std::int32_t k_open = k_projection_miss | k_projection_cap;
+
+    /// Depth and normal of the smoothed surface about a surface point that the map shows: of the four base samples the mean of
+    /// their tangent planes and of the plane through their mean, the nearest to the point first, so that those of other sheets
+    /// have next to no weight.
+    HWY_INLINE void smooth_about(const V3& p, const AngleLanes& angles, const V3& surface, M known, PartAnswerLanes& a) const
+    {
+        const GridLanes base(sq_, view_, std::int32_t{1} << view_.subdivisions, arcs());
+        const std::array<MapLanes::CornerLanes, 4> corners = map_.base_corners(angles);
+        V3 at[4];
+        F far[4], share[4], extent = set(1e-12f * sq_.size() * sq_.size()), shares = hn::Zero(df);
+        M hit[4];
+        for (std::size_t i = 0; i < 4; ++i) {
+            const MapLanes::CornerLanes& c = corners[i];
+            hit[i] = equal(hn::And(c.stored.flags, set_int(k_open)), hn::Zero(di));
+            const FootLanes foot = foot_at(sq_, base.position({c.row, c.column}));
+            const V3 line = minus(surface_below(foot, hn::IfThenElseZero(hit[i], c.stored.distance)), surface);
+            far[i] = dot(line, line);
+            share[i] = hn::IfThenElseZero(hit[i], larger(c.share, set(1e-6f)));
+            extent = mul_add(share[i], far[i], extent);
+            shares = hn::Add(shares, share[i]);
+            F distance = hn::IfThenElseZero(hit[i], c.smoothed.distance);
+            if (options_.offset) distance = hn::Sub(distance, map_.offset(angles));
+            at[i] = surface_below(foot, distance);
+        }
+        const F zero = hn::Zero(df), one = set(1.f);
+        V3 normal{zero, zero, zero}, middle = normal;
+        F weights = zero, planes = zero;
+        extent = hn::Div(extent, larger(shares, set(1e-6f)));  // the mean, so that corners come and go without a step
+        for (std::size_t i = 0; i < 4; ++i) {
+            const V3& n = corners[i].smoothed.normal;
+            const F near = hn::Div(one, mul_add(set(2.f), hn::Div(far[i], extent), one));
+            const F weight = hn::Mul(share[i], hn::Mul(near, hn::Mul(near, near)));
+            const V3 line = minus(at[i], p);
+            weights = hn::Add(weights, weight);
+            planes = mul_add(weight, dot(line, n), planes);
+            normal = plus(normal, scaled(weight, n));
+            middle = plus(middle, scaled(weight, line));
+        }
+        const M good = hn::And(known, hn::Gt(dot(normal, normal), hn::Mul(set(1e-6f), hn::Mul(weights, weights))));
+        if (!any(good)) return;
+        const F inverse = hn::Div(one, blend(good, weights, one)), size = length(blend(good, normal, {one, zero, zero}));
+        const V3 unit = scaled(hn::Div(one, size), normal);
+        const F depth = hn::Mul(hn::Mul(set(0.5f), inverse), hn::Add(planes, dot(middle, unit)));
+        a.surface = blend(good, surface, a.surface);
+        a.normal = blend(good, unit, a.normal);
+        a.depth = blend(good, depth, a.depth);
+    }
+
     /// Eq. 22, model frame.
     HWY_INLINE V3 surface_below(const FootLanes& foot, F distance) const
     {
@@ -319,7 +366,6 @@ private:
             const V3 q = sq_.to_local(target);
             foot = polished_foot(sq_, q, foot, active, {});
             const SampleLanes sample = sample_at(angles_at(foot.position));
-            constexpr std::int32_t k_open = k_projection_miss | k_projection_cap;
             active = hn::And(hn::And(active, hn::Le(foot.miss, proven_)),
                              hn::And(equal(hn::And(sample.flags, set_int(k_open)), hn::Zero(di)),
                                      hn::Gt(dot(sample.normal, sample.normal), set(0.5f))));

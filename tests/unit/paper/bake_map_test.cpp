@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -116,6 +117,45 @@ TEST(Map, SmoothingLeavesASphereAsItIs)
     EXPECT_GT(dot(sample.normal, shape::surface_point(map.superquadric, at).normal), 0.999f);
 }
 
+// One surface for all maps: a ball's stays a ball, about its middle, whichever superquadric it is seen from, and a box's edges
+// are planed off.
+TEST(Map, TheSmoothedSurfaceIsTheMeshsOwn)
+{
+    const mesh::Mesh box = mesh::rounded_box({0.5, 0.4, 0.3}, 0.02, 3);
+    const MapRays rays(box);
+    const SmoothSurface& smooth = rays.smoothed(0.015);
+    EXPECT_EQ(&smooth, &rays.smoothed(0.015));
+    ASSERT_EQ(smooth.points.size(), box.vertices.size());
+    double moved = 0;
+    for (std::size_t v = 0; v < box.vertices.size(); ++v) moved = std::max(moved, norm(smooth.points[v] - box.vertices[v]));
+    EXPECT_GT(moved, 1e-3);
+    EXPECT_LT(moved, 0.06);
+    for (const double stretch : {1.0, 1.3}) {
+        Superquadricd sq;
+        sq.a = {1.0, stretch, 1.0};
+        const Map map = bake_map(rays, all_triangles(box), sq, {.grid = {33, 64}});
+        const auto scale = static_cast<double>(map.distance_scale);
+        const mesh::Mesh moved_mesh{smooth.points, box.triangles};
+        const mesh::Bvh bvh(moved_mesh);
+        std::size_t hits = 0;
+        std::vector<double> off;
+        for (std::size_t i = 0; i < 33; ++i)
+            for (std::size_t j = 0; j < 64; ++j) {
+                const SmoothedSample s = map.smoothed[i * 64 + j];
+                ASSERT_TRUE(is_smoothed(s)) << i << ' ' << j;  // beside edges and at the poles too
+                const auto r =
+                    shape::surface_point(shape::cast<double>(map.superquadric),
+                                         shape::SurfaceAngles<double>{pi * (double(i) / 32 - 0.5), 2 * pi * double(j) / 64 - pi});
+                const double d = scale * (map.distance[2 * i * map.omega_count + 2 * j] + s.change);
+                off.push_back(bvh.closest_point(r.point - d * r.normal).distance);
+                ++hits;
+            }
+        std::sort(off.begin(), off.end());
+        EXPECT_LT(off[hits / 2], 2e-4);
+        EXPECT_LT(off[hits * 95 / 100], 4e-3);
+    }
+}
+
 // The mean by its definition, on a map that is far from flat.
 TEST(Map, SmoothingIsTheWeightedMeanOfTheBaseGrid)
 {
@@ -133,7 +173,10 @@ TEST(Map, SmoothingIsTheWeightedMeanOfTheBaseGrid)
     for (const auto& [kernel, weights] : cases) {
         const std::size_t radius = weights.size() / 2;
         const Map map = bake_map(rays, all_triangles(box), Superquadricd{},
-                                 {.grid = {33, 64}, .smoothing_radius = static_cast<int>(radius), .smoothing_kernel = kernel});
+                                 {.grid = {33, 64},
+                                  .smoothing = paper::Smoothing::Distances,
+                                  .smoothing_radius = static_cast<int>(radius),
+                                  .smoothing_kernel = kernel});
         const std::size_t stride = std::size_t{1} << map.subdivisions;
         const std::size_t rows = (map.eta_count - 1) / stride + 1, columns = map.omega_count / stride;
         ASSERT_EQ(rows, 33u);
@@ -219,7 +262,8 @@ TEST(Map, SmoothingTurnsTheNormalBySmallerSteps)
     const mesh::Mesh box = mesh::rounded_box({0.5, 0.5, 0.5}, 0.01, 3);
     const MapRays rays(box);
     // Normals of both are of the same samples, and the kernel is as wide as the default's on half of them.
-    const Map map = bake_map(rays, all_triangles(box), Superquadricd{}, {.subdivisions = 0, .smoothing_radius = 4});
+    const Map map = bake_map(rays, all_triangles(box), Superquadricd{},
+                             {.subdivisions = 0, .smoothing = paper::Smoothing::Distances, .smoothing_radius = 4});
     double steepest[2] = {0, 0};
     Vec3f before[2];
     for (int i = 0; i <= 2000; ++i) {

@@ -17,6 +17,7 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace sqmap::haptic::test {
 namespace {
@@ -127,7 +128,55 @@ struct Expected {
     bool touches = false;
     double depth = 0;
     Vec3d normal{};
+    double rounding = 0;  ///< of depth, from the angles of the samples
 };
+/// Newton's foot: of the four base samples about it the mean of their tangent planes and of the plane through their mean, by
+/// their share of the cell over the cube of 1 + 2 times their squared distance from the map's surface, of which the mean is 1.
+std::optional<Expected> about_foot(const MapView& map, shape::SurfaceAnglesf angles, Vec3d p, double shift = 0)
+{
+    const auto sq = shape::cast<double>(map.superquadric);
+    const std::optional<double> distance = interpolated_distance(map, angles);
+    if (!distance || map.smoothed.empty()) return std::nullopt;
+    const auto foot = shape::surface_point(sq, shape::SurfaceAngles<double>{angles.eta, angles.omega});
+    const Vec3d surface = foot.point - *distance * foot.normal;
+    const TraceCell base(angles, ((map.eta_count - 1) >> map.subdivisions) + 1, map.omega_count >> map.subdivisions);
+    struct Corner {
+        Vec3d at, normal;
+        double share, far;
+    };
+    std::vector<Corner> corners;
+    double extent = 0, shares = 0;
+    for (std::size_t i = 0; i < 4; ++i) {
+        const std::size_t node = base.corner(i), row = node / base.columns, column = node % base.columns;
+        const std::uint16_t code = map.distance[(row << map.subdivisions) * map.omega_count + (column << map.subdivisions)];
+        if (code > paper::k_map_largest) continue;
+        const auto r = shape::surface_point(
+            sq, shape::SurfaceAngles<double>{std::clamp(k_pi_double * (double(row) / double(base.rows - 1) - 0.5) + shift,
+                                                        -k_pi_double / 2, k_pi_double / 2),
+                                             2 * k_pi_double * double(column) / double(base.columns) - k_pi_double + shift});
+        const paper::SmoothedSample& s = map.smoothed[node];
+        const bool is_smoothed = paper::is_smoothed(s);
+        const double d = double(map.distance_scale) * code, moved = is_smoothed ? double(map.distance_scale) * s.change : 0.;
+        corners.push_back({r.point - std::max(d + moved, 0.) * r.normal,
+                           cast<double>(model::decode_normal(is_smoothed ? s.normal : map.normal[node])),
+                           std::max(base.weight(i), 1e-6), norm_sq(r.point - d * r.normal - surface)});
+        extent += corners.back().share * corners.back().far;
+        shares += corners.back().share;
+    }
+    double weights = 0, planes = 0;
+    Vec3d normal{}, middle{};
+    for (const Corner& c : corners) {
+        const double weight = c.share / std::pow(1 + 2 * c.far * shares / extent, 3);
+        weights += weight;
+        planes += weight * dot(c.at - p, c.normal);
+        normal += weight * c.normal;
+        middle += weight * (c.at - p);
+    }
+    if (!(norm(normal) > 0.3 * weights)) return std::nullopt;  // walls that face each other: what is left of them is rounding
+    const Vec3d unit = normalized(normal);
+    return Expected{true, std::max(0.5 * (planes + dot(middle, unit)) / weights, 0.), unit};
+}
+
 std::optional<Expected> expected_at(const model::ModelView& view, Vec3f p, Layer layer, Projector projector)
 {
     const Vec3d point = cast<double>(p);
@@ -156,15 +205,19 @@ std::optional<Expected> expected_at(const model::ModelView& view, Vec3f p, Layer
     if (TraceCell(a.angles, map.eta_count, map.omega_count).is_close(layer)) return std::nullopt;
     if (TraceCell(a.angles, ((map.eta_count - 1) >> map.subdivisions) + 1, map.omega_count >> map.subdivisions).is_close(layer))
         return std::nullopt;
-    const std::optional<SmoothedFoot> s = smoothed_at(map, a.angles, projector == Projector::Printed ? layer : Layer::Three);
+    if (projector != Projector::Printed) {
+        std::optional<Expected> out = about_foot(map, a.angles, point);
+        // The kernels' sines and angles err by up to 4e-7, which beside an edge of a superquadric moves its samples.
+        for (const double shift : {-4e-7, 4e-7})
+            if (const std::optional<Expected> moved = about_foot(map, a.angles, point, shift); out && moved)
+                out->rounding = std::max(out->rounding, std::abs(moved->depth - out->depth));
+        return out;
+    }
+    const std::optional<SmoothedFoot> s = smoothed_at(map, a.angles, layer);
     if (!s) return std::nullopt;
     const auto foot =
         shape::surface_point(shape::cast<double>(map.superquadric), shape::SurfaceAngles<double>{a.angles.eta, a.angles.omega});
-    Expected out{true, 0, s->normal};
-    out.depth = projector == Projector::Printed ? norm(point - foot.point) - s->distance                           // eq. 21
-                                                : dot(foot.point - s->distance * foot.normal - point, s->normal);  // eq. 22
-    out.depth = std::max(out.depth, 0.);
-    return out;
+    return Expected{true, std::max(norm(point - foot.point) - s->distance, 0.), s->normal};  // eq. 21
 }
 
 struct TraceCount {
@@ -199,7 +252,7 @@ TraceCount follow(sqmap::test::PaperModel& baked, Layer layer, Projector project
         if (!expected) continue;
         count.compared += expected->touches;
         const auto error_of = [&](const Expected& e) { return norm(force - (k_stiffness * e.depth) * e.normal); };  // eq. 32
-        const double allowed = 3e-4 * k_stiffness * expected->depth + k_stiffness * 4e-6 * double(r);
+        const double allowed = 3e-4 * k_stiffness * expected->depth + k_stiffness * (4e-6 * double(r) + expected->rounding);
         if (error_of(*expected) < allowed) continue;
         // Rounding may lead to another foot, as at the medial axis: the force is that of a point beside it.
         ++count.jumps;
