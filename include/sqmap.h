@@ -113,6 +113,33 @@ typedef int32_t (*sqmap_progress)(void* context, const char* stage, double done)
 /// The language whose names of settings and functions stand in notes and cures; programs in C leave it at zero.
 enum sqmap_words { SQMAP_WORDS_C = 0, SQMAP_WORDS_PYTHON = 1, SQMAP_WORDS_JAVASCRIPT = 2 };
 
+/// Thresholds of the paper that sqmap bake has as options, of the same names and defaults; lengths of section 3 are in roots of
+/// the surface area, areas shares of it. Zero: the default; below zero: 0, where the range begins there. docs/paper-claims.md has
+/// ranges and effects.
+typedef struct sqmap_paper_options {
+    size_t size;
+    // Sections 2 and 3: models of either projection.
+    int32_t without_taper, without_bend;
+    int32_t cuts;                 ///< 0 passes, 1 printed, with thresholds of its own
+    int32_t exact_geodesics;      ///< not zero: eq. 4 over every triangle
+    uint32_t protrusion_sources;  ///< to 100000
+    double salient_window, salient_prominence, locale_width, boundary_strength, protrusion_ratio;    ///< 0.001 to 1000000
+    double curvature_window, hyperbolic_curvature;                                                   ///< 0.001 to 1000000
+    double boundary_concavity, curvature_floor, hyperbolic_share, minimum_part, fragment_roundness;  ///< to 1
+    int32_t mean_curvature;                      ///< of printed cuts: 0 area, 1 count
+    double printed_strength, printed_curvature;  ///< of printed cuts, 0.001 to 1000000
+    double max_looseness, max_q2;                ///< 1 to 1000000; to 1
+    // Section 4.1: models of the normal projection.
+    uint32_t rows, columns;    ///< of layer 2, 5 to 4097 and 8 to 8192; 0: by the target error
+    int32_t subdivisions;      ///< A_S, to 5
+    double offset_constant;    ///< a_N, to 100
+    int32_t offset_radius;     ///< to 8
+    int32_t smoothing;         ///< of the smoothed map: 0 the surface, 1 distances, as section 6 has it
+    double smoothing_length;   ///< of the surface, share of R_max, 0.001 to 0.1
+    int32_t smoothing_radius;  ///< of distances, samples, to 8; below zero: no smoothed map of either
+    int32_t smoothing_kernel;  ///< of distances: 0 binomial, 1 box, 2 Gaussian
+} sqmap_paper_options;
+
 /// How to bake. Zero: the default of sqmap bake.
 typedef struct sqmap_bake_options {
     size_t size;
@@ -134,6 +161,7 @@ typedef struct sqmap_bake_options {
     double gap;               ///< share of R_max, to 0.2: narrower gaps of an outer solid are closed; default 0.01
     double wrap_tolerance;    ///< share of R_max, 0.0016 to 0.1, that wraps and outer solids may be off; default 0.002
     int32_t solid;            ///< sqmap_solid; SQMAP_SOLID_OUTER leaves repair, accepts_surface and thickness without effect
+    const sqmap_paper_options* paper;  ///< may be null
 } sqmap_bake_options;
 
 /// Facts of a model; lengths in mesh units.

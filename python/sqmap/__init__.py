@@ -16,7 +16,7 @@ from ._bodies import (CONTACT, PAIR_CONTACT, PILE_PAIR, SURFACE_CONTACT, Body, C
                       overlap, query_contacts, query_pair, query_probe, separation)
 from ._errors import (ArgumentError, Cancelled, ClosedError, Error, FileError, InternalError, MeshError, MissingError, ModelError,
                       NoMemoryError, VersionError)
-from ._model import Clearances, Contacts, CuredWarning, Distances, Facts, Model, bake
+from ._model import Clearances, Contacts, CuredWarning, Distances, Facts, Model, PaperOptions, bake
 from ._program import program
 from ._scene import Scene
 from ._session import DISCONNECTED, HELD, RESTART, RESUME, STOP, Force, Session, Simulation
@@ -29,6 +29,6 @@ FORMAT_VERSION: int = _library.library.sqmap_format_version()
 
 __all__ = ["ArgumentError", "Body", "CONTACT", "Cancelled", "Clearance", "Clearances", "ClosedError", "Contacts", "CuredWarning", "DISCONNECTED", "Distances",
            "Error", "FORMAT_VERSION", "Facts", "FileError", "FirstTouch", "Force", "HELD", "InternalError", "MeshError", "MissingError", "Model", "ModelError",
-           "NoMemoryError", "Overlap", "PAIR_CONTACT", "PILE_PAIR", "PairContacts", "Pile", "PileContacts", "Probe", "ProbeContacts", "RESTART", "RESUME", "STOP", "Scene",
+           "NoMemoryError", "Overlap", "PAIR_CONTACT", "PILE_PAIR", "PairContacts", "PaperOptions", "Pile", "PileContacts", "Probe", "ProbeContacts", "RESTART", "RESUME", "STOP", "Scene",
            "SURFACE_CONTACT", "Separation", "Session", "Simulation", "Superquadric", "SurfaceContacts", "TAXEL", "TactilePad", "Touch", "VersionError", "Workspace",
            "bake", "clearance", "first_touch", "is_within", "overlap", "program", "query_contacts", "query_pair", "query_probe", "separation", "shapes"]

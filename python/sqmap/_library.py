@@ -41,12 +41,24 @@ class Mesh(Sized):
                 ("triangle_count", c_size_t)]
 
 
+class PaperOptions(Sized):
+    _fields_ = [("size", c_size_t), ("without_taper", c_int32), ("without_bend", c_int32), ("cuts", c_int32), ("exact_geodesics", c_int32),
+                ("protrusion_sources", c_uint32),
+                *((name, c_double) for name in ("salient_window", "salient_prominence", "locale_width", "boundary_strength", "protrusion_ratio",
+                                                "curvature_window", "hyperbolic_curvature", "boundary_concavity", "curvature_floor",
+                                                "hyperbolic_share", "minimum_part", "fragment_roundness")),
+                ("mean_curvature", c_int32), ("printed_strength", c_double), ("printed_curvature", c_double), ("max_looseness", c_double),
+                ("max_q2", c_double), ("rows", c_uint32), ("columns", c_uint32), ("subdivisions", c_int32), ("offset_constant", c_double),
+                ("offset_radius", c_int32), ("smoothing", c_int32), ("smoothing_length", c_double), ("smoothing_radius", c_int32),
+                ("smoothing_kernel", c_int32)]
+
+
 class BakeOptions(Sized):
     _fields_ = [("size", c_size_t), ("target_error", c_double), ("band", c_double), ("thickness", c_double),
                 ("max_parts", c_uint32), ("projection", c_int32), ("repair", c_int32), ("accepts_surface", c_int32),
                 ("without_exact", c_int32), ("threads", c_uint32), ("progress", PROGRESS), ("progress_context", c_void_p),
                 ("source", c_char_p), ("words", c_int32), ("without_input", c_int32), ("unit", c_double),
-                ("gap", c_double), ("wrap_tolerance", c_double), ("solid", c_int32)]
+                ("gap", c_double), ("wrap_tolerance", c_double), ("solid", c_int32), ("paper", POINTER(PaperOptions))]
 
 
 class Facts(Sized):

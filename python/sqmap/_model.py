@@ -6,7 +6,7 @@ import json
 import os
 import threading
 import warnings
-from typing import Any, NamedTuple, Optional, Union
+from typing import Any, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 
@@ -567,10 +567,71 @@ def _metres_per(unit: Union[str, float, None]) -> float:
     return metres
 
 
+_PAPER_WORDS = {"cuts": ("passes", "printed"), "mean_curvature": ("area", "count"), "smoothing": ("surface", "distances"),
+                "smoothing_kernel": ("binomial", "box", "gaussian")}
+_PAPER_FROM_ZERO = ("boundary_concavity", "curvature_floor", "hyperbolic_share", "minimum_part", "fragment_roundness", "max_q2",
+                    "offset_constant")
+_PAPER_MOST = {"protrusion_sources": 100000, "subdivisions": 5, "offset_radius": 8, "smoothing_radius": 8}
+
+
+class PaperOptions:
+    """Thresholds that the paper leaves unstated, for bake(paper=...): the options of `sqmap bake`, of the same names, defaults, ranges
+    and effects (docs/paper-claims.md). None: the default.
+
+    Sections 2 and 3, of models of either projection: taper, bend. cuts: "passes" or "printed", which has thresholds of its own.
+    exact_geodesics: eq. 4 over every triangle, else over protrusion_sources. mean_curvature ("area", "count"), printed_strength and
+    printed_curvature are of printed cuts. Section 4.1, of the normal projection: grid is (rows, columns) of layer 2, subdivisions A_S,
+    offset_constant a_N. smoothing: "surface", or "distances" as section 6 has it; smoothing_length is of the surface,
+    smoothing_radius and smoothing_kernel ("binomial", "box", "gaussian") are of distances; radius 0: no smoothed map."""
+
+    def __init__(self, *, taper: bool = True, bend: bool = True, cuts: str = "passes", exact_geodesics: bool = False,
+                 protrusion_sources: Optional[int] = None, salient_window: Optional[float] = None,
+                 salient_prominence: Optional[float] = None, locale_width: Optional[float] = None,
+                 boundary_strength: Optional[float] = None, protrusion_ratio: Optional[float] = None,
+                 curvature_window: Optional[float] = None, hyperbolic_curvature: Optional[float] = None,
+                 boundary_concavity: Optional[float] = None, curvature_floor: Optional[float] = None,
+                 hyperbolic_share: Optional[float] = None, minimum_part: Optional[float] = None,
+                 fragment_roundness: Optional[float] = None, mean_curvature: str = "area", printed_strength: Optional[float] = None,
+                 printed_curvature: Optional[float] = None, max_looseness: Optional[float] = None, max_q2: Optional[float] = None,
+                 grid: Optional[Tuple[int, int]] = None, subdivisions: Optional[int] = None, offset_constant: Optional[float] = None,
+                 offset_radius: Optional[int] = None, smoothing: str = "surface", smoothing_length: Optional[float] = None,
+                 smoothing_radius: Optional[int] = None, smoothing_kernel: str = "binomial") -> None:
+        given = dict(locals())
+        self._struct = out = c.PaperOptions(without_taper=not flag(taper, "taper"), without_bend=not flag(bend, "bend"),
+                                            exact_geodesics=flag(exact_geodesics, "exact_geodesics"))
+        for name, words in _PAPER_WORDS.items():
+            if not isinstance(given[name], str) or given[name] not in words:
+                raise refuse(name, f"is {given[name]!r}", f"take one of {', '.join(words)}")
+            setattr(out, name, words.index(given[name]))
+        if grid is not None:
+            if not isinstance(grid, (tuple, list)) or len(grid) != 2:
+                raise refuse("grid", f"is {grid!r}", "give (rows, columns)")
+            out.rows, out.columns = (count(side, "grid", 8192) for side in grid)
+            if not 5 <= out.rows <= 4097 or not 8 <= out.columns:
+                raise refuse("grid", f"is {grid!r}", "give 5 to 4097 rows and 8 to 8192 columns")
+        for name, kind in c.PaperOptions._fields_:
+            value = given.get(name)
+            if value is None or name in _PAPER_WORDS or name == "exact_geodesics":
+                continue
+            if kind is c.c_double:
+                value = number(value, name)
+                if not (0 < value < float("inf") or value == 0 and name in _PAPER_FROM_ZERO):
+                    raise refuse(name, f"is {value:g}", f"give a number {'from 0 on' if name in _PAPER_FROM_ZERO else 'above zero'}")
+            else:
+                value = count(value, name, _PAPER_MOST[name])
+            # Zero stands for the default in C, below zero for none.
+            setattr(out, name, value if value != 0 or name == "protrusion_sources" else -1)
+        if cuts != "printed" and (mean_curvature != "area" or printed_strength is not None or printed_curvature is not None):
+            raise refuse("cuts", f"is {cuts!r}, and a threshold of printed cuts is given", 'take "printed"')
+        if protrusion_sources == 0:
+            raise refuse("protrusion_sources", "is 0", "give a number from 1 to 100000")
+
+
 def bake(mesh: Any, *, target_error: float = 0.5, max_parts: int = 24, band: float = 5.0, projection: str = "central",
          exact: bool = True, keep_input: bool = True, repair: str = "auto", surface: bool = False, thickness: float = 0.0,
          solid: str = "as-is", gap: float = 0.01, wrap_tolerance: float = 0.002,
-         unit: Union[str, float, None] = None, threads: Optional[int] = None, source: Optional[str] = None, progress: Union[bool, Progress, None] = None) -> Model:
+         unit: Union[str, float, None] = None, threads: Optional[int] = None, source: Optional[str] = None, progress: Union[bool, Progress, None] = None,
+         paper: Optional[PaperOptions] = None) -> Model:
     """Bakes a closed triangle mesh into a Model.
 
     mesh: a path (OFF, OBJ, STL, PLY, glTF, GLB), a pair (vertices (v, 3), triangles (t, 3)), or an object with vertices and
@@ -584,7 +645,7 @@ def bake(mesh: Any, *, target_error: float = 0.5, max_parts: int = 24, band: flo
     unit: of the mesh, "um", "mm", "cm", "dm", "m", "km", "in", "ft" or metres per unit: the model and all that it answers are in metres;
     None: in the mesh's own unit. progress: True
     shows a bar; a function is called with a stage's name and the share that is done, and true from it stops the bake (Cancelled).
-    Ctrl-C stops it too, within a stage. The bytes do not depend on threads.
+    Ctrl-C stops it too, within a stage. The bytes do not depend on threads. paper: the paper's thresholds.
 
     Warns (CuredWarning) of a mesh that was closed or wrapped. Raises MeshError with a cure and what is wrong, "triangles[3]" of arrays, "face 4" of a file; ArgumentError."""
     if not isinstance(repair, str) or repair not in REPAIRS:
@@ -610,7 +671,8 @@ def bake(mesh: Any, *, target_error: float = 0.5, max_parts: int = 24, band: flo
                             without_input=not flag(keep_input, "keep_input"), threads=cores(threads),
                             source=None if source is None else source.encode(errors="replace"),
                             words=c.WORDS, unit=_metres_per(unit), gap=number(gap, "gap"),
-                            wrap_tolerance=number(wrap_tolerance, "wrap_tolerance"), solid=SOLIDS[solid])
+                            wrap_tolerance=number(wrap_tolerance, "wrap_tolerance"), solid=SOLIDS[solid],
+                            paper=None if paper is None else ctypes.pointer(instance(paper, PaperOptions, "paper")._struct))
     if isinstance(mesh, (str, bytes, os.PathLike)):
         function, given = "sqmap_bake_file", path_of(mesh, "mesh")
     else:

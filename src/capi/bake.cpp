@@ -70,6 +70,95 @@ bake::BakeOptions bake_options(const sqmap_bake_options& o)
     return out;
 }
 
+using Decompose = decompose::DecomposeOptions;
+
+/// A threshold of section 3: the caller's, the library's, its range. A range that begins at zero is one of shares.
+struct Threshold {
+    const char* name;
+    double sqmap_paper_options::*given;
+    double Decompose::*value;
+    double least, max;
+};
+constexpr Threshold k_thresholds[] = {
+    {"salient_window", &sqmap_paper_options::salient_window, &Decompose::salient_window, 1e-3, 1e6},
+    {"salient_prominence", &sqmap_paper_options::salient_prominence, &Decompose::salient_prominence, 1e-3, 1e6},
+    {"locale_width", &sqmap_paper_options::locale_width, &Decompose::locale_width, 1e-3, 1e6},
+    {"boundary_strength", &sqmap_paper_options::boundary_strength, &Decompose::boundary_strength, 1e-3, 1e6},
+    {"protrusion_ratio", &sqmap_paper_options::protrusion_ratio, &Decompose::protrusion_ratio, 1e-3, 1e6},
+    {"curvature_window", &sqmap_paper_options::curvature_window, &Decompose::curvature_window, 1e-3, 1e6},
+    {"hyperbolic_curvature", &sqmap_paper_options::hyperbolic_curvature, &Decompose::hyperbolic_curvature, 1e-3, 1e6},
+    {"boundary_concavity", &sqmap_paper_options::boundary_concavity, &Decompose::boundary_concavity, 0, 1},
+    {"curvature_floor", &sqmap_paper_options::curvature_floor, &Decompose::curvature_floor, 0, 1},
+    {"hyperbolic_share", &sqmap_paper_options::hyperbolic_share, &Decompose::hyperbolic_share, 0, 1},
+    {"minimum_part", &sqmap_paper_options::minimum_part, &Decompose::minimum_part_area, 0, 1},
+    {"fragment_roundness", &sqmap_paper_options::fragment_roundness, &Decompose::fragment_roundness, 0, 1},
+    {"printed_strength", &sqmap_paper_options::printed_strength, &Decompose::printed_strength, 1e-3, 1e6},
+    {"printed_curvature", &sqmap_paper_options::printed_curvature, &Decompose::printed_curvature, 1e-3, 1e6}};
+
+std::string of_paper(const char* name) { return std::string("options.paper.") + name; }
+
+/// Zero leaves the default; below zero stands for zero, where the range begins there.
+template <class Number>
+void take(double given, double least, double max, const char* name, Number& value)
+{
+    if (given == 0) return;
+    const double meant = given < 0 && least == 0 ? 0 : given;
+    value = static_cast<Number>(checked(meant, least, max, of_paper(name).c_str()));
+}
+
+/// One of so many kinds, from zero on.
+int kind(std::int32_t given, int count, const char* name)
+{
+    if (given < 0 || given >= count)
+        throw Failure{SQMAP_E_ARGUMENT, of_paper(name), "is " + std::to_string(given),
+                      "give a number from 0 to " + std::to_string(count - 1)};
+    return given;
+}
+
+/// Sections 2 and 3.
+void take_cuts(const sqmap_paper_options& o, bake::BakeOptions& out)
+{
+    constexpr bake::BakeRanges ranges;
+    out.fit.allow_taper = o.without_taper == 0;
+    out.fit.allow_bend = o.without_bend == 0;
+    take(o.max_looseness, ranges.max_looseness.least, ranges.max_looseness.max, "max_looseness", out.max_looseness);
+    take(o.max_q2, ranges.max_q2_share.least, ranges.max_q2_share.max, "max_q2", out.max_q2_share);
+    const bool printed = kind(o.cuts, 2, "cuts") == 1;
+    if (printed) out.decompose = decompose::printed_cuts();
+    if (o.exact_geodesics != 0) out.decompose.protrusion = decompose::ProtrusionSum::Exact;
+    take(o.protrusion_sources, 1, 1e5, "protrusion_sources", out.decompose.protrusion_sources);
+    for (const Threshold& t : k_thresholds) take(o.*t.given, t.least, t.max, t.name, out.decompose.*t.value);
+    if (kind(o.mean_curvature, 2, "mean_curvature") == 1) out.decompose.curvature_mean = decompose::CurvatureMean::Count;
+    if (!printed && (o.mean_curvature != 0 || o.printed_strength != 0 || o.printed_curvature != 0))
+        throw Failure{SQMAP_E_ARGUMENT, of_paper("cuts"), "is 0, and a threshold of printed cuts is given", "set it to 1"};
+}
+
+/// Section 4.1.
+paper::MapOptions map_options(const sqmap_paper_options& o, bool is_normal)
+{
+    paper::MapOptions out;
+    if (o.rows != 0 || o.columns != 0) {
+        take(o.rows == 0 ? 1 : o.rows, 5, paper::k_max_map_rows, "rows", out.grid.rows);
+        take(o.columns == 0 ? 1 : o.columns, 8, paper::k_max_map_columns, "columns", out.grid.columns);
+    }
+    take(o.subdivisions, 0, 5, "subdivisions", out.subdivisions);
+    take(o.offset_constant, 0, 100, "offset_constant", out.offset_constant);
+    take(o.offset_radius, 0, 8, "offset_radius", out.offset_radius);
+    take(o.smoothing_length, 1e-3, 0.1, "smoothing_length", out.smoothing_length);
+    take(o.smoothing_radius, 0, 8, "smoothing_radius", out.smoothing_radius);
+    out.smoothing = static_cast<paper::Smoothing>(kind(o.smoothing, 2, "smoothing"));
+    out.smoothing_kernel = static_cast<paper::SmoothingKernel>(kind(o.smoothing_kernel, 3, "smoothing_kernel"));
+    if (!paper::is_storable(out))
+        throw Failure{SQMAP_E_ARGUMENT, of_paper("rows"), "and columns, subdivided, are more than a map can have",
+                      "give fewer, or fewer subdivisions"};
+    const bool of_maps = o.rows != 0 || o.columns != 0 || o.subdivisions != 0 || o.offset_constant != 0 || o.offset_radius != 0 ||
+                         o.smoothing != 0 || o.smoothing_length != 0 || o.smoothing_radius != 0 || o.smoothing_kernel != 0;
+    if (of_maps && !is_normal)
+        throw Failure{SQMAP_E_ARGUMENT, "options.projection", "is central, and options of the paper's maps are given",
+                      "set it to the normal projection"};
+    return out;
+}
+
 /// The element of a diagnosis, "face 12", as a caller of arrays counts: "mesh.triangles[11]"; without "mesh." but in C.
 std::string in_arrays(const std::string& element, std::int32_t words)
 {
@@ -91,7 +180,10 @@ std::shared_ptr<Model> baked(const MeshInput& input, const sqmap_bake_options& o
     try {
         BakeMeshOptions options{.bake = bake_options(o), .provenance = {.made_by = "libsqmap " SQMAP_VERSION}};
         options.mesh.admit = admit_options(o);
-        if (o.projection == 1) options.paper_maps.emplace();
+        const sqmap_paper_options paper = taken(o.paper, "options.paper");
+        take_cuts(paper, options.bake);
+        const paper::MapOptions maps = map_options(paper, o.projection == 1);
+        if (o.projection == 1) options.paper_maps = maps;
         if (o.source != nullptr) options.provenance.source = o.source;
         return std::make_shared<Model>(bake_mesh(input, options).bytes(), o.words);
     } catch (const mesh::RefusedMesh& e) {

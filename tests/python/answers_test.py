@@ -121,6 +121,20 @@ class Points(unittest.TestCase):
         self.assertEqual(triangle[:2].tolist(), [-1, -1])
 
 
+class Thresholds(unittest.TestCase):
+    def test_those_of_the_paper_change_the_model_or_are_refused_by_name(self):
+        size = {radius: len(sqmap.bake(ball(2), projection="normal", paper=sqmap.PaperOptions(
+            grid=(9, 16), subdivisions=0, smoothing="distances", smoothing_radius=radius)).to_bytes()) for radius in (0, 1)}
+        self.assertEqual(size[1] - size[0], 9 * 16 * 4)  # the smoothed map
+        few, many = (sqmap.bake(torus(), paper=sqmap.PaperOptions(max_looseness=loose)).facts.parts for loose in (1000, 1.2))
+        self.assertLess(few, many)
+        for name, value in (("locale_width", 1e-9), ("max_q2", 2), ("smoothing_length", 0.5), ("offset_constant", 1000)):
+            with self.assertRaisesRegex(sqmap.ArgumentError, f"paper.{name} is"):
+                sqmap.bake(ball(2), projection="normal", paper=sqmap.PaperOptions(**{name: value}))
+        with self.assertRaisesRegex(sqmap.ArgumentError, "projection is central"):
+            sqmap.bake(ball(2), paper=sqmap.PaperOptions(offset_radius=2))
+
+
 class Shapes(unittest.TestCase):
     def test_shapes_are_closed_and_have_their_answers(self):
         points = np.random.default_rng(2).uniform(-1.6, 1.6, (2000, 3))

@@ -51,6 +51,8 @@ BY_NAME = {
     "nearest_steps": [*INTEGERS, 101], "tool": [5, "x", object(), sqmap.Probe(VERTICES)], "repair": ["glue", 5, [], object()], "solid": ["inner", 5, [], object()],
     "projection": ["mercator", 5, [], object()], "source": [5, object(), b"x"], "progress": [5, "bar", object(), []],
     "format": ["step", 5, [], object()], "shape": ["egg", "spheres:0", "spheres:5000", "spheres:x", 5, [], object()],
+    "cuts": ["deep", 5, [], object()], **dict.fromkeys(("mean_curvature", "smoothing", "smoothing_kernel"), ["glued", 5, [], object()]), "paper": [5, "printed", {}, object()],
+    "grid": [5, "9x9", (5,), (4, 8), (5, 7), (5, 9000), (5.5, 8), (5, 8, 9), object()],
     "nsamples": [*INTEGERS, 0, 2], "time": NUMBERS, "distance": [*NUMBERS, -1], "sample_time": NUMBERS, "sequence": INTEGERS, "acts": [*INTEGERS, 32],
     "unit": ["parsec", b"mm", 0, -1, NAN, INF, object(), True, []],
     "extents": [*SHAPES, (1, 2), (1, 0, 1), (1, -1, 1), (1, NAN, 1)], "radius": [*NUMBERS, -1], "subdivisions": [*INTEGERS, 9],
