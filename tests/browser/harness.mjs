@@ -26,8 +26,8 @@ export async function start(...options) {
 }
 
 // Software rendering: the machine that tests has no graphics card.
-const GL = ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'];
-export const launch = (args = GL) => browserType.launch({ executablePath: chromium, args });
+export const GL = ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'];
+export const launch = (args = GL, headless = true) => browserType.launch({ executablePath: chromium, headless, args });
 export const browser = await launch();
 export const complaints = [];
 /// A page of an address, once it is ready. mode: the tab that is then chosen; empty: what the page begins with.
