@@ -10,6 +10,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <cstdio>
+#include <cstdlib>
 
 namespace sqmap::mesh {
 
@@ -143,26 +145,37 @@ private:
             std::sort(doubtful.begin(), doubtful.end());
             doubtful.erase(std::unique(doubtful.begin(), doubtful.end()), doubtful.end());
         };
-        bool is_first = true, was_outside = true;
+        bool knows_crossings = false, was_outside = true;
         for (int round = 0; round < k_crossing_rounds; ++round) {
             std::vector<std::uint32_t> changed = doubtful;
             while (!doubtful.empty()) {
                 back(touching(mesh, doubtful), 1);
                 changed.insert(changed.end(), doubtful.begin(), doubtful.end());
             }
-            std::vector<std::uint32_t> bad = is_first ? std::vector<std::uint32_t>{} : crossed(mesh, changed);
+            std::vector<std::uint32_t> bad = knows_crossings ? crossed(mesh, changed) : std::vector<std::uint32_t>{};
             std::size_t steps = round < k_crossing_rounds / 2 ? 1 : k_shares.size();
             if (bad.empty() && was_outside) {
                 bad = outside(mesh);
                 was_outside = !bad.empty();
                 if (was_outside) steps = k_shares.size();
             }
-            if (bad.empty() && is_first) bad = crossed(mesh, {});
-            is_first = false;
+            if (bad.empty() && !knows_crossings) {
+                bad = crossed(mesh, {});
+                knows_crossings = true;
+            }
             if (bad.empty()) return;
             back(bad, steps);
         }
         while (!doubtful.empty()) back(touching(mesh, doubtful), 1);
+        if (getenv("DBG")) {
+            auto b = crossed(mesh, {});
+            ClosedMesh s0 = mesh; s0.vertices = start;
+            auto c = crossed(s0, {});
+            fprintf(stderr, "left %zu, at start %zu of %zu\n", b.size(), c.size(), mesh.triangles.size());
+            for (size_t i = 0; i < std::min<size_t>(c.size(), 40); ++i) { auto t = mesh.triangles[c[i]]; for (auto v : t) fprintf(stderr, "%u%s (%.4f %.4f %.4f) ", v, v >= sheets() ? "b" : "", start[v].x, start[v].y, start[v].z); fprintf(stderr, "\n"); }
+            int nonz = 0; for (auto t : b) { for (auto v : mesh.triangles[t]) if (step[v] != 5) { ++nonz; break; } }
+            fprintf(stderr, "left with a vertex not back: %d\n", nonz);
+        }
     }
 
     [[nodiscard]] std::vector<std::uint32_t> touching(const ClosedMesh& mesh, const std::vector<std::uint32_t>& triangles) const
