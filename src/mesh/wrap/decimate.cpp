@@ -26,6 +26,7 @@ constexpr double k_length = 1e-5;      ///< weight of an edge's squared length, 
 constexpr double k_far = 1;            ///< root mean square distance from the planes that is not tried, in allowed errors
 constexpr double k_on_input = 1e-6;    ///< a vertex so near lies on the input
 constexpr double k_outward = 0.5;      ///< allowed errors by which a target that meets the enclosed moves out
+constexpr double k_box_rim = 1 + 1e-9;  ///< allowed errors: beyond a triangle's box by more than that no sample is near enough
 constexpr double k_never = 1e100;      ///< cost of an edge that is not tried
 constexpr double k_first_sweep = 2e-5, k_next_sweep = 4;
 constexpr std::size_t k_max_ring = 60;  ///< triangles about both ends of an edge
@@ -250,14 +251,23 @@ private:
     bool carry_samples(const Collapse& c)
     {
         carried_.clear();
-        const double limit = max_error_ * max_error_;
+        const double limit = max_error_ * max_error_, rim = k_box_rim * max_error_;
+        reach_.clear();
+        for (const auto& [r, corners] : ring_) {
+            Box box = box_of(corners);
+            box.lo -= Vec3d{rim, rim, rim};
+            box.hi += Vec3d{rim, rim, rim};
+            reach_.push_back(box);
+        }
         for (const std::uint32_t v : {c.a, c.b}) {
             for (const std::uint32_t t : around_[v]) {
                 if (v == c.b && std::find(around_[c.a].begin(), around_[c.a].end(), t) != around_[c.a].end()) continue;
                 for (std::uint32_t s = first_sample_[t]; s != k_none; s = next_sample_[s]) {
                     double best = limit;
                     std::uint32_t carrier = k_none;
-                    for (const auto& [r, corners] : ring_) {
+                    for (std::size_t i = 0; i < ring_.size(); ++i) {
+                        if (!contains(reach_[i], mesh_.samples[s])) continue;
+                        const auto& [r, corners] = ring_[i];
                         const double d = norm_sq(closest_point_on_triangle(mesh_.samples[s], corners[0], corners[1], corners[2]) -
                                                  mesh_.samples[s]);
                         if (d <= best) {
@@ -381,6 +391,7 @@ private:
     double max_error_ = 0;
     std::priority_queue<Waiting> heap_;
     std::vector<std::pair<std::uint32_t, std::array<Vec3d, 3>>> ring_;
+    std::vector<Box> reach_;  ///< #ring_: what lies within max_error_ of the triangle
     std::vector<std::pair<std::uint32_t, std::uint32_t>> carried_;
 };
 

@@ -22,11 +22,13 @@ bool axis_parts(Vec3d axis, const Enclosed::Corners& s, const Enclosed::Corners&
 
 }  // namespace
 
-Enclosed::Enclosed(const Mesh& soup, double margin) : soup_(soup), margin_(margin)
+Enclosed::Enclosed(const Mesh& soup, double margin) : margin_(margin)
 {
     std::vector<Vec3d> middles;
     for (std::uint32_t t = 0; t < soup.triangles.size(); ++t) {
-        Box box = box_of(corners(t));
+        const Triangle& v = soup.triangles[t];
+        corners_.push_back({soup.vertices[v[0]], soup.vertices[v[1]], soup.vertices[v[2]]});
+        Box box = box_of(corners_[t]);
         box.lo -= Vec3d{margin, margin, margin};
         box.hi += Vec3d{margin, margin, margin};
         boxes_.push_back(box);
@@ -34,12 +36,6 @@ Enclosed::Enclosed(const Mesh& soup, double margin) : soup_(soup), margin_(margi
         order_.push_back(t);
     }
     if (!order_.empty()) build(0, static_cast<std::uint32_t>(order_.size()), middles);
-}
-
-Enclosed::Corners Enclosed::corners(std::uint32_t t) const
-{
-    const Triangle& v = soup_.triangles[t];
-    return {soup_.vertices[v[0]], soup_.vertices[v[1]], soup_.vertices[v[2]]};
 }
 
 void Enclosed::build(std::uint32_t first, std::uint32_t last, std::span<const Vec3d> middles)
@@ -95,7 +91,7 @@ bool Enclosed::are_apart(std::uint32_t soup_triangle, const Corners& other) cons
 {
     if (!overlap(boxes_[soup_triangle], box_of(other))) return true;
     const Vec3d origin = other[0];  // small numbers, small rounding
-    Corners s = corners(soup_triangle), t = other;
+    Corners s = corners_[soup_triangle], t = other;
     for (int k = 0; k < 3; ++k) {
         s[k] -= origin;
         t[k] -= origin;
@@ -127,7 +123,7 @@ bool Enclosed::is_swept(std::uint32_t soup_triangle, const std::array<Vec3d, 4>&
     const Vec3d o = tetrahedron[0], a = tetrahedron[1] - o, b = tetrahedron[2] - o, c = tetrahedron[3] - o;
     const double volume = dot(a, cross(b, c));
     if (volume == 0) return false;
-    const Vec3d p = soup_.vertices[soup_.triangles[soup_triangle][0]] - o;
+    const Vec3d p = corners_[soup_triangle][0] - o;
     const double u = dot(p, cross(b, c)) / volume, v = dot(p, cross(c, a)) / volume, w = dot(p, cross(a, b)) / volume;
     return std::min({u, v, w, 1 - u - v - w}) >= -k_on_face;
 }

@@ -12,7 +12,7 @@
 
 namespace sqmap::mesh {
 
-/// Triangles with or without area, which must outlive it. Immutable once made.
+/// Triangles with or without area. Immutable once made.
 class Enclosed {
 public:
     using Corners = std::array<Vec3d, 3>;
@@ -36,13 +36,12 @@ private:
         std::uint32_t skip = 0;              ///< the node after all that lie below this one
     };
 
-    [[nodiscard]] Corners corners(std::uint32_t t) const;
     void build(std::uint32_t first, std::uint32_t last, std::span<const Vec3d> middles);
     template <class Visit>
     void visit(const Box& box, Visit&& visit) const;
 
-    const Mesh& soup_;
     double margin_;
+    std::vector<Corners> corners_;  ///< #triangles
     std::vector<std::uint32_t> order_;
     std::vector<Box> boxes_;   ///< #triangles, larger by the margin
     std::vector<Node> nodes_;  ///< depth first
