@@ -65,13 +65,13 @@ def main():
             measure.run("render", models[name], "--what", kinds, "--size", size, *where, "-o", picture, *options)
             return picture
 
-        stacked([row(n, "parts,superquadrics,error", "330x250") for n in HERO], IMAGES / "hero.png")
+        stacked([row(n, "parts,bounds,error", "330x250") for n in HERO], IMAGES / "hero.png")
         stacked([row("hand", "parts,protrusion,curvature", "400x360")], IMAGES / "decomposition.png")
         # Draws docs/guide/paper.md: the paper's own maps.
         models["paper"] = folder / "paper.sqmap"
         measure.run("bake", folder / "hand.obj", "-o", models["paper"], "--projection", "normal")
         for picture, kinds, size, *mesh in (("superquadrics", "parts,superquadrics", "450x420", folder / "hand.obj"),
-                                            ("map", "map", "900x700")):
+                                            ("map", "map", "900x700", folder / "hand.obj")):
             measure.run("render", models["paper"], *mesh, "--what", kinds, "--size", size, "-o", IMAGES / "paper" / f"{picture}.png")
         measure.run("render", folder / "hand.obj", "--what", "protrusion,curvature", "--size", "450x420", "-o",
                     IMAGES / "paper" / "fields.png")
@@ -84,7 +84,7 @@ def main():
             measure.run("render", folder / f"{shape}.obj", "--what", "parts", "--size", "600x380", "--azimuth", 0, "-o",
                         pictures[-1])
         stacked(pictures, IMAGES / "colliders.png")
-        stacked([row("triceratops", "superquadrics", "700x400")], IMAGES / "superquadrics.png")
+        stacked([row("triceratops", "superquadrics,bounds", "500x300")], IMAGES / "superquadrics.png")
         stacked([row("hand", "map", "1100x700")], IMAGES / "map.png")
         stacked([row("torus", "error", "600x400", "--up", "z", "--elevation", 35)], IMAGES / "error.png")
         wrong_at_joints(folder)

@@ -66,6 +66,7 @@ Image picture(const Subject& subject, const std::string& what, const View& view)
 {
     if (what == "parts") return parts_picture(subject, view);
     if (what == "superquadrics") return superquadrics_picture(subject, view);
+    if (what == "bounds") return bounds_picture(subject, view);
     if (is_of_section_three(what)) return section_three_picture(subject, what, view);
     if (what == "regions") {
         if (subject.regions.empty())
@@ -86,7 +87,7 @@ Image pictures(const RenderArguments& a)
     std::vector<std::string> kinds = a.what;
     if (kinds.empty()) kinds.push_back(is_model ? "parts" : "mesh");
     for (const std::string& what : kinds)
-        if (!is_model && (what == "error" || what == "map" || what == "regions"))
+        if (!is_model && (what == "error" || what == "map" || what == "regions" || what == "bounds"))
             throw WrongUsage("--what", what + " needs a model (.sqmap)");
     if (!is_model && !a.mesh.empty()) throw WrongUsage("mesh", "a second mesh goes with a model (.sqmap) only");
     std::optional<mesh::Mesh> mesh;
@@ -120,11 +121,11 @@ void add_render(CommandLine& line)
     command
         .option("--what", arguments->what,
                 "mesh, parts, superquadrics; section 3's protrusion, features (salient), locales, strength (Boundary Strength), "
-                "curvature, hyperbolic (where that is negative); of a model also map (unrolled) and error (of layer 3); several "
-                "stand side by side; default: parts of a model, the plain mesh otherwise")
+                "curvature, hyperbolic (where that is negative); of a model also bounds (layer 1), map (unrolled) and error "
+                "(of layer 3); several stand side by side; default: parts of a model, the plain mesh otherwise")
         .delimiter(',')
         .one_of({"mesh", "parts", "superquadrics", "protrusion", "features", "locales", "strength", "curvature", "hyperbolic",
-                 "map", "error", "regions"})
+                 "map", "error", "regions", "bounds"})
         .type_name("KIND");
     command.option("-o,--output", arguments->output, "PNG file to write").required();
     command.option("--azimuth", arguments->azimuth, "Degrees about the up axis, 0 the front; default: off the broadest side");

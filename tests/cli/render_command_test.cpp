@@ -104,7 +104,7 @@ protected:
 TEST_F(RenderCommand, DrawsEveryKindOfAModel)
 {
     const std::string dumbbell = model("dumbbell");
-    for (const std::string what : {"mesh", "parts", "superquadrics", "protrusion", "curvature", "map", "error"}) {
+    for (const std::string what : {"mesh", "parts", "superquadrics", "bounds", "protrusion", "curvature", "map", "error"}) {
         const Picture p = picture(dumbbell + " --what " + what + " --size 240x160");
         EXPECT_EQ(p.width, 240) << what;
         EXPECT_EQ(p.height, 160) << what;

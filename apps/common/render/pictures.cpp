@@ -3,6 +3,7 @@
 
 #include "math/percentile.h"
 #include "sqmap/math/assert.h"
+#include "sqmap/math/half_space.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/mesh/solid.h"
@@ -11,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -193,6 +195,45 @@ Image curvature_picture(const Subject& subject, const View& view)
     return with_scale({std::move(layer)}, view, scale);
 }
 
+/// The parts, paler, under a translucent surface of each.
+Image under(const Subject& subject, std::vector<mesh::Mesh> surfaces, const View& view)
+{
+    std::vector<Layer> layers{part_layer(subject)};
+    for (Rgb& colour : layers[0].colours) colour = 0.5f * colour + 0.5f * srgb(0xe8e4dc);
+    for (std::size_t p = 0; p < surfaces.size(); ++p) {
+        Layer layer{.mesh = std::move(surfaces[p]), .translucent = true};
+        layer.colours.assign(layer.mesh.triangles.size(), part_colour(p));
+        layers.push_back(std::move(layer));
+    }
+    return render(layers, view);
+}
+
+Vec3d middle_of_part(const Subject& subject, std::size_t part)
+{
+    Vec3d sum;
+    double area = 0;
+    for (std::uint32_t t = 0; t < subject.mesh.triangles.size(); ++t) {
+        if (subject.part_of_triangle[t] != part) continue;
+        sum += mesh::triangle_area(subject.mesh, t) * mesh::triangle_centroid(subject.mesh, t);
+        area += mesh::triangle_area(subject.mesh, t);
+    }
+    return area > 0 ? sum / area : sum;
+}
+
+/// Draws a surface toward a point within all sides, as far as they ask.
+void cut(mesh::Mesh& surface, std::span<const HalfSpacef> sides, Vec3d within)
+{
+    for (Vec3d& p : surface.vertices) {
+        double share = 1;
+        for (const HalfSpacef& side : sides) {
+            const Vec3d n = cast<double>(side.normal);
+            const double along = dot(n, p - within), most = side.offset - dot(n, within);
+            if (most > 0 && along * share > most) share = most / along;
+        }
+        p = within + share * (p - within);
+    }
+}
+
 }  // namespace
 
 Image plain_picture(const Subject& subject, const View& view)
@@ -204,14 +245,19 @@ Image parts_picture(const Subject& subject, const View& view) { return render({p
 
 Image superquadrics_picture(const Subject& subject, const View& view)
 {
-    std::vector<Layer> layers{part_layer(subject)};
-    for (Rgb& colour : layers[0].colours) colour = 0.5f * colour + 0.5f * srgb(0xe8e4dc);
+    std::vector<mesh::Mesh> surfaces;
+    for (const shape::Superquadricd& of : subject.superquadrics) surfaces.push_back(mesh::superquadric_surface(of, 24));
+    return under(subject, std::move(surfaces), view);
+}
+
+Image bounds_picture(const Subject& subject, const View& view)
+{
+    std::vector<mesh::Mesh> surfaces;
     for (std::size_t p = 0; p < subject.superquadrics.size(); ++p) {
-        Layer layer{.mesh = mesh::superquadric_surface(subject.superquadrics[p], 24), .translucent = true};
-        layer.colours.assign(layer.mesh.triangles.size(), part_colour(p));
-        layers.push_back(std::move(layer));
+        surfaces.push_back(mesh::superquadric_surface(subject.superquadrics[p], 96));
+        if (subject.model) cut(surfaces.back(), model::polytope_of(subject.model->view(), p), middle_of_part(subject, p));
     }
-    return render(layers, view);
+    return under(subject, std::move(surfaces), view);
 }
 
 Image section_three_picture(const Subject& subject, const std::string& kind, const View& view)

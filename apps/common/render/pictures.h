@@ -14,6 +14,8 @@ namespace sqmap::app {
 [[nodiscard]] Image parts_picture(const Subject& subject, const View& view);
 /// The same, paler, under its translucent superquadrics.
 [[nodiscard]] Image superquadrics_picture(const Subject& subject, const View& view);
+/// The same with what layer 1 holds: superquadrics cut by the polytopes of their parts.
+[[nodiscard]] Image bounds_picture(const Subject& subject, const View& view);
 /// A picture of a field of section 3: protrusion (p of eq. 4 over its mean), features (the same with the salient features),
 /// locales (bands about the nearest of them), strength (Boundary Strength of these), curvature (of eq. 6, times R_max squared,
 /// capped at the 95th percentile) or hyperbolic (where it is negative). @pre kind is one of these, the subject's section_three is

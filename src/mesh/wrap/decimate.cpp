@@ -19,15 +19,15 @@ namespace sqmap::mesh {
 
 namespace {
 
-constexpr double k_free_share = 1e-3;  ///< share of the greatest eigenvalue below which a direction is free
-constexpr double k_turn = 0.3;         ///< least cosine between a triangle's normals before and after
-constexpr double k_shape = 0.02;       ///< height over longest side below which a triangle is not made worse
-constexpr double k_length = 1e-5;      ///< weight of an edge's squared length, so that flat regions get even triangles
-constexpr double k_far = 1;            ///< root mean square distance from the planes that is not tried, in allowed errors
-constexpr double k_on_input = 1e-6;    ///< a vertex so near lies on the input
-constexpr double k_outward = 0.5;      ///< allowed errors by which a target that meets the enclosed moves out
+constexpr double k_free_share = 1e-3;   ///< share of the greatest eigenvalue below which a direction is free
+constexpr double k_turn = 0.3;          ///< least cosine between a triangle's normals before and after
+constexpr double k_shape = 0.02;        ///< height over longest side below which a triangle is not made worse
+constexpr double k_length = 1e-5;       ///< weight of an edge's squared length, so that flat regions get even triangles
+constexpr double k_far = 1;             ///< root mean square distance from the planes that is not tried, in allowed errors
+constexpr double k_on_input = 1e-6;     ///< a vertex so near lies on the input
+constexpr double k_outward = 0.5;       ///< allowed errors by which a target that meets the enclosed moves out
 constexpr double k_box_rim = 1 + 1e-9;  ///< allowed errors: beyond a triangle's box by more than that no sample is near enough
-constexpr double k_never = 1e100;      ///< cost of an edge that is not tried
+constexpr double k_never = 1e100;       ///< cost of an edge that is not tried
 constexpr double k_first_sweep = 2e-5, k_next_sweep = 4;
 constexpr std::size_t k_max_ring = 60;  ///< triangles about both ends of an edge
 

@@ -10,8 +10,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <cstdio>
-#include <cstdlib>
 
 namespace sqmap::mesh {
 
@@ -167,15 +165,6 @@ private:
             back(bad, steps);
         }
         while (!doubtful.empty()) back(touching(mesh, doubtful), 1);
-        if (getenv("DBG")) {
-            auto b = crossed(mesh, {});
-            ClosedMesh s0 = mesh; s0.vertices = start;
-            auto c = crossed(s0, {});
-            fprintf(stderr, "left %zu, at start %zu of %zu\n", b.size(), c.size(), mesh.triangles.size());
-            for (size_t i = 0; i < std::min<size_t>(c.size(), 40); ++i) { auto t = mesh.triangles[c[i]]; for (auto v : t) fprintf(stderr, "%u%s (%.4f %.4f %.4f) ", v, v >= sheets() ? "b" : "", start[v].x, start[v].y, start[v].z); fprintf(stderr, "\n"); }
-            int nonz = 0; for (auto t : b) { for (auto v : mesh.triangles[t]) if (step[v] != 5) { ++nonz; break; } }
-            fprintf(stderr, "left with a vertex not back: %d\n", nonz);
-        }
     }
 
     [[nodiscard]] std::vector<std::uint32_t> touching(const ClosedMesh& mesh, const std::vector<std::uint32_t>& triangles) const
