@@ -227,8 +227,8 @@ void cut(mesh::Mesh& surface, std::span<const HalfSpacef> sides, Vec3d within)
         double share = 1;
         for (const HalfSpacef& side : sides) {
             const Vec3d n = cast<double>(side.normal);
-            const double along = dot(n, p - within), most = side.offset - dot(n, within);
-            if (most > 0 && along * share > most) share = most / along;
+            const double along = dot(n, p - within), until = side.offset - dot(n, within);
+            if (until > 0 && along * share > until) share = until / along;
         }
         p = within + share * (p - within);
     }
