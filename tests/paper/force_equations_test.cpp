@@ -28,7 +28,8 @@ protected:
         (void)haptic::step(state, {.touched = std::span(&ball, 1), .poses = std::span(&pose, 1)}, std::span(&wrench, 1));
         return wrench.force;
     }
-    const test::PaperModel model{mesh::sphere(0.8, 5), {.exact = false}};
+    // Section 6 as printed: the smoothed surface itself would lie within the ball.
+    const test::PaperModel model{mesh::sphere(0.8, 5), {.exact = false}, {.smoothing = paper::Smoothing::Distances}};
     const std::vector<Vec3d> points{{0.6, 0.3, 0.2}, {-0.1, 0.7, -0.3}, {0.2, -0.4, 0.6}, {-0.5, -0.5, -0.3}};
 };
 

@@ -136,6 +136,8 @@ public:
         F share;        ///< of bilinear interpolation
         SampleLanes stored, smoothed;
     };
+    /// Rise from one sheet's sample to the next, at most.
+    float steepest() const { return 3 * spacing_; }
     HWY_INLINE std::array<CornerLanes, 4> base_corners(const AngleLanes& angles) const
     {
         const Cell c(angles, base_rows_, base_columns_);
@@ -395,7 +397,6 @@ private:
     /// Zero where none is.
     HWY_INLINE V3 normal_at(const AngleLanes& angles, F distance) const
     {
-        constexpr float k_steepest = 3;  // rise of a sheet over a sample's spacing
         const Cell c(angles, base_rows_, base_columns_);
         const I row_above = hn::Add(c.row, set_int(1)), columns = set_int(static_cast<std::int32_t>(base_columns_));
         const Corners<I> code = corners(map_.normal.data(), c, hn::Add(hn::Mul(c.row, columns), c.column),
@@ -406,7 +407,7 @@ private:
                                 half_word(map_.distance.data(), base_node(row_above, c.next_column))};
         const F one = set(1.f), x = c.x, y = c.y, left = hn::Sub(one, x), below = hn::Sub(one, y);
         const Corners<F> share{hn::Mul(left, below), hn::Mul(x, below), hn::Mul(left, y), hn::Mul(x, y)};
-        const F reach = set(k_steepest * spacing_);
+        const F reach = set(steepest());
         V3 sum{hn::Zero(df), hn::Zero(df), hn::Zero(df)};
         for (std::size_t i = 0; i < 4; ++i) {
             const M near = hn::Le(hn::Abs(hn::Sub(hn::Mul(scale_, to_float(stored[i])), distance)), reach);

@@ -137,7 +137,7 @@ public:
         const M known = hn::And(answered, equal(hn::And(found.flags, set_int(k_open)), hn::Zero(di)));
         if (!any(known)) return;
         if (options_.projector != Projector::Printed) {
-            smooth_about(p, angles, surface_below(a.shown, hn::IfThenElseZero(known, found.distance)), known, a);
+            smooth_about(p, angles, hn::IfThenElseZero(known, found.distance), known, a);
             return;
         }
         const SampleLanes sample = coarse_ ? map_.smoothed_base(angles, found) : map_.smoothed(angles, found);
@@ -194,40 +194,27 @@ private:
     static constexpr std::int32_t k_open = k_projection_miss | k_projection_cap;
 
     /// Depth and normal of the smoothed surface about a surface point that the map shows: of the four base samples the mean of
-    /// their tangent planes and of the plane through their mean, the nearest to the point first, so that those of other sheets
-    /// have next to no weight.
-    HWY_INLINE void smooth_about(const V3& p, const AngleLanes& angles, const V3& surface, M known, PartAnswerLanes& a) const
+    /// their tangent planes and of the plane through their mean, by bilinear shares.
+    HWY_INLINE void smooth_about(const V3& p, const AngleLanes& angles, F distance, M known, PartAnswerLanes& a) const
     {
         const GridLanes base(sq_, view_, std::int32_t{1} << view_.subdivisions, arcs());
         const std::array<MapLanes::CornerLanes, 4> corners = map_.base_corners(angles);
-        V3 at[4];
-        F far[4], share[4], extent = set(1e-12f * sq_.size() * sq_.size()), shares = hn::Zero(df);
-        M hit[4];
-        for (std::size_t i = 0; i < 4; ++i) {
-            const MapLanes::CornerLanes& c = corners[i];
-            hit[i] = equal(hn::And(c.stored.flags, set_int(k_open)), hn::Zero(di));
-            const FootLanes foot = foot_at(sq_, base.position({c.row, c.column}));
-            const V3 line = minus(surface_below(foot, hn::IfThenElseZero(hit[i], c.stored.distance)), surface);
-            far[i] = dot(line, line);
-            share[i] = hn::IfThenElseZero(hit[i], larger(c.share, set(1e-6f)));
-            extent = mul_add(share[i], far[i], extent);
-            shares = hn::Add(shares, share[i]);
-            F distance = hn::IfThenElseZero(hit[i], c.smoothed.distance);
-            if (options_.offset) distance = hn::Sub(distance, map_.offset(angles));
-            at[i] = surface_below(foot, distance);
-        }
         const F zero = hn::Zero(df), one = set(1.f);
         V3 normal{zero, zero, zero}, middle = normal;
         F weights = zero, planes = zero;
-        extent = hn::Div(extent, larger(shares, set(1e-6f)));  // the mean, so that corners come and go without a step
-        for (std::size_t i = 0; i < 4; ++i) {
-            const V3& n = corners[i].smoothed.normal;
-            const F near = hn::Div(one, mul_add(set(2.f), hn::Div(far[i], extent), one));
-            const F weight = hn::Mul(share[i], hn::Mul(near, hn::Mul(near, near)));
-            const V3 line = minus(at[i], p);
+        for (const MapLanes::CornerLanes& c : corners) {
+            // As the map's own normals: corners whose distance is another one are on another sheet.
+            const M near = hn::Le(hn::Abs(hn::Sub(c.stored.distance, distance)), set(map_.steepest()));
+            const M hit = hn::And(near, equal(hn::And(c.stored.flags, set_int(k_open)), hn::Zero(di)));
+            const FootLanes foot = foot_at(sq_, base.position({c.row, c.column}));
+            F moved = hn::IfThenElseZero(hit, c.smoothed.distance);
+            if (options_.offset) moved = hn::Sub(moved, map_.offset(angles));
+            // A share for corners that others leave alone.
+            const F weight = hn::IfThenElseZero(hit, larger(c.share, set(1e-4f)));
+            const V3 line = minus(surface_below(foot, moved), p);
             weights = hn::Add(weights, weight);
-            planes = mul_add(weight, dot(line, n), planes);
-            normal = plus(normal, scaled(weight, n));
+            planes = mul_add(weight, dot(line, c.smoothed.normal), planes);
+            normal = plus(normal, scaled(weight, c.smoothed.normal));
             middle = plus(middle, scaled(weight, line));
         }
         const M good = hn::And(known, hn::Gt(dot(normal, normal), hn::Mul(set(1e-6f), hn::Mul(weights, weights))));
@@ -235,7 +222,6 @@ private:
         const F inverse = hn::Div(one, blend(good, weights, one)), size = length(blend(good, normal, {one, zero, zero}));
         const V3 unit = scaled(hn::Div(one, size), normal);
         const F depth = hn::Mul(hn::Mul(set(0.5f), inverse), hn::Add(planes, dot(middle, unit)));
-        a.surface = blend(good, surface, a.surface);
         a.normal = blend(good, unit, a.normal);
         a.depth = blend(good, depth, a.depth);
     }

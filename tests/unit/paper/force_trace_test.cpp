@@ -130,22 +130,17 @@ struct Expected {
     Vec3d normal{};
     double rounding = 0;  ///< of depth, from the angles of the samples
 };
-/// Newton's foot: of the four base samples about it the mean of their tangent planes and of the plane through their mean, by
-/// their share of the cell over the cube of 1 + 2 times their squared distance from the map's surface, of which the mean is 1.
+/// Newton's foot: of the base samples about it whose distance is within three spacings of the map's the mean of their tangent
+/// planes and of the plane through their mean, by bilinear shares.
 std::optional<Expected> about_foot(const MapView& map, shape::SurfaceAnglesf angles, Vec3d p, double shift = 0)
 {
     const auto sq = shape::cast<double>(map.superquadric);
     const std::optional<double> distance = interpolated_distance(map, angles);
     if (!distance || map.smoothed.empty()) return std::nullopt;
-    const auto foot = shape::surface_point(sq, shape::SurfaceAngles<double>{angles.eta, angles.omega});
-    const Vec3d surface = foot.point - *distance * foot.normal;
     const TraceCell base(angles, ((map.eta_count - 1) >> map.subdivisions) + 1, map.omega_count >> map.subdivisions);
-    struct Corner {
-        Vec3d at, normal;
-        double share, far;
-    };
-    std::vector<Corner> corners;
-    double extent = 0, shares = 0;
+    const auto spacing = k_pi_double * std::max({sq.a.x, sq.a.y, sq.a.z}) / double(std::min(base.rows - 1, base.columns / 2));
+    double weights = 0, planes = 0;
+    Vec3d normal{}, middle{};
     for (std::size_t i = 0; i < 4; ++i) {
         const std::size_t node = base.corner(i), row = node / base.columns, column = node % base.columns;
         const std::uint16_t code = map.distance[(row << map.subdivisions) * map.omega_count + (column << map.subdivisions)];
@@ -157,20 +152,16 @@ std::optional<Expected> about_foot(const MapView& map, shape::SurfaceAnglesf ang
         const paper::SmoothedSample& s = map.smoothed[node];
         const bool is_smoothed = paper::is_smoothed(s);
         const double d = double(map.distance_scale) * code, moved = is_smoothed ? double(map.distance_scale) * s.change : 0.;
-        corners.push_back({r.point - std::max(d + moved, 0.) * r.normal,
-                           cast<double>(model::decode_normal(is_smoothed ? s.normal : map.normal[node])),
-                           std::max(base.weight(i), 1e-6), norm_sq(r.point - d * r.normal - surface)});
-        extent += corners.back().share * corners.back().far;
-        shares += corners.back().share;
-    }
-    double weights = 0, planes = 0;
-    Vec3d normal{}, middle{};
-    for (const Corner& c : corners) {
-        const double weight = c.share / std::pow(1 + 2 * c.far * shares / extent, 3);
+        const double rise = std::abs(d - *distance);
+        if (std::abs(rise - 3 * spacing) < 1e-5) return std::nullopt;
+        if (rise > 3 * spacing) continue;
+        const Vec3d line = r.point - std::max(d + moved, 0.) * r.normal - p,
+                    n = cast<double>(model::decode_normal(is_smoothed ? s.normal : map.normal[node]));
+        const double weight = std::max(base.weight(i), 1e-4);
         weights += weight;
-        planes += weight * dot(c.at - p, c.normal);
-        normal += weight * c.normal;
-        middle += weight * (c.at - p);
+        planes += weight * dot(line, n);
+        normal += weight * n;
+        middle += weight * line;
     }
     if (!(norm(normal) > 0.3 * weights)) return std::nullopt;  // walls that face each other: what is left of them is rounding
     const Vec3d unit = normalized(normal);
