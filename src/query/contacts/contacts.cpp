@@ -132,22 +132,23 @@ private:
 
     bool take(std::span<const TrianglePair> pairs)
     {
-        constexpr std::size_t k_block = 64;
-        Crossing crossings[k_block];
+        constexpr std::size_t k_block = CrossingRows::k_max;
+        CrossingRows rows;
         for (; !pairs.empty(); pairs = pairs.subspan(std::min(k_block, pairs.size()))) {
             const std::span<const TrianglePair> block = pairs.first(std::min(k_block, pairs.size()));
-            const std::uint64_t open = find_crossings(a_.probe->triangles(), b_.probe->triangles(), b_in_a_, block, crossings);
+            find_crossings(a_.probe->triangles(), b_.probe->triangles(), b_in_a_, block, rows);
             for (std::size_t i = 0; i < block.size(); ++i) {
-                if ((open >> i & 1u) != 0) crossings[i] = crossing_of(corners_a(block[i].a), corners_b(block[i].b));
-                if (!crossings[i].meets()) continue;
-                meet(block[i], crossings[i]);
+                Crossing& crossing = rows.crossings[i];
+                if ((rows.open >> i & 1u) != 0) crossing = crossing_of(corners_a(block[i].a), corners_b(block[i].b));
+                if (!crossing.meets()) continue;
+                meet(block[i], crossing, rows.depths[i]);
                 if (is_done()) return false;
             }
         }
         return true;
     }
 
-    void meet(const TrianglePair& pair, const Crossing& crossing)
+    void meet(const TrianglePair& pair, const Crossing& crossing, double depth)
     {
         ++result_.meetings;
         if (options_.first_only) {
@@ -160,15 +161,19 @@ private:
             return;
         }
         const auto self = static_cast<std::uint32_t>(meetings_++);
-        workspace_.meetings_[self] = {pair.a, pair.b, 0, 0};
+        workspace_.meetings_[self] = {pair.a, pair.b, 0, depth};
         workspace_.parents_[self] = self;
         const TriangleTree &tree_a = a_.probe->triangles(), &tree_b = b_.probe->triangles();
         std::uint32_t edges_a[3], edges_b[3];
         for (std::uint32_t k = 0; k < 3; ++k) {
             edges_a[k] = std::min(3 * pair.a + k, tree_a.twin(3 * pair.a + k));
             edges_b[k] = std::min(3 * pair.b + k, tree_b.twin(3 * pair.b + k));
-            if ((crossing.sides_a >> k & 1u) != 0) join(self, key_of(Key::EdgeOfA, edges_a[k], pair.b));
-            if ((crossing.sides_b >> k & 1u) != 0) join(self, key_of(Key::EdgeOfB, edges_b[k], pair.a));
+        }
+        // Two of the six as a rule, and no telling which: a branch for each would be guessed wrong too often.
+        for (std::uint32_t sides = crossing.sides_a | std::uint32_t{crossing.sides_b} << 3; sides != 0; sides &= sides - 1) {
+            const auto k = static_cast<std::uint32_t>(std::countr_zero(sides));
+            const bool of_a = k < 3;
+            join(self, key_of(of_a ? Key::EdgeOfA : Key::EdgeOfB, of_a ? edges_a[k] : edges_b[k - 3], of_a ? pair.b : pair.a));
         }
         // In special position an edge meets several sides of the other triangle: then no single pair of edges separates the two.
         if (std::popcount(crossing.sides_a) != 1 || std::popcount(crossing.sides_b) != 1) return;
@@ -268,7 +273,6 @@ private:
             const std::uint32_t root = root_of(i);
             result_.regions += root == i ? 1u : 0u;
             if (m[root].contacts == 1) continue;
-            m[i].depth = depth_along_normals(corners_a(m[i].a), corners_b(m[i].b));
             if (m[root].contacts == 0 || m[i].depth > m[m[root].contacts - k_deepest].depth) m[root].contacts = k_deepest + i;
         }
         add_deepest();

@@ -4,6 +4,7 @@
 // differences of two coordinates: here of two sides and of the step from one to the other, or of two sides and a step of one
 // triangle, whose products many determinants share.
 #include "crossing_rows.h"
+#include "separation.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "query/contacts/crossing_rows.cpp"
@@ -199,11 +200,24 @@ HWY_INLINE D3 moved(const Affine& map, const D3& p)
     };
     return {row(map.linear.row[0], map.shift.x), row(map.linear.row[1], map.shift.y), row(map.linear.row[2], map.shift.z)};
 }
-std::uint64_t search_crossings(const TriangleTree& tree_a, const TriangleTree& tree_b, const Affine& map,
-                               std::span<const TrianglePair> pairs, Crossing* out)
+
+/// How far a triangle reaches below the plane of another, in the order of depth_along_normals.
+HWY_INLINE D below_plane(const D3 (&of)[3], const D3 (&other)[3])
 {
-    std::uint64_t open = 0;
+    const auto dot = [](const D3& p, const D3& q) HWY_ATTR {
+        return hn::Add(hn::Add(hn::Mul(p.x, q.x), hn::Mul(p.y, q.y)), hn::Mul(p.z, q.z));
+    };
+    const D3 normal = Products(step(of[0], of[1]), step(of[0], of[2])).cross;
+    const D length = hn::Sqrt(dot(normal, normal)), divisor = hn::IfThenElse(hn::Gt(length, hn::Zero(dd)), length, hn::Set(dd, 1.));
+    const D3 unit{hn::Div(normal.x, divisor), hn::Div(normal.y, divisor), hn::Div(normal.z, divisor)};
+    return hn::Sub(dot(unit, of[0]), hn::Min(dot(unit, other[0]), hn::Min(dot(unit, other[1]), dot(unit, other[2]))));
+}
+
+void search_crossings(const TriangleTree& tree_a, const TriangleTree& tree_b, const Affine& map,
+                      std::span<const TrianglePair> pairs, CrossingRows& out)
+{
     CornerBlock block;
+    out.open = 0;
     for (std::size_t first = 0; first < pairs.size(); first += k_block) {
         const std::size_t count = std::min(k_block, pairs.size() - first);
         block.read(tree_a, tree_b, pairs.subspan(first, count));
@@ -214,33 +228,42 @@ std::uint64_t search_crossings(const TriangleTree& tree_a, const TriangleTree& t
                 corners.a[k] = load(block.a[k], i);
                 corners.b[k] = moved(map, load(block.b[k], i));
             }
-            hn::Store(judge(corners), dcode, codes + i);
+            const Code code = judge(corners);
+            hn::Store(code, dcode, codes + i);
+            if (hn::AllTrue(dcode, hn::Eq(code, hn::Zero(dcode)))) continue;
+            const D depth = hn::Min(below_plane(corners.a, corners.b), below_plane(corners.b, corners.a));
+            hn::StoreU(hn::Max(depth, hn::Zero(dd)), dd, out.depths + first + i);
         }
         for (std::size_t i = 0; i < count; ++i) {
-            out[first + i] = {static_cast<std::uint8_t>(codes[i]), static_cast<std::uint8_t>(codes[i] >> k_bits_b)};
-            open |= (codes[i] >> k_bit_open) << (first + i);
+            out.crossings[first + i] = {static_cast<std::uint8_t>(codes[i]), static_cast<std::uint8_t>(codes[i] >> k_bits_b)};
+            out.open |= (codes[i] >> k_bit_open) << (first + i);
         }
     }
-    return open;
 }
 
 #else  // the instruction set has no double: each pair is decided alone
 
-std::uint64_t search_crossings(const TriangleTree&, const TriangleTree&, const Affine&, std::span<const TrianglePair> pairs,
-                               Crossing* out)
+void search_crossings(const TriangleTree& tree_a, const TriangleTree& tree_b, const Affine& map,
+                      std::span<const TrianglePair> pairs, CrossingRows& out)
 {
-    std::fill_n(out, pairs.size(), Crossing{});
-    return ~std::uint64_t{0} >> (64 - pairs.size());
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+        const ProbeTriangle &s = tree_a.triangle(pairs[i].a), &t = tree_b.triangle(pairs[i].b);
+        out.crossings[i] = {};
+        out.depths[i] = depth_along_normals(
+            {tree_a.point(s[0]), tree_a.point(s[1]), tree_a.point(s[2])},
+            {apply(map, tree_b.point(t[0])), apply(map, tree_b.point(t[1])), apply(map, tree_b.point(t[2]))});
+    }
+    out.open = ~std::uint64_t{0} >> (64 - pairs.size());
 }
 
 #endif
 
 }  // namespace
 
-std::uint64_t run_crossings(const TriangleTree& a, const TriangleTree& b, const Affine& map, std::span<const TrianglePair> pairs,
-                            Crossing* out)
+void run_crossings(const TriangleTree& a, const TriangleTree& b, const Affine& map, std::span<const TrianglePair> pairs,
+                   CrossingRows& rows)
 {
-    return search_crossings(a, b, map, pairs, out);
+    search_crossings(a, b, map, pairs, rows);
 }
 
 }  // namespace sqmap::query::HWY_NAMESPACE
@@ -251,10 +274,11 @@ namespace sqmap::query {
 
 HWY_EXPORT(run_crossings);
 
-std::uint64_t find_crossings(const TriangleTree& a, const TriangleTree& b, const Affine& map, std::span<const TrianglePair> pairs,
-                             Crossing* crossings) noexcept
+void find_crossings(const TriangleTree& a, const TriangleTree& b, const Affine& map, std::span<const TrianglePair> pairs,
+                    CrossingRows& rows) noexcept
 {
-    return pairs.empty() ? 0 : HWY_DYNAMIC_DISPATCH(run_crossings)(a, b, map, pairs, crossings);
+    rows.open = 0;
+    if (!pairs.empty()) HWY_DYNAMIC_DISPATCH(run_crossings)(a, b, map, pairs, rows);
 }
 
 }  // namespace sqmap::query

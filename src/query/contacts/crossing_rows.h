@@ -4,14 +4,22 @@
 #include "candidates.h"
 #include "math/triangle_crossing.h"
 
+#include <cstdint>
 #include <span>
 
 namespace sqmap::query {
 
-/// Fills crossings[i] with crossing_of the triangles of pairs[i], b's moved by b_in_a as apply() moves points, and returns a mask
-/// whose bit i says that rounding leaves pair i open: crossings[i] is empty there, and the caller has crossing_of decide it.
-/// @pre at most 64 pairs, crossings has as many elements
-[[nodiscard]] std::uint64_t find_crossings(const TriangleTree& a, const TriangleTree& b, const Affine& b_in_a,
-                                           std::span<const TrianglePair> pairs, Crossing* crossings) noexcept;
+/// Of each pair which sides meet the other triangle, and how deep the two are in each other.
+struct CrossingRows {
+    static constexpr std::size_t k_max = 64;  ///< pairs
+    Crossing crossings[k_max];
+    double depths[k_max];    ///< depth_along_normals, of pairs that meet or are open; void of others
+    std::uint64_t open = 0;  ///< bit i: rounding leaves pair i open; its crossing is empty, and the caller has crossing_of decide it
+};
+
+/// Fills the rows by crossing_of and depth_along_normals of the pairs' triangles, b's moved by b_in_a as apply() moves points.
+/// @pre at most CrossingRows::k_max pairs
+void find_crossings(const TriangleTree& a, const TriangleTree& b, const Affine& b_in_a, std::span<const TrianglePair> pairs,
+                    CrossingRows& rows) noexcept;
 
 }  // namespace sqmap::query
