@@ -202,13 +202,13 @@ HWY_INLINE D3 moved(const Affine& map, const D3& p)
 }
 
 /// How far a triangle reaches below the plane of another, in the order of depth_along_normals.
-HWY_INLINE D below_plane(const D3 (&of)[3], const D3 (&other)[3])
+HWY_NOINLINE D below_plane(const D3 (&of)[3], const D3 (&other)[3])
 {
-    const auto dot = [](const D3& p, const D3& q) HWY_ATTR {
-        return hn::Add(hn::Add(hn::Mul(p.x, q.x), hn::Mul(p.y, q.y)), hn::Mul(p.z, q.z));
-    };
+    const auto dot = [](const D3& p, const D3& q)
+                         HWY_ATTR { return hn::Add(hn::Add(hn::Mul(p.x, q.x), hn::Mul(p.y, q.y)), hn::Mul(p.z, q.z)); };
     const D3 normal = Products(step(of[0], of[1]), step(of[0], of[2])).cross;
-    const D length = hn::Sqrt(dot(normal, normal)), divisor = hn::IfThenElse(hn::Gt(length, hn::Zero(dd)), length, hn::Set(dd, 1.));
+    const D length = hn::Sqrt(dot(normal, normal)),
+            divisor = hn::IfThenElse(hn::Gt(length, hn::Zero(dd)), length, hn::Set(dd, 1.));
     const D3 unit{hn::Div(normal.x, divisor), hn::Div(normal.y, divisor), hn::Div(normal.z, divisor)};
     return hn::Sub(dot(unit, of[0]), hn::Min(dot(unit, other[0]), hn::Min(dot(unit, other[1]), dot(unit, other[2]))));
 }
@@ -249,9 +249,9 @@ void search_crossings(const TriangleTree& tree_a, const TriangleTree& tree_b, co
     for (std::size_t i = 0; i < pairs.size(); ++i) {
         const ProbeTriangle &s = tree_a.triangle(pairs[i].a), &t = tree_b.triangle(pairs[i].b);
         out.crossings[i] = {};
-        out.depths[i] = depth_along_normals(
-            {tree_a.point(s[0]), tree_a.point(s[1]), tree_a.point(s[2])},
-            {apply(map, tree_b.point(t[0])), apply(map, tree_b.point(t[1])), apply(map, tree_b.point(t[2]))});
+        out.depths[i] =
+            depth_along_normals({tree_a.point(s[0]), tree_a.point(s[1]), tree_a.point(s[2])},
+                                {apply(map, tree_b.point(t[0])), apply(map, tree_b.point(t[1])), apply(map, tree_b.point(t[2]))});
     }
     out.open = ~std::uint64_t{0} >> (64 - pairs.size());
 }

@@ -9,12 +9,14 @@
 
 namespace sqmap::query {
 
-/// Of each pair which sides meet the other triangle, and how deep the two are in each other.
+/// How triangles of many pairs meet, and how deep they are in each other.
 struct CrossingRows {
     static constexpr std::size_t k_max = 64;  ///< pairs
     Crossing crossings[k_max];
-    double depths[k_max];    ///< depth_along_normals, of pairs that meet or are open; void of others
-    std::uint64_t open = 0;  ///< bit i: rounding leaves pair i open; its crossing is empty, and the caller has crossing_of decide it
+    /// depth_along_normals of pairs that meet or are open; void of others.
+    double depths[k_max];
+    /// Bit i: rounding leaves pair i open; its crossing is empty, and the caller has crossing_of decide it.
+    std::uint64_t open = 0;
 };
 
 /// Fills the rows by crossing_of and depth_along_normals of the pairs' triangles, b's moved by b_in_a as apply() moves points.
