@@ -56,7 +56,7 @@ private:
     struct Meeting {
         std::uint32_t a, b;      ///< triangles
         std::uint32_t contacts;  ///< of the region, where it is the root of one
-        double depth;            ///< along the normals of its triangles, where its region has no pair of edges
+        double depth;            ///< along the normals of its triangles
     };
     std::vector<Contact> found_;
     std::vector<SurfaceContact> contacts_;
