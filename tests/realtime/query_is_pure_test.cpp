@@ -231,7 +231,7 @@ public:
         lattice_ = bake::skin_lattice(ring_.mesh, influences_);
         skin_.emplace(lattice_);
         test::Random random(42);
-        for (int i = 0; i < 3; ++i) poses_.push_back(test::random_pose(random, 0.5));
+        for (int i = 0; i < 6; ++i) poses_.push_back(test::random_pose(random, 0.5));
         poses_.push_back(test::shifted({1e6, 0, 0}));
         poses_.push_back(test::shifted({0, std::numeric_limits<double>::quiet_NaN(), 0}));
         previous_ = hand_.mesh.vertices;
