@@ -273,8 +273,7 @@ class StabilityOfTools : public testing::TestWithParam<const char*> {};
 
 TEST_P(StabilityOfTools, InEveryMode)
 {
-    const std::string name = GetParam();
-    const std::optional<mesh::Mesh> mesh = name == "box" ? small_box() : shared_mesh(name + ".obj");
+    const std::optional<mesh::Mesh> mesh = shared_mesh(std::string(GetParam()) + ".obj");
     if (!mesh) GTEST_SKIP() << GetParam() << " is not in " << test::shared_folder();
     const Parsed parsed(*mesh);
     const model::ModelView model =
@@ -290,7 +289,7 @@ TEST_P(StabilityOfTools, InEveryMode)
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Meshes, StabilityOfTools, testing::Values("box", "torus_4608", "bull_7154", "horse_5946"),
+INSTANTIATE_TEST_SUITE_P(Meshes, StabilityOfTools, testing::Values("torus_4608", "bull_7154", "horse_5946"),
                          [](const testing::TestParamInfo<const char*>& i) { return std::string(i.param); });
 
 }  // namespace
