@@ -473,7 +473,7 @@ class Forces(unittest.TestCase):
             sqmap.Session(ball_model(), tool=blade, radius=0.01)
 
     def test_the_papers_force_is_that_of_its_maps(self):
-        model = sqmap.bake(ball(), projection="normal", exact=False)
+        model = sqmap.bake(ball(4), projection="normal", exact=False)  # whose facets are near a ball
         options = {"metres_per_unit": 0.05, "force": "paper", "friction_law": "none", "max_force": 3.0, "force_limit": 3.0}
         for more in ({}, {"projector": "pyramid"}, {"layer": "gate", "gate": 3}, {"gaps": False, "pruning": False, "nearest_steps": 0}):
             session = sqmap.Session(model, **options, **more)

@@ -133,6 +133,11 @@ SmoothSurface smooth_surface(const mesh::Mesh& mesh, double length)
 {
     const Diffusion diffuse(mesh, 0.5 * length * length);
     SmoothSurface out{diffuse(mesh.vertices), std::vector<Vec3d>(mesh.vertices.size())};
+    // Diffusion draws round parts in. What it took away, diffused as well, gives nearly all of that back and little of the steps.
+    std::vector<Vec3d> taken = mesh.vertices;
+    for (std::size_t v = 0; v < taken.size(); ++v) taken[v] -= out.points[v];
+    const std::vector<Vec3d> back = diffuse(taken);
+    for (std::size_t v = 0; v < back.size(); ++v) out.points[v] += back[v];
     for (const mesh::Triangle& t : mesh.triangles) {
         const Vec3d up = cross(out.points[t[1]] - out.points[t[0]], out.points[t[2]] - out.points[t[0]]);
         for (const std::uint32_t v : t) out.normals[v] += up;
