@@ -24,13 +24,23 @@ constexpr double k_calm = 0.2;     ///< m / s: of the cloth as a whole, by its k
 constexpr double k_stirs = 0.015;  ///< m / s
 constexpr float k_calms = 0.9f, k_restless = 1.5f, k_shorter = 0.25f, k_longer = 1.02f;
 
-/// A node's position and inverse mass as one vector of the machine: the solver takes x, y and z at once.
+/// Three numbers and a fourth as one vector of the machine: the solver takes x, y and z at once.
 using Lanes = float __attribute__((vector_size(16), aligned(4), may_alias));
 using Bits = int __attribute__((vector_size(16)));
-static_assert(sizeof(Moving) == sizeof(Lanes));
 
-Lanes& lanes(Moving& m) { return reinterpret_cast<Lanes&>(m); }
-const Lanes& lanes(const Moving& m) { return reinterpret_cast<const Lanes&>(m); }
+/// A node's position with its inverse mass, or a force with a compliance.
+template <class Four>
+Lanes& lanes(Four& four)
+{
+    static_assert(sizeof(Four) == sizeof(Lanes));
+    return reinterpret_cast<Lanes&>(four);
+}
+template <class Four>
+const Lanes& lanes(const Four& four)
+{
+    static_assert(sizeof(Four) == sizeof(Lanes));
+    return reinterpret_cast<const Lanes&>(four);
+}
 /// Without the fourth.
 Lanes vector_of(Lanes v) { return reinterpret_cast<Lanes>(reinterpret_cast<Bits>(v) & Bits{-1, -1, -1, 0}); }
 float norm_sq(Lanes v)
@@ -114,9 +124,9 @@ void Cloth::State::solve_tight()
 
 void Cloth::State::sum_bending()
 {
-    std::fill(bends.begin(), bends.end(), Moving{});
+    std::fill(bends.begin(), bends.end(), Bending{});
     for (const Hinge& h : hinges)
-        for (std::size_t k = 0; k < 4; ++k) lanes(bends[h.node[k]]) += h.weight[k] * vector_of(lanes(h.force));
+        for (std::size_t k = 0; k < 4; ++k) lanes(bends[h.node[k]]) += h.weight[k] * vector_of(lanes(h.bending));
 }
 
 void Cloth::State::solve_bending(const Share& share)
@@ -137,11 +147,11 @@ void Cloth::State::solve_bending(const Share& share)
         const float wa = a.inverse_mass * h.weight[0], wb = b.inverse_mass * h.weight[1], wc = c.inverse_mass * h.weight[2],
                     wd = d.inverse_mass * h.weight[3];
         const float give = wa * h.weight[0] + wb * h.weight[1] + wc * h.weight[2] + wd * h.weight[3];
-        const float compliance = h.force.inverse_mass;
+        const float compliance = h.bending.compliance;
         const Lanes push = vector_of((-1 / ((1 + loss) * give + compliance * scale)) *
-                                     (sum + loss * (sum - was) + compliance * lanes(h.force))),
+                                     (sum + loss * (sum - was) + compliance * lanes(h.bending))),
                     force = scale * push;
-        lanes(h.force) += force;
+        lanes(h.bending) += force;
         lanes(a) += wa * push;
         lanes(b) += wb * push;
         lanes(c) += wc * push;

@@ -47,12 +47,17 @@ struct Cloth::State {
         std::uint32_t a, b;
         float rest;
     };
+    /// The force of a hinge, or of all hinges on a node, and how far a hinge gives.
+    struct Bending {
+        Vec3f force{};         ///< N; of a hinge on each node by its weight
+        float compliance = 0;  ///< m / N, of a hinge's weighted sum; 0 for a node
+    };
     /// Two triangles beside an edge: the edge's ends and the corners opposite. The weighted sum of their positions is the bending
     /// (Bergou et al. 2006).
     struct Hinge {
         std::array<std::uint32_t, 4> node;
         std::array<float, 4> weight;
-        Moving force;  ///< N, that acts on each node by its weight; in place of the mass the compliance of the sum, m / N
+        Bending bending;
     };
 
     /// One of the equal shares that a step is solved in (Macklin et al. 2019). done: the part of the step that is over with it.
@@ -122,7 +127,8 @@ struct Cloth::State {
     std::vector<Moving> moving;
     std::vector<Restless> restless;
     double last_kinetic = 0;
-    std::vector<Moving> before, bends;    ///< the nodes as a share begins; forces of the hinges, N
+    std::vector<Moving> before;           ///< the nodes as a share begins
+    std::vector<Bending> bends;           ///< of all hinges on each node
     std::vector<Vec3f> speed, predicted;  ///< m / s; positions as a share is predicted
     std::vector<Hinge> hinges;
     std::vector<Shear> shears;

@@ -160,6 +160,12 @@ TEST(AgainstCgal, PolytopesHoldTheirPartsInExactArithmetic)
     if (const auto mesh = test::shared_mesh_too("fandisk_8000.obj")) expect_held("fandisk", *mesh);
 }
 
+TEST(AgainstCgal, PolytopesOfAnimalsHoldTheirPartsInExactArithmetic)
+{
+    for (const char* name : {"elephant_10272.obj", "bull_7154.obj"})
+        if (const auto mesh = test::shared_mesh_too(name)) expect_held(name, *mesh);
+}
+
 TEST(AgainstCgal, ConvexHullsAreTheSame)
 {
     for (const test::Shape& shape : test::small_shapes()) {

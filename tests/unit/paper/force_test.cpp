@@ -96,7 +96,7 @@ TEST(PaperForce, IsTheMeanOfTheSpringsOfTheSmoothedMap)
 
 /// 99th percentile of the force's steps while a point slides around a torus of 1,152 triangles, over 48 edges that turn by 7.5
 /// degrees and more.
-double steepest(bool smoothed_map)
+double step_percentile(bool smoothed_map)
 {
     static const sqmap::test::PaperModel baked(
         mesh::torus({.major_radius = 0.1, .minor_radius = 0.04, .major_segments = 48, .minor_segments = 12}), {.exact = false});
@@ -121,7 +121,7 @@ double steepest(bool smoothed_map)
 
 TEST(PaperForce, TheSmoothedMapChangesTheForceBySmallerSteps)
 {
-    const double plain = steepest(false), smoothed = steepest(true);
+    const double plain = step_percentile(false), smoothed = step_percentile(true);
     EXPECT_LT(smoothed, 0.8 * plain) << plain;
     EXPECT_GT(smoothed, 0);
 }
