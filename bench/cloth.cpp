@@ -1,6 +1,6 @@
 // Fig. 11b: cloth against an avatar. Garments settle and walk once; then every method answers the very same frames in one run:
-// sqmap's layers on points that are moved and refitted, FCL's OBB tree with its tree of the cloth refitted, dense distance
-// fields.
+// sqmap's layers and the paper's maps on points that are moved and refitted, FCL's OBB tree with its tree of the cloth refitted,
+// dense distance fields.
 #include "sqmap/sim/cloth.h"
 #include "clock.h"
 #include "distance_grid.h"
@@ -10,6 +10,7 @@
 #include "sim/walker.h"
 #include "sqmap/bake_mesh.h"
 #include "sqmap/mesh/shapes.h"
+#include "sqmap/paper/model_file.h"
 #include "sqmap/query/pair.h"
 
 #include <fcl/narrowphase/collision.h>
@@ -40,6 +41,8 @@ struct Part {
     mesh::Mesh mesh;
     std::vector<std::byte> bytes;
     model::ModelView model;
+    std::vector<std::byte> paper_bytes;
+    paper::AnyModel paper;  ///< the paper's maps of the same mesh: 65 x 128 samples, A_S of 1
     bench::DistanceGrid grid;
     std::shared_ptr<fcl::BVHModel<fcl::OBB<double>>> tree;
 };
@@ -69,6 +72,9 @@ void fill(Part& part, std::uint32_t samples, bool own)
     part.bytes = bake_mesh(part.mesh, {.bake = options}).bytes();
     if (model::parse(part.bytes, part.model) != model::ParseStatus::Ok) std::abort();
     if (own) return;
+    options.exact = false;
+    part.paper_bytes = bake_mesh(part.mesh, {.bake = options, .paper_maps = paper::MapOptions{.grid = {65, 128}}}).bytes();
+    if (part.paper.parse(part.paper_bytes) != model::ParseStatus::Ok) std::abort();
     part.tree = bench::fcl_tree<fcl::OBB<double>>(part.mesh.vertices, part.mesh.triangles);
     const mesh::Solid solid(part.mesh);
     bench::DistanceGrid& g = part.grid;
@@ -152,21 +158,39 @@ nlohmann::json timed(const bench::FrameClock& clock, const Case& c, Run&& run)
             {"found", found / static_cast<double>(c.frames.size())}};
 }
 
+/// A reader answers from the central model on a layer, or from the paper's maps.
+struct Reader {
+    const char* name;
+    query::Layer layer;
+    bool paper = false;
+
+    [[nodiscard]] const model::ModelView& view(const Part& part) const { return paper ? part.paper.view() : part.model; }
+};
+constexpr Reader k_exact{"sqmap, exact layer", query::Layer::Exact};
+constexpr Reader k_readers[] = {{"sqmap, layer 1", query::Layer::One},
+                                {"sqmap, layer 2", query::Layer::Two},
+                                {"sqmap, layer 3", query::Layer::Three},
+                                k_exact,
+                                {"paper's maps, layer 1", query::Layer::One, true},
+                                {"paper's maps, layer 2", query::Layer::Two, true},
+                                {"paper's maps, layer 3", query::Layer::Three, true}};
+
 /// A layer's answers beside those of the exact layer: verdicts in percent of its contacts, depths in millimetres.
 struct LayerErrors {
     double missed_percent = 0, false_percent = 0, depth_mm = 0;
 };
 
-LayerErrors errors_of(const Case& c, const std::vector<Part>& parts, query::Layer layer)
+LayerErrors errors_of(const Case& c, const std::vector<Part>& parts, const Reader& reader)
 {
     query::Probe probe(c.frames.front().nodes);
     const std::size_t nodes = c.frames.front().nodes.size();
     std::vector<query::Contact> found(nodes);
     std::vector<float> exact(nodes), own(nodes);
-    const auto depths = [&](const Frame& f, std::size_t part, query::Layer of, std::vector<float>& out) {
+    const auto depths = [&](const Frame& f, std::size_t part, const Reader& of, std::vector<float>& out) {
         std::fill(out.begin(), out.end(), -1.f);
-        const query::ProbeResult r = query::query_probe(
-            {.model = &parts[part].model}, {.probe = &probe, .pose = sqmap::inverse(f.poses[part])}, {.layer = of}, found);
+        const query::ProbeResult r =
+            query::query_probe({.model = &of.view(parts[part])}, {.probe = &probe, .pose = sqmap::inverse(f.poses[part])},
+                               {.layer = of.layer}, found);
         for (const query::Contact& contact : r.written(found)) out[contact.index] = contact.depth;
     };
     std::size_t contacts = 0, missed = 0, wrong = 0, both = 0;
@@ -174,8 +198,8 @@ LayerErrors errors_of(const Case& c, const std::vector<Part>& parts, query::Laye
     for (const Frame& f : c.frames) {
         probe.move(f.nodes);
         for (std::size_t p = 0; p < parts.size(); ++p) {
-            depths(f, p, query::Layer::Exact, exact);
-            depths(f, p, layer, own);
+            depths(f, p, k_exact, exact);
+            depths(f, p, reader, own);
             for (std::size_t i = 0; i < nodes; ++i) {
                 contacts += exact[i] >= 0 ? 1u : 0u;
                 missed += exact[i] >= 0 && own[i] < 0 ? 1u : 0u;
@@ -200,25 +224,23 @@ nlohmann::json compare(const bench::FrameClock& clock, const Case& c, std::vecto
         probe.move(f.nodes);
         return std::size_t{0};
     });
-    for (const auto& [name, layer] : {std::pair{"sqmap, layer 1", query::Layer::One},
-                                      {"sqmap, layer 2", query::Layer::Two},
-                                      {"sqmap, layer 3", query::Layer::Three},
-                                      {"sqmap, exact layer", query::Layer::Exact}}) {
+    for (const Reader& reader : k_readers) {
+        const char* name = reader.name;
         query::QueryOptions options;
-        options.layer = layer;
+        options.layer = reader.layer;
         rows[name] = timed(clock, c, [&](const Frame& f) {
             probe.move(f.nodes);
             std::size_t contacts = 0;
             for (std::size_t p = 0; p < parts.size(); ++p) {
-                sqmap::Sphere sphere = query::sphere_of({&parts[p].model, nullptr, f.poses[p]});
+                sqmap::Sphere sphere = query::sphere_of({&reader.view(parts[p]), nullptr, f.poses[p]});
                 if (!probe.reaches(sphere)) continue;
-                contacts += query::query_probe({.model = &parts[p].model}, {.probe = &probe, .pose = sqmap::inverse(f.poses[p])},
-                                               options, found)
+                contacts += query::query_probe({.model = &reader.view(parts[p])},
+                                               {.probe = &probe, .pose = sqmap::inverse(f.poses[p])}, options, found)
                                 .contacts;
             }
             return contacts;
         });
-        const LayerErrors errors = errors_of(c, parts, layer);
+        const LayerErrors errors = errors_of(c, parts, reader);
         rows[name]["missed_percent"] = errors.missed_percent;
         rows[name]["false_percent"] = errors.false_percent;
         rows[name]["depth_error_mm"] = errors.depth_mm;

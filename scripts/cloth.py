@@ -21,10 +21,11 @@ HEIGHT = {"bull": 1.36, "homer": 1.80}  # metres
 
 # Row of the record -> the chart's words, colour, marker, hollow.
 METHODS = [
-    ("sqmap, layer 1", "layer 1: superquadrics", plot.RED, "o", True),
-    ("sqmap, layer 2", "layer 2", plot.BLUE, "o", True),
-    ("sqmap, layer 3", "layer 3", plot.BLUE, "o", False),
-    ("sqmap, exact layer", "exact layer", plot.VIOLET, "s", True),
+    ("paper's maps, layer 1", "paper's maps, layer 1: superquadrics", plot.BLUE, "o", False),
+    ("paper's maps, layer 2", "paper's maps, layer 2", plot.ORANGE, "o", False),
+    ("paper's maps, layer 3", "paper's maps, layer 3", plot.RED, "o", False),
+    ("sqmap, layer 3", "central model, layer 3", plot.RED, "s", True),
+    ("sqmap, exact layer", "central model, exact layer", plot.VIOLET, "s", True),
     ("dense field", "dense field", plot.GREEN, "D", False),
 ]
 TREE = "OBB tree with refit, all pairs"
@@ -54,7 +55,7 @@ def short(case):
 
 
 def draw(cases):
-    figure, (axes,) = plot.panels(("Fig. 11b: cloth against an avatar", "", f"% of the {TREE}"), width=9, height=4.8)
+    figure, (axes,) = plot.panels(("Fig. 11b: cloth against an avatar", "", f"% of the {TREE}"), width=8, height=4.8)
     for method, words, colour, marker, hollow in METHODS:
         share = [100 * c["methods"][method]["us_median"] / c["methods"][TREE]["us_median"] for c in cases]
         axes.semilogy([short(c) for c in cases], share, label=words, **plot.marks(colour, marker, hollow))

@@ -22,12 +22,13 @@ pyplot.rcParams.update({
     "legend.fontsize": 8, "legend.columnspacing": 1.2, "legend.handlelength": 2.2})
 
 
-def panels(*labels, width=5.2, height=4.0):
-    """A figure with a panel for each (title, words of x, words of y), side by side; inches."""
-    figure, axes = pyplot.subplots(1, len(labels), figsize=(width * len(labels), height), squeeze=False)
-    for axis, (title, x, y) in zip(axes[0], labels):
+def panels(*labels, width=5.2, height=4.0, stacked=False):
+    """A figure with a panel for each (title, words of x, words of y), side by side or one below the other; inches."""
+    rows, columns = (len(labels), 1) if stacked else (1, len(labels))
+    figure, axes = pyplot.subplots(rows, columns, figsize=(width * columns, height * rows), squeeze=False)
+    for axis, (title, x, y) in zip(axes.flat, labels):
         axis.set(title=title, xlabel=x, ylabel=y)
-    return figure, axes[0]
+    return figure, axes.ravel()
 
 
 def marks(colour, marker="o", hollow=False):

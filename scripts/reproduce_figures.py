@@ -155,7 +155,7 @@ def figure_14a(data, images):
     frames = data.series["Elephant", "deep"]
     ticks = [(f"Fig. 14a: a haptic tick, {name}, layer 3", "frame", "µs a tick") for _, name in FORCES]
     figure, (race, *panels) = plot.panels(("Fig. 14a: collision detection while sliding over the elephant", "frame", "µs a frame"), *ticks,
-                                          width=7)
+                                          width=8, height=3.4, stacked=True)
     for method, name, colour in TIMED:
         race.semilogy([f["frame"] for f in frames], [f[method + "_us"] for f in frames], color=colour, linewidth=1, label=name)
     for axes, (force, _) in zip(panels, FORCES):
