@@ -538,7 +538,8 @@ class Model(Owned):
                elevation: Optional[float] = None, up: str = "y") -> np.ndarray:
         """A picture, (height, width, 3) uint8, as `sqmap render` draws it.
 
-        what: parts, superquadrics, protrusion, curvature, mesh, map or error; several with commas stand side by side.
+        what: parts, superquadrics, protrusion, features, locales, strength, curvature, hyperbolic, regions (convex, Q1 and Q2),
+        mesh, bounds, map or error; several with commas stand side by side.
         azimuth, elevation: degrees."""
         if up not in ("x", "y", "z", "-x", "-y", "-z"):
             raise refuse("up", f"is {up!r}", "take x, y, z, -x, -y or -z")
