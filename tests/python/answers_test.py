@@ -309,7 +309,7 @@ class Files(unittest.TestCase):
                 self.assertEqual((len(figures["shapes"]), figures["whole"]["support_excess"]), (model.facts.parts, 0))
             self.assertTrue(files["ring.glb"].read_bytes().startswith(b"glTF"))
             self.assertEqual(files["ring.urdf"].read_text().count("<collision"), model.facts.parts)
-            balls = model.export(pathlib.Path(folder, "balls"), "json", "spheres:8")
+            balls = model.export(pathlib.Path(folder, "balls"), "json", "spheres:3")
             parts = json.loads(pathlib.Path(folder, "balls").read_text())["parts"]
             self.assertEqual([p["name"] for p in parts], [s["name"] for s in balls["shapes"]])
             inside = [np.linalg.norm(vertices - p["xyz"], axis=1) <= p["radius"] for p in parts]

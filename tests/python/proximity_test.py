@@ -308,7 +308,7 @@ class OneMeaning(unittest.TestCase):
         points = np.random.default_rng(2).uniform(-1.6, 1.6, (20000, 3))
         lo, hi = ball(2), box((-0.2, -1.5, -0.3), (0.3, 1.5, 0.2))
         crossing = np.vstack([lo[0], hi[0]]), np.vstack([lo[1], hi[1] + len(lo[0])])
-        for model in (sqmap.bake(torus()), sqmap.bake(crossing), sqmap.bake(torus(), exact=False),
+        for model in (sqmap.bake(torus(), target_error=5), sqmap.bake(crossing, target_error=5), sqmap.bake(torus(), exact=False),
                       sqmap.bake((ball(2)[0], ball(2)[1][:-30]), surface=True)):
             inside = model.contains(points)
             np.testing.assert_array_equal(inside, model.signed_distance(points) > 0)
