@@ -1,5 +1,5 @@
 """A refused mesh, a cured one and one whose model is doubtful through every door: the same notes, each with the door's own names
-of settings.
+of settings. Each bake option that has a range is refused by its name where a value is out of it.
 
 usage: doors_test.py PROGRAM DOORS PYTHON_PACKAGE NPM_PACKAGE      SQMAP_LIBRARY names the library that Python and C take.
 NPM_PACKAGE is the folder that ./dev anywhere wasm makes. Where it or Node is missing, the C library gives npm's words in its place,
@@ -7,6 +7,7 @@ and the test says so."""
 import json
 import math
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -114,12 +115,49 @@ def through_batch(folder):
             for name, r in rows.items()}
 
 
+# Each member of BakeRanges (sqmap/bake/bake_types.h) as the program, Python, JavaScript and the page call it; None where a door leaves
+# it out on purpose: the paper's thresholds are set in C, Python and the program alone, and the page draws no distances to set a band for.
+OPTIONS = {
+    "target_error": ("--target-error", "target_error", "targetError", "target_error"),
+    "max_parts": ("--max-parts", "max_parts", "maxParts", "max_parts"),
+    "max_looseness": ("--max-looseness", "paper.max_looseness", None, None),
+    "max_q2_share": ("--max-q2", "paper.max_q2", None, None),
+    "band": ("--band", "band", "band", None),
+}
+
+
+def check_options(mesh):
+    """Every range has a row, and a value beyond it is refused by its name at each door that can be opened here."""
+    root = pathlib.Path(__file__).resolve().parents[2]
+    source = lambda path: (root / path).read_text(encoding="utf-8")
+    ranges = re.search(r"struct BakeRanges \{(.*?)\};", source("include/sqmap/bake/bake_types.h"), re.DOTALL)[1]
+    assert set(re.findall(r"(\w+)\{", ranges)) == set(OPTIONS), "a range of BakeRanges has no row in OPTIONS"
+    settings = re.search(r"const bakeSettings = \[(.*?)\];", source("js/index.js"), re.DOTALL)[1]
+    types, reader, form = source("js/index.d.ts"), source("apps/viewer/server/scene/uploads.cpp"), source(
+        "apps/viewer/web/src/panels/files.ts")
+    for option, python, javascript, page in OPTIONS.values():
+        run = subprocess.run([program, "bake", mesh, "-o", mesh.with_suffix(".sqmap"), option, "1e9"], capture_output=True, text=True)
+        assert run.returncode == 64 and option in run.stderr, (option, run)
+        *of_paper, keyword = python.split(".")
+        wrong = {"paper": sqmap.PaperOptions(**{keyword: 10**9})} if of_paper else {keyword: 10**9}
+        try:
+            sqmap.bake(mesh, **wrong)
+            raise AssertionError(f"{python} takes 1e9")
+        except sqmap.ArgumentError as e:
+            assert e.element == python, (e.element, python)
+        if javascript is not None:
+            assert f'"{javascript}"' in settings and f"{javascript}?:" in types, javascript
+        if page is not None:
+            assert f'take_setting(target, "{page}", bake::k_bake_ranges.' in reader and re.search(rf"\b{page}\b", form), page
+
+
 with tempfile.TemporaryDirectory() as name:
     folder = pathlib.Path(name)
     cured, refused, doubtful = folder / "cured.off", folder / "refused.off", folder / "doubtful.off"
     cured.write_text(grid(6, True))
     refused.write_text(SHEET)
     doubtful.write_text(plates(6))
+    check_options(cured)
     batch = through_batch(folder)
     expected = {cured: ("moved: ", "made up: "), doubtful: ("W_SELFX: ", "W_TARGET: ", "W_LAYER3: "), refused: ()}
     for path, beginnings in expected.items():

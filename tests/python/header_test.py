@@ -1,9 +1,10 @@
-"""The structs, handles and functions of the package are those of include/sqmap.h, the library exports exactly those, and each public
-name of the package has a docstring, which the documentation shows.
+"""The structs, handles and functions of the package are those of include/sqmap.h, and npm's structs begin as they do; the library
+exports exactly those functions, and each public name of the package has a docstring, which the documentation shows.
 
 usage: header_test.py HEADER LIBRARY NM"""
 import ctypes
 import inspect
+import pathlib
 import re
 import subprocess
 import sys
@@ -16,6 +17,7 @@ HEADER, LIBRARY, NM = sys.argv[1:4]
 del sys.argv[1:]
 with open(HEADER, encoding="utf-8") as file:
     TEXT = re.sub(r"//[^\n]*", "", file.read())
+SCRIPT = pathlib.Path(HEADER).resolve().parents[1].joinpath("js", "structs.js").read_text(encoding="utf-8")
 C_TYPES = {"double": ctypes.c_double, "float": ctypes.c_float, "size_t": ctypes.c_size_t, "int16_t": ctypes.c_int16,
            "int32_t": ctypes.c_int32, "uint8_t": ctypes.c_uint8, "uint32_t": ctypes.c_uint32, "uint64_t": ctypes.c_uint64}
 HANDLES = ("sqmap_model", "sqmap_probe", "sqmap_workspace", "sqmap_session", "sqmap_pad", "sqmap_pile")
@@ -61,6 +63,33 @@ class Header(unittest.TestCase):
                 else:
                     self.assertTrue(ours is theirs or (ours._type_ is theirs._type_ and ours._length_ == theirs._length_),
                                     f"{name}.{member}")
+
+    def test_structs_of_javascript_begin_with_the_members_of_the_header(self):
+        """A struct may end earlier than the header's: its size tells the library, and what is left out is zero."""
+        layouts = dict(re.findall(r"(\w+): layout\(\s*[\"`](.*?)[\"`]", SCRIPT, re.DOTALL))
+        camel = lambda name: re.sub(r"_(\w)", lambda m: m[1].upper(), name)
+        bodies = {camel(name.removeprefix("sqmap_")): body for name, body in
+                  re.findall(r"typedef struct (\w+) \{(.*?)\} \1;", TEXT, re.DOTALL)}
+        width = {"f64": 8, "u64": 8, "f32": 4, "i32": 4, "u32": 4, "i16": 2, "u8": 1}
+
+        def flat(name, kind):
+            """A struct within a struct is written out: member a of a pair as modelA, probeA, poseA; a pose as its twelve numbers."""
+            if kind is c.Pose:
+                return [(camel(name), ctypes.c_double * 12)]
+            if kind == "pointer" or kind is c.Handle or not issubclass(kind, ctypes.Structure):
+                return [(camel(name), kind)]
+            return [(camel(inner) + name.capitalize(), k) for inner, k in kind._fields_]
+
+        for name, text in layouts.items():
+            theirs = [both for n, kind in members(bodies[name]) if n != "size" for both in flat(n, kind)]
+            self.assertLessEqual(len(text.split()), len(theirs), name)
+            for word, (member, kind) in zip(text.split(), theirs):
+                ours, type_, count = re.fullmatch(r"(\w+):(\w+)(?:\[(\d+)\])?", word).groups()
+                self.assertEqual(ours, member, name)
+                if kind != "pointer" and type_ in width:
+                    length = getattr(kind, "_length_", None)
+                    self.assertEqual(int(count) if count else None, length, f"{name}.{member}")
+                    self.assertEqual(width[type_], ctypes.sizeof(kind) // (length or 1), f"{name}.{member}")
 
     def test_functions_have_the_parameters_of_the_header(self):
         declared = dict(re.findall(r"SQMAP_API sqmap_code (\w+)\(([^)]*)\);", TEXT))
