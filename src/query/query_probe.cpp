@@ -13,7 +13,7 @@ ProbeResult query_probe(const Body& touched, const Body& collider, const QueryOp
     if (touched.model->answers != nullptr) return touched.model->answers->probe(touched, collider, options, contacts);
     const ProbeJob job(touched, collider, options, contacts);
     if (!job.finite) return {0, k_not_finite, 0, {}};
-    ProbeResult result = job.layer == Layer::Exact      ? run_triangles(job, options)
+    ProbeResult result = job.layer == Layer::Exact      ? run_exact_layer(job, options)
                          : goes_by_points(job, options) ? run_probe_pointwise(job, options)
                                                         : run_probe(job);
     if (lacks_exact(job.model, options)) result.status |= k_no_exact;

@@ -86,7 +86,7 @@ ProbeResult answer_probe(const query::Body& touched, const query::Body& collider
 {
     const ProbeJob job(touched, collider, options, contacts);
     if (!job.finite) return {0, query::k_not_finite, 0, {}};
-    ProbeResult result = job.layer == Layer::Exact ? query::run_triangles(job, options) : run_paper({job, options});
+    ProbeResult result = job.layer == Layer::Exact ? query::run_exact_layer(job, options) : run_paper({job, options});
     result.status |= lacking(job.model, options);
     return result;
 }

@@ -42,8 +42,8 @@ public:
                                hn::IfThenElseZero(hn::RebindMask(di, start.single), set_int(k_single)));
         const auto& planes = start.planes;
         const std::size_t n = count_;
-        const V3 foot{mul_add(planes.gap, planes.normal.x, points.p.x), mul_add(planes.gap, planes.normal.y, points.p.y),
-                      mul_add(planes.gap, planes.normal.z, points.p.z)};
+        const V3 foot{mul_add(planes.below, planes.normal.x, points.p.x), mul_add(planes.below, planes.normal.y, points.p.y),
+                      mul_add(planes.below, planes.normal.z, points.p.z)};
         pack_rows(points.p, which, p_, n);
         pack_rows(points.offset, which, offset_, n);
         pack_rows(foot, which, foot_, n);
@@ -190,9 +190,9 @@ private:
         const auto* words = reinterpret_cast<const std::uint32_t*>(model_.seeds.data());
         const I index = hn::GatherIndex(di, seed_, at), word = hn::Add(index, index);
         const auto planes = locator_.seed_planes(gather_word(words, word), gather_word(words + 1, word), offset);
-        const F plane_gap = hn::Max(planes.gap, hn::Zero(df));
-        const V3 start{mul_add(planes.gap, planes.normal.x, p.x), mul_add(planes.gap, planes.normal.y, p.y),
-                       mul_add(planes.gap, planes.normal.z, p.z)};
+        const F below_plane = hn::Max(planes.below, hn::Zero(df));
+        const V3 start{mul_add(planes.below, planes.normal.x, p.x), mul_add(planes.below, planes.normal.y, p.y),
+                       mul_add(planes.below, planes.normal.z, p.z)};
         const auto foot_of_centre = [&](F v, F off, F n) {
             return mul_add(planes.length, n, hn::Sub(v, hn::Mul(off, set(model_.locator.cell))));
         };
@@ -201,9 +201,9 @@ private:
         Found found = ChartSearch(model_, part).approach({p, start, origin}, hn::FirstN(df, batch.count), k_approach_steps);
         // A chart may show no surface about its seed. The seed's plane then answers, unless another seed finds a surface.
         const M lost = hn::Eq(found.distance_sq, set(INFINITY));
-        found.offset = blend(lost, times(planes.normal, {plane_gap, plane_gap, plane_gap}), found.offset);
+        found.offset = blend(lost, times(planes.normal, {below_plane, below_plane, below_plane}), found.offset);
         found.normal = blend(lost, planes.normal, found.normal);
-        found.distance_sq = blend(lost, hn::Mul(plane_gap, plane_gap), found.distance_sq);
+        found.distance_sq = blend(lost, hn::Mul(below_plane, below_plane), found.distance_sq);
         HWY_ALIGN std::int32_t by_planes[k_lanes];
         hn::Store(hn::VecFromMask(di, hn::RebindMask(di, lost)), di, by_planes);
         keep_nearest(part, batch, surfaces(p, found, hn::Sqrt(found.distance_sq)), by_planes);

@@ -30,7 +30,7 @@ void query_located(const ModelView& model, std::span<const Vec3f> points, const 
         std::array<Contact, PointBatch::k_size> found;
         const ProbeJob job(model, batch, options, found);
         const std::size_t count = (job.layer == Layer::Exact ? run_probe_exact(job) : run_probe(job)).contacts;
-        for (std::size_t i = 0; i < batch.count; ++i) contacts[first + i] = free_at(points[first + i], batch.reached[i] == 0);
+        for (std::size_t i = 0; i < batch.count; ++i) contacts[first + i] = free_at(points[first + i], batch.unproven[i] == 0);
         for (const Contact& c : std::span(found).first(count))
             contacts[first + c.index] = {c.witness, c.normal, c.depth, c.part, true, c.certain, c.status};
     }

@@ -1,4 +1,4 @@
-// Layer Two of a probe: one plane a point, in one pass.
+// Contacts on tangent planes, as layers Two and Three write them; and the kernel of layer Two: one plane a point, in one pass.
 #if defined(SQMAP_QUERY_DISPATCH_PLANE_KERNEL_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef SQMAP_QUERY_DISPATCH_PLANE_KERNEL_INL_H
 #undef SQMAP_QUERY_DISPATCH_PLANE_KERNEL_INL_H
@@ -24,7 +24,7 @@ struct QueriedPoints {
 /// A plane for each, and how far the point is below; model units.
 struct NearestPlanes {
     V3 normal;  // outward, unit
-    F gap;
+    F below;
     I part;
 };
 
@@ -32,7 +32,7 @@ struct NearestPlanes {
 HWY_INLINE void write_on_planes(const QueriedPoints& points, const NearestPlanes& on, M contact, ContactWriter& contacts)
 {
     // Lanes of no contact may hold what no arithmetic should see.
-    const F depth = hn::Max(hn::IfThenElseZero(contact, on.gap), hn::Zero(df));
+    const F depth = hn::Max(hn::IfThenElseZero(contact, on.below), hn::Zero(df));
     const V3 &p = points.p, &n = on.normal;
     const V3 foot{mul_add(depth, n.x, p.x), mul_add(depth, n.y, p.y), mul_add(depth, n.z, p.z)};
     contacts.write({foot, n, depth, points.index, on.part, points.inside}, contact);
@@ -51,17 +51,17 @@ public:
         M more = hn::And(flat_, hn::And(LocatorLanes::has_more(cell, 1), not_negative(lowest_.plane)));
         for (std::int32_t k = 1; any(more); more = hn::And(more, LocatorLanes::has_more(cell, ++k))) {
             const FlatPlanes next = locator.read_planes(hn::Add(first, blend(more, set_int(k), hn::Zero(di))), offset);
-            const M lower = hn::And(more, hn::Lt(next.gap, lowest_.gap));
-            lowest_ = {blend(lower, next.plane, lowest_.plane), blend(lower, next.gap, lowest_.gap)};
+            const M lower = hn::And(more, hn::Lt(next.below, lowest_.below));
+            lowest_ = {blend(lower, next.plane, lowest_.plane), blend(lower, next.below, lowest_.below)};
         }
-        gap_ = hn::Mul(lowest_.gap, set(locator.cell()));
+        below_ = hn::Mul(lowest_.below, set(locator.cell()));
         if (!any(seeded_)) return;
         seed_ = locator.start_of(cell, offset, seeded_).planes;
-        gap_ = blend(flat_, gap_, seed_.gap);
+        below_ = blend(flat_, below_, seed_.below);
     }
 
     /// How far points are below, model units.
-    F gap() const { return gap_; }
+    F below() const { return below_; }
     HWY_INLINE I part() const
     {
         const I part = locator_.part_of(cell_, lowest_.plane, flat_);
@@ -69,15 +69,15 @@ public:
     }
 
     /// Points that the plane of a seed claims: it may lie outside the solid, so these are answered as on layer Three.
-    M claimed(M inside) const { return hn::AndNot(inside, hn::And(seeded_, hn::Gt(gap_, hn::Zero(df)))); }
+    M claimed(M inside) const { return hn::AndNot(inside, hn::And(seeded_, hn::Gt(below_, hn::Zero(df)))); }
 
     /// The contacts of the lanes of a mask that are below, or inside.
     HWY_INLINE void write(const QueriedPoints& points, M which, ContactWriter& contacts) const
     {
-        const M contact = hn::And(which, hn::Or(points.inside, hn::Gt(gap_, hn::Zero(df))));
+        const M contact = hn::And(which, hn::Or(points.inside, hn::Gt(below_, hn::Zero(df))));
         if (!any(contact)) return;
         const V3 normal = LocatorLanes::octahedral_normal<LocatorPlane::k_normal_bits>(lowest_.plane);
-        write_on_planes(points, {any(seeded_) ? blend(flat_, normal, seed_.normal) : normal, gap_, part()}, contact, contacts);
+        write_on_planes(points, {any(seeded_) ? blend(flat_, normal, seed_.normal) : normal, below_, part()}, contact, contacts);
     }
 
 private:
@@ -86,7 +86,7 @@ private:
     M flat_, seeded_;
     FlatPlanes lowest_;
     LocatorLanes::SeedPlanes seed_{};
-    F gap_;
+    F below_;
 };
 
 /// A vector of points after another, from pose to contact.
@@ -114,7 +114,7 @@ private:
         Entered e = enter(slot);
         if (!any(e.occupied)) return;
         divide(e.at.cell, e.at.index, e.at.offset, e.occupied);
-        if (job_.reached != nullptr) each_lane(e.occupied, [&](std::size_t i) { job_.reached[job_.point[slot + i]] = 1; });
+        if (job_.unproven != nullptr) each_lane(e.occupied, [&](std::size_t i) { job_.unproven[job_.point[slot + i]] = 1; });
         const CoarsePlanes planes(*this, e.at.cell, e.at.offset, e.occupied);
         const I index = hn::LoadU(di, reinterpret_cast<const std::int32_t*>(job_.point + slot));
         const M inside = is_inside(e.at.cell, e.occupied), claimed = planes.claimed(inside);

@@ -109,7 +109,7 @@ private:
             const M divided = is_divided(cell, occupied);
             divide(cell, index, offset, occupied);
             if (any(divided)) fetch_next(cell, hn::And(divided, occupied));
-            if (job_.reached != nullptr) mark_reached(first, occupied);
+            if (job_.unproven != nullptr) mark_unproven(first, occupied);
             if (job_.layer == Layer::Gate) occupied = hn::AndNot(answer_coarsely(first, offset, cell, occupied), occupied);
             const M flat = is_flat(cell, occupied), seeded = hn::AndNot(flat, occupied);
             if (any(seeded)) answer_by_seeds(first, offset, cell, seeded);
@@ -121,9 +121,9 @@ private:
     }
 
     /// Marks the points that the locator does not prove free.
-    HWY_NOINLINE void mark_reached(std::size_t first, M occupied) const
+    HWY_NOINLINE void mark_unproven(std::size_t first, M occupied) const
     {
-        each_lane(occupied, [&](std::size_t i) { job_.reached[located_.point[first + i]] = 1; });
+        each_lane(occupied, [&](std::size_t i) { job_.unproven[located_.point[first + i]] = 1; });
     }
 
     /// Section 4.2, step 4: points near parts for which layer 3 is not worth its time, as on layer Two. Returns which these are.
@@ -153,12 +153,12 @@ private:
     HWY_INLINE void write_flat(std::size_t first, M flat, const FlatPlanes& lowest)
     {
         const I cell = hn::LoadU(di, located_.cell + first);
-        const F gap = hn::Mul(lowest.gap, set(locator_.cell));
-        const M inside = is_inside(cell, flat), contact = hn::Or(inside, hn::And(flat, hn::Gt(gap, hn::Zero(df))));
+        const F below = hn::Mul(lowest.below, set(locator_.cell));
+        const M inside = is_inside(cell, flat), contact = hn::Or(inside, hn::And(flat, hn::Gt(below, hn::Zero(df))));
         if (any(contact))
             write_on_planes(
                 {LocatedPoints::load(located_.p, first), hn::LoadU(di, located_.point + first), inside},
-                {octahedral_normal<LocatorPlane::k_normal_bits>(lowest.plane), gap, part_of(cell, lowest.plane, contact)},
+                {octahedral_normal<LocatorPlane::k_normal_bits>(lowest.plane), below, part_of(cell, lowest.plane, contact)},
                 contact, contacts_);
     }
 

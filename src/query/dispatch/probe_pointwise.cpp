@@ -90,7 +90,7 @@ bool goes_by_points(const ProbeJob& job, const QueryOptions& options) noexcept
     return options.offset || options.margin > 0 || !model::has_locator(job.model);
 }
 
-ProbeResult run_triangles(const ProbeJob& job, const QueryOptions& options) noexcept
+ProbeResult run_exact_layer(const ProbeJob& job, const QueryOptions& options) noexcept
 {
     return goes_by_points(job, options) ? run_probe_pointwise(job, options) : run_probe_exact(job);
 }

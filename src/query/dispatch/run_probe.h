@@ -14,8 +14,8 @@ ProbeResult run_probe_pointwise(const ProbeJob& job, const QueryOptions& options
 
 /// True where a job is computed point by point: the locator knows nothing of a surface that has moved, or there is none.
 [[nodiscard]] bool goes_by_points(const ProbeJob& job, const QueryOptions& options) noexcept;
-/// Layer Exact, by superquadrics and triangles alone.
-[[nodiscard]] ProbeResult run_triangles(const ProbeJob& job, const QueryOptions& options) noexcept;
+/// Layer Exact: candidate lists of the locator; point by point without one, or where options move the surface.
+[[nodiscard]] ProbeResult run_exact_layer(const ProbeJob& job, const QueryOptions& options) noexcept;
 
 /// By the kernel with the widest vectors that the machine has.
 ProbeResult run_probe(const ProbeJob& job) noexcept;

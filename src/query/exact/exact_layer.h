@@ -22,7 +22,7 @@ inline constexpr float k_unproven = 4e-6f;
 /// As nearest_surface, model space. @pre model::has_exact(model)
 [[nodiscard]] ModelContact nearest_in_model(const model::ModelView& model, Vec3f point, const ModelContact& from) noexcept;
 
-/// The probe query by the mesh's own triangles, one entry for every instruction set. job.reached: set to 1 for points within
+/// The probe query by the mesh's own triangles, one entry for every instruction set. job.unproven: set to 1 for points within
 /// k_unproven of the surface. @pre the model has a locator and the exact
 /// layer
 ProbeResult run_probe_exact(const ProbeJob& job) noexcept;

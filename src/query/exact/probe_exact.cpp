@@ -61,11 +61,11 @@ private:
         // Above the planes of a flat cell by more than the solid reaches there: outside.
         const M flat = is_flat(e.at.cell, hn::AndNot(inside, e.occupied));
         if (any(flat)) {
-            const F gap = lowest_planes(e.at.cell, e.at.offset, flat).gap;
+            const F below = lowest_planes(e.at.cell, e.at.offset, flat).below;
             const I code = gather_byte(model_.rises.data(), blend(flat, e.at.index, hn::Zero(di)));
             const F rise = hn::Mul(to_float(code), set(model::k_rise_step));
             const M bounded = hn::RebindMask(df, hn::Ne(code, set_int(model::k_no_rise)));
-            e.occupied = hn::AndNot(hn::And(hn::And(flat, bounded), hn::Lt(hn::Add(gap, rise), hn::Zero(df))), e.occupied);
+            e.occupied = hn::AndNot(hn::And(hn::And(flat, bounded), hn::Lt(hn::Add(below, rise), hn::Zero(df))), e.occupied);
             if (!any(e.occupied)) return;
         }
         const I key = hn::Or(hn::Add(hn::ShiftLeft<6>(e.at.brick), e.at.within),
@@ -232,9 +232,9 @@ private:
             // Clearly nearer than what was found before, whose side is forgotten.
             const M fresh = hn::And(near_this, hn::Lt(tie_above(distance_sq), best.distance_sq));
             // In the plane of a triangle, or without area, it says nothing of the side.
-            const M flat = hn::Lt(hn::Mul(q.height, q.height), hn::Mul(set(0.0025f), distance_sq));
+            const M in_plane = hn::Lt(hn::Mul(q.height, q.height), hn::Mul(set(0.0025f), distance_sq));
             const M outside = hn::Gt(q.height, hn::Zero(df));
-            best.unclear = hn::Or(hn::AndNot(fresh, best.unclear), hn::And(level, flat));
+            best.unclear = hn::Or(hn::AndNot(fresh, best.unclear), hn::And(level, in_plane));
             best.outside = hn::Or(hn::AndNot(fresh, best.outside), hn::And(level, outside));
             best.inside = hn::Or(hn::AndNot(fresh, best.inside), hn::AndNot(outside, level));
             // A tie goes to the triangle with the highest number, so the order of the list does not matter.
@@ -259,9 +259,9 @@ private:
         // the faces there is what the point sees.
         const M open = known_inside ? none() : hn::And(lanes, hn::Or(nearest.unclear, hn::And(nearest.outside, nearest.inside)));
         const M inside = known_inside ? lanes : hn::AndNot(open, hn::AndNot(nearest.outside, lanes));
-        if (job_.reached != nullptr) {
+        if (job_.unproven != nullptr) {
             const M unproven = hn::And(lanes, hn::Le(nearest.distance_sq, set(rounding_ * rounding_)));
-            if (any(unproven)) each_lane(unproven, [&](std::size_t i) { job_.reached[point_[slots[i]]] = 1; });
+            if (any(unproven)) each_lane(unproven, [&](std::size_t i) { job_.unproven[point_[slots[i]]] = 1; });
         }
         const M candidates = hn::Or(inside, open);
         if (!any(candidates)) return;
@@ -310,7 +310,7 @@ private:
     {
         const ModelContact c =
             query_exact_in(model_, {x_[slot], y_[slot], z_[slot]}, (key & ~k_inside) >> 6, key & 63u, (key & k_inside) != 0);
-        if (!c.certain && job_.reached != nullptr) job_.reached[point_[slot]] = 1;
+        if (!c.certain && job_.unproven != nullptr) job_.unproven[point_[slot]] = 1;
         if (c.contact) contacts_.write(contact_of(c, point_[slot]));
     }
 

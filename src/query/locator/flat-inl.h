@@ -101,12 +101,12 @@ private:
 
     struct StoredPlanes {
         std::int32_t plane[LocatedPoints::k_capacity];
-        float gap[LocatedPoints::k_capacity];
-        HWY_INLINE FlatPlanes at(std::size_t first) const { return {hn::LoadU(di, plane + first), hn::LoadU(df, gap + first)}; }
+        float below[LocatedPoints::k_capacity];
+        HWY_INLINE FlatPlanes at(std::size_t first) const { return {hn::LoadU(di, plane + first), hn::LoadU(df, below + first)}; }
         HWY_INLINE void set(std::size_t first, const FlatPlanes& planes)
         {
             hn::StoreU(planes.plane, di, plane + first);
-            hn::StoreU(planes.gap, df, gap + first);
+            hn::StoreU(planes.below, df, below + first);
         }
     };
 

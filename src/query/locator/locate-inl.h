@@ -26,7 +26,7 @@ using model::ModelView;
 /// A flat cell's plane that counts, for each lane: its word, and how far the point is below, in cells.
 struct FlatPlanes {
     I plane;
-    F gap;
+    F below;
 };
 
 /// A model's locator, read for a vector of points.
@@ -187,7 +187,7 @@ public:
     struct SeedPlanes {
         I part;
         V3 normal;  // outward, unit
-        F gap;      // how far the point is below, model units
+        F below;    // how far the point is below, model units
         F length;   // how far the cell's centre is
     };
     HWY_INLINE SeedPlanes seed_planes(I direction, I extent, const V3& offset) const
@@ -198,7 +198,7 @@ public:
         planes.length = hn::Mul(
             to_float(hn::Sub(hn::And(extent, set_word(model::k_seed_distance_mask)), set_word(model::k_seed_distance_zero))),
             set(model::k_seed_distance_step * locator_.cell));
-        planes.gap = hn::Sub(planes.length, hn::Mul(dot(planes.normal, offset), set(locator_.cell)));
+        planes.below = hn::Sub(planes.length, hn::Mul(dot(planes.normal, offset), set(locator_.cell)));
         return planes;
     }
 
@@ -258,8 +258,8 @@ public:
     /// Ends a group: its plane replaces the lowest so far where the point is less deep below it.
     static HWY_INLINE void close_group(const FlatPlanes& group, M which, FlatPlanes& lowest)
     {
-        const M lower = hn::And(which, hn::Lt(group.gap, lowest.gap));
-        lowest = {blend(lower, group.plane, lowest.plane), blend(lower, group.gap, lowest.gap)};
+        const M lower = hn::And(which, hn::Lt(group.below, lowest.below));
+        lowest = {blend(lower, group.plane, lowest.plane), blend(lower, group.below, lowest.below)};
     }
     /// One more plane for the lanes of a mask.
     static HWY_INLINE void add_planes(const FlatPlanes& next, M more, FlatPlanes& group, FlatPlanes& lowest)
@@ -267,8 +267,8 @@ public:
         const M fresh = hn::And(more, not_negative(next.plane));  // not joined to the one before
         close_group(group, fresh, lowest);
         // The first of a group, or higher than it.
-        const M taken = hn::Or(fresh, hn::And(more, hn::Gt(next.gap, group.gap)));
-        group = {blend(taken, next.plane, group.plane), blend(taken, next.gap, group.gap)};
+        const M taken = hn::Or(fresh, hn::And(more, hn::Gt(next.below, group.below)));
+        group = {blend(taken, next.plane, group.plane), blend(taken, next.below, group.below)};
     }
     /// Cells of more than k planes.
     static HWY_INLINE M has_more(I cell, std::int32_t k) { return hn::RebindMask(df, hn::Gt(plane_count(cell), set_int(k))); }

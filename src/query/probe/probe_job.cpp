@@ -56,7 +56,7 @@ PointBatch::PointBatch(std::span<const Vec3f> points) noexcept : count(std::min(
         y[i] = p.y;
         z[i] = p.z;
         point[i] = static_cast<std::uint32_t>(i);
-        reached[i] = 0;
+        unproven[i] = 0;
     }
 }
 
@@ -67,7 +67,7 @@ ProbeJob::ProbeJob(const model::ModelView& m, PointBatch& batch, const QueryOpti
       z(batch.z),
       point(batch.point),
       points(batch.count),
-      reached(batch.reached),
+      unproven(batch.unproven),
       layer(chosen_layer(m, o)),
       gate(o.gate),
       first_only(false),

@@ -12,7 +12,7 @@ struct PointBatch {
     std::size_t count = 0;
     float x[k_size], y[k_size], z[k_size];  ///< filled up to a whole cluster
     std::uint32_t point[k_size];
-    std::uint8_t reached[k_size];  ///< see ProbeJob
+    std::uint8_t unproven[k_size];  ///< see ProbeJob
 
     explicit PointBatch(std::span<const Vec3f> points) noexcept;
 };
@@ -30,8 +30,8 @@ struct ProbeJob {
     const float *group_x = nullptr, *group_y = nullptr, *group_z = nullptr, *group_radius = nullptr;
     std::size_t clusters = 0, groups = 0, points;
     float sphere[4] = {};
-    std::uint8_t* reached =
-        nullptr;  ///< set to 1 for points that are not proven to be free: by the locator, on layer Exact by float; may be null
+    /// Set to 1 for points whose free verdict is not proven: by the locator, on layer Exact by float. May be null.
+    std::uint8_t* unproven = nullptr;
 
     // Position in the probe -> model space, and how lengths scale.
     float rotation[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, translation[3] = {}, scale = 1;
