@@ -150,7 +150,7 @@ private:
     void write(std::size_t s)
     {
         const std::uint8_t state = states_.state[s];
-        if (job_.reached != nullptr && (state & PointStates::k_held) != 0) job_.reached[states_.point[s]] = 1;
+        if (job_.unproven != nullptr && (state & PointStates::k_held) != 0) job_.unproven[states_.point[s]] = 1;
         if ((state & PointStates::k_free) != 0 || (state & PointStates::k_contact) == 0 || is_done()) return;
         const Vec3f p{states_.x[s], states_.y[s], states_.z[s]};
         Contact c{p, {}, 0, states_.point[s], states_.part[s], false, k_no_surface};

@@ -43,7 +43,7 @@ ModelContact query_maps(const model::ModelView& model, Vec3f point, const query:
     std::array<Contact, 1> found;
     const ProbeJob job(model, batch, options, found);
     // The superquadrics cover the solid, so a point that no part holds is proven free.
-    if (run_one_lane({job, options}).contacts == 0) return query::free_at(point, batch.reached[0] == 0);
+    if (run_one_lane({job, options}).contacts == 0) return query::free_at(point, batch.unproven[0] == 0);
     const Contact& c = found[0];
     return {c.witness, c.normal, c.depth, c.part, true, false, c.status};
 }
