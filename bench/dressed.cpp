@@ -42,7 +42,8 @@ struct Camera {
     }
 };
 
-/// Calls at(pixel, depth, triangle) for each pixel whose middle a triangle covers.
+/// Calls at(pixel, depth, triangle, faces) for each pixel whose middle a triangle covers. faces: 1 where its outside is seen,
+/// else -1.
 template <class At>
 void draw(const Camera& camera, std::span<const Vec3d> vertices, Triangles triangles, At&& at)
 {
@@ -63,16 +64,19 @@ void draw(const Camera& camera, std::span<const Vec3d> vertices, Triangles trian
                              v = ((b.x - a.x) * (py - a.y) - (b.y - a.y) * (px - a.x)) / area;
                 if (u < 0 || v < 0 || u + v > 1) continue;
                 at(static_cast<std::size_t>(y) * k_width + static_cast<std::size_t>(x),
-                   static_cast<float>(a.z + u * (b.z - a.z) + v * (c.z - a.z)), t);
+                   static_cast<float>(a.z + u * (b.z - a.z) + v * (c.z - a.z)), t, area < 0 ? 1 : -1);
             }
     }
 }
 
 struct Seen {
-    std::size_t cloth = 0, skin = 0;  ///< pixels of cloth; of skin that cloth just behind it should hide
-    [[nodiscard]] double percent() const
+    std::size_t cloth = 0, skin = 0;  ///< pixels of cloth; of skin that cloth just behind it, in the body, should hide
+    std::size_t before = 0;  ///< pixels of skin before cloth that is as near behind it, but beyond the body: a hand at a skirt
+    [[nodiscard]] double percent() const { return of_cloth(skin); }
+    [[nodiscard]] double percent_before() const { return of_cloth(before); }
+    [[nodiscard]] double of_cloth(std::size_t pixels) const
     {
-        return cloth > 0 ? 100.0 * static_cast<double>(skin) / static_cast<double>(cloth) : 0;
+        return cloth > 0 ? 100.0 * static_cast<double>(pixels) / static_cast<double>(cloth) : 0;
     }
 };
 
@@ -142,27 +146,52 @@ struct Run {
     std::string garment, fabric;
     std::vector<double> percent;  ///< of skin in each picture
     Seen worst;
+    double before = 0;  ///< percent, the most of a picture
     double worst_time = 0, worst_turn = 0, step_ms = 0, pull = 0;
     Depth nodes, interiors;
     std::uint32_t status = 0;
     std::size_t vertices = 0;
 };
 
+/// A surface of the body that a pixel's ray crosses: into the body (1) or out of it (-1).
+struct Crossing {
+    float z;
+    int into;
+};
+
+/// True for a depth at which a ray is in the body.
+bool within(std::span<const Crossing> crossings, float z)
+{
+    int in = 0;
+    for (const Crossing& c : crossings) in += c.z > z ? c.into : 0;
+    return in > 0;
+}
+
 Seen look(const Camera& camera, std::span<const Vec3d> skin, Triangles skin_triangles, const sim::Cloth& cloth,
           std::span<const std::uint8_t> open)
 {
     const std::size_t pixels = static_cast<std::size_t>(k_width) * k_rows;
     std::vector<float> body(pixels, k_nothing), front(pixels, k_nothing);
-    draw(camera, skin, skin_triangles, [&](std::size_t p, float z, std::size_t) { body[p] = std::max(body[p], z); });
+    std::vector<std::vector<Crossing>> crossings(pixels);
+    draw(camera, skin, skin_triangles, [&](std::size_t p, float z, std::size_t, int faces) {
+        body[p] = std::max(body[p], z);
+        crossings[p].push_back({z, faces});
+    });
+    enum : std::uint8_t { Beyond = 1, In = 2 };
     std::vector<std::uint8_t> behind(pixels);
-    draw(camera, cloth.positions(), cloth.triangles(), [&](std::size_t p, float z, std::size_t t) {
+    draw(camera, cloth.positions(), cloth.triangles(), [&](std::size_t p, float z, std::size_t t, int) {
         front[p] = std::max(front[p], z);
-        if (z < body[p] && z > body[p] - static_cast<float>(k_behind) && open[t] == 0) behind[p] = 1;
+        if (!(z < body[p]) || !(z > body[p] - static_cast<float>(k_behind)) || open[t] != 0) return;
+        behind[p] = static_cast<std::uint8_t>(behind[p] | (within(crossings[p], z) ? In : Beyond));
     });
     Seen seen;
     for (std::size_t p = 0; p < pixels; ++p) {
-        seen.cloth += front[p] > body[p] ? 1 : 0;
-        seen.skin += behind[p] != 0 && !(front[p] > body[p]) ? 1 : 0;
+        if (front[p] > body[p])
+            ++seen.cloth;
+        else if ((behind[p] & In) != 0)
+            ++seen.skin;
+        else if (behind[p] != 0)
+            ++seen.before;
     }
     return seen;
 }
@@ -197,7 +226,7 @@ struct Hands {
 
 Run play(Figure& figure, const std::string& garment, const std::string& fabric, double seconds, std::uint32_t vertices)
 {
-    Run run{garment, fabric, {}, {}, 0, 0, 0, 0, {}, {}, 0, 0};
+    Run run{garment, fabric, {}, {}, 0, 0, 0, 0, 0, {}, {}, 0, 0};
     app::Costume costume = app::costume(garment, vertices);
     figure.move(0, true);
     sim::Cloth cloth(costume.garment, sim::fabric(fabric), {.iterations = app::k_cloth_shares});
@@ -241,6 +270,7 @@ Run play(Figure& figure, const std::string& garment, const std::string& fabric, 
             const double angle = turn * std::numbers::pi / 180;
             const Seen seen = look({std::cos(angle), std::sin(angle)}, skin, figure.avatar.parts[0].mesh.triangles, cloth, open);
             percent = std::max(percent, seen.percent());
+            run.before = std::max(run.before, seen.percent_before());
             if (seen.percent() > run.worst.percent()) run.worst = seen, run.worst_time = time, run.worst_turn = turn;
         }
         run.percent.push_back(percent);
@@ -258,10 +288,10 @@ void print(Run& run)
     const double median = run.percent.empty() ? 0 : run.percent[run.percent.size() / 2];
     std::printf(
         "%-7s %-8s %5zu vertices  skin: median %.4f %%, worst %.4f %% (%zu of %zu pixels of cloth, at %.2f s from %.0f degrees), "
-        "none in %zu of %zu frames\n",
+        "none in %zu of %zu frames; a part of the body before cloth near behind it: at most %.4f %%\n",
         run.garment.c_str(), run.fabric.c_str(), run.vertices, median, run.worst.percent(), run.worst.skin, run.worst.cloth,
         run.worst_time, run.worst_turn, static_cast<std::size_t>(std::count(run.percent.begin(), run.percent.end(), 0.0)),
-        run.percent.size());
+        run.percent.size(), run.before);
     std::printf(
         "        depth in the touched body, share of the height: nodes %s, interiors %s; skin lies %.1f mm below it\n"
         "        pulled to %.1f N; a step %.2f ms of CPU time, %.2f of real time; status %u\n",

@@ -2,7 +2,7 @@
 // program computes again.
 // usage: node charts_test.mjs SQMAP CHROMIUM FOLDER
 import assert from 'node:assert/strict';
-import { spawnSync } from 'node:child_process';
+import { execFileSync, spawnSync } from 'node:child_process';
 import fs from 'node:fs';
 import path from 'node:path';
 import { feel, folder, openPage, run, settled, sqmap, start, test, until } from './harness.mjs';
@@ -134,6 +134,20 @@ test('the program computes a recording of the page again, to the bit, and draws 
   const changed = replay();
   assert.match(changed.stdout, new RegExp(`first on line ${lost ? '\\d+' : row + 1}, .*: depth`));
   assert.equal(changed.status, 1);
+});
+
+test('a recording of sqmap touch opens with its ticks and forces', async () => {
+  const at = path.join(folder, 'again'), made = path.join(at, 'program.csv'), name = (await page.evaluate(() => window.sqmap.facts()))[0].name;
+  execFileSync(sqmap, ['touch', '--object', path.join(at, `model-${name}.sqmap`), '--device', 'press', '--seconds', '1', '--record', made], { stdio: 'ignore' });
+  const lines = fs.readFileSync(made, 'utf8').split('\n'), head = lines.find((l) => l.startsWith('time,')).split(','), rows = lines.filter((l) => /^[\d.e+-]+,/.test(l)).map((l) => l.split(',').map(Number)).filter((r) => !(r[head.indexOf('input')] & 4));
+  await page.setInputFiles('#recording-file', made);
+  await until(page, () => /ready to replay\. sqmap touch recorded it/.test(document.querySelector('#notice').textContent));
+  const shown = await page.evaluate(() => window.sqmap.recorder.kept.map((k) => [k.frame.ticks.length / 5, Math.hypot(...k.frame.force), k.frame.contacts, k.frame.object]));
+  assert.equal(shown.reduce((sum, [ticks]) => sum + ticks, 0), rows.length, 'every tick');
+  const largest = (all) => all.reduce((a, b) => Math.max(a, b), 0), sent = ['x', 'y', 'z'].map((k) => head.indexOf(`z0_sent_f${k}`));
+  assert.ok(largest(shown.map(([, force]) => force)) <= largest(rows.map((r) => Math.hypot(...sent.map((k) => r[k])))) + 1e-5);
+  assert.ok(Math.abs(shown.at(-1)[1] - Math.hypot(...sent.map((k) => rows.at(-1)[k]))) < 1e-5, 'the last force is the one that was sent');
+  assert.ok(shown.some(([, , contacts, object]) => contacts > 0 && object === 0), 'the object is touched where it stands now');
 });
 
 test('every contact is a span, however short: of ticks, not of pictures', async () => {

@@ -118,6 +118,49 @@ TEST(RecordingFile, IsDrawnFromItsPosesAlone)
     EXPECT_EQ(ticks, 400u);
 }
 
+/// As sqmap touch records: a setup instead of the page's fields.
+std::string of_touch(const std::string& text, const std::string& setup)
+{
+    const std::size_t fields = text.find("# page "), columns = text.find("\ntime,") + 1;
+    return text.substr(0, fields) + "# setup " + setup + "\n" + text.substr(columns);
+}
+
+constexpr const char* k_setup =
+    R"({"objects":[{"file":"models/ball.sqmap","hash":"00000000000000ff","metres_per_unit":0.1,"place":[0.1,0.2,0.3]}],)"
+    R"("tool":"sphere:0.006","mode":"proxy","layer":"exact","force":"full","friction":"coulomb","stiffness":300.0,"damping":0.0,)"
+    R"("mu_dynamic":0.4,"f_c":0.1,"k_f":10.0,"object_mass":0.0,"sway_x":0.0})";
+
+TEST(RecordingFile, OfSqmapTouchHasItsTicksAndTheNearestSettings)
+{
+    const Recording recording{drawn(ball({}), 0)};
+    std::string text = of_touch(recording_text(recording), k_setup);
+    const RecordingFile file = read_recording(text, "touch.csv");
+    EXPECT_TRUE(file.of_touch);
+    ASSERT_EQ(file.objects.size(), 1u);
+    EXPECT_EQ(file.objects[0].name, "ball");
+    EXPECT_EQ(file.objects[0].hash, 0xffu);
+    EXPECT_EQ(file.objects[0].metres_per_unit, 0.1);
+    EXPECT_EQ(file.objects[0].position, (Vec3d{0.1, 0.2, 0.3}));
+    ASSERT_EQ(file.takes.size(), 1u);
+    EXPECT_EQ(file.objects_of, (std::vector<std::vector<std::uint32_t>>{{0}}));
+    const Take& take = *file.takes[0];
+    ASSERT_EQ(take.settings.size(), 1u);
+    const Settings& s = take.settings[0];
+    EXPECT_EQ(s.stiffness, 300);
+    EXPECT_EQ(s.tool_radius, 0.006);
+    EXPECT_EQ(s.friction, 0.4);
+    EXPECT_EQ(s.layer, query::Layer::Exact);
+    EXPECT_TRUE(s.proxy);
+    ASSERT_EQ(take.ticks.size(), 400u);
+    EXPECT_EQ(take.ticks[300].sent.force, recording[0]->ticks[300].sent.force);
+    // A tick without a reading has no pose.
+    const std::string begin = "0,0.001,1,0,0,";
+    const std::size_t row = text.find("\n" + begin) + 1, length = text.find('\n', row) + 1 - row;
+    text.insert(row, "0,0.001,1,0,4," + text.substr(row + begin.size(), length - begin.size()));
+    text.replace(text.find("# end 400"), 9, "# end 401");
+    EXPECT_EQ(read_recording(text, "touch.csv").takes[0]->ticks.size(), 400u);
+}
+
 std::string why(const std::string& text)
 {
     try {
@@ -144,7 +187,22 @@ TEST(RecordingFile, WhatIsNoneIsRefused)
     };
     refuses("x", "not a trace");
     refuses(with("# page 1", "# page 9"), "another version");
-    refuses(with("# page 1\n", ""), "not recorded by the page\n  cure: sqmap replay");
+    refuses(with("# page 1\n", ""), "neither the page nor sqmap touch");
+    const auto touched = [&](const std::string& old, const std::string& by) {
+        std::string setup = k_setup;
+        EXPECT_NE(setup.find(old), std::string::npos) << old;
+        return of_touch(text, setup.replace(setup.find(old), old.size(), by));
+    };
+    refuses(touched("sphere:0.006", "hand.glb"), "neither sphere nor point\n  cure: sqmap replay");
+    refuses(touched("sphere:0.006", "sphere:6"), "do not reach");
+    refuses(touched("\"stiffness\":300.0,", ""), "do not reach");
+    refuses(touched("proxy", "coupled"), "coupled");
+    refuses(touched("\"object_mass\":0.0", "\"object_mass\":0.5"), "objects move");
+    refuses(touched("\"hash\":\"00", "\"hash\":\"zz"), "objects");
+    refuses(touched("[0.1,0.2,0.3]", "[0.1,0.2]"), "objects");
+    refuses(touched("[0.1,0.2,0.3]", "[[[0.1]],0.2]"), "setup");
+    refuses(of_touch(text, "[]"), "setup");
+    refuses(of_touch(text, "{\"objects\":[]}"), "setup");
     refuses(with("\"stiffness\":250", "\"stiffness\":\"much\""), "settings");
     refuses(with("\"stiffness\":250", "\"stiffness\":1e9"), "settings");
     refuses(with("\"row\":200", "\"row\":0"), "settings");

@@ -56,12 +56,14 @@ Arrangement arrangement_of(const RecordingFile& file, const std::vector<ObjectPt
         if (at == left.end()) at = std::find_if(left.begin(), left.end(), is_it);
         const bool shown = at != left.end();
         const ObjectPtr object = shown ? *at : *std::find_if(scene.begin(), scene.end(), is_it);
-        const bool stands = shown && object->position == named.position && object->metres_per_unit == named.metres_per_unit &&
-                            object->up == named.up;
+        const Vec3d from_origin = named.metres_per_unit * (object->centre - object->frame().origin);
+        const Vec3d position = file.of_touch ? named.position + from_origin : named.position;
+        const bool stands =
+            shown && object->position == position && object->metres_per_unit == named.metres_per_unit && object->up == named.up;
         ObjectPtr then = object;
         if (!stands) {
             const auto there = std::make_shared<Object>(*object);
-            there->put_at(named.metres_per_unit, named.position, named.up);
+            there->put_at(named.metres_per_unit, position, named.up);
             then = there;
         }
         out.objects.push_back(then);
@@ -150,7 +152,7 @@ void Recorder::open(HttpRequest request, const Answer& answer)
         try {
             *file = read_recording(body, name);
         } catch (const device::TraceError& e) {
-            return answer(refused("E_RECORDING", e.what(), "open a file that the page has saved"));
+            return answer(refused("E_RECORDING", e.what(), "open a file that the page or sqmap touch has recorded"));
         }
         if (const std::optional<HttpReply> without = missing(*file, scene)) return answer(*without);
         const Arrangement then = arrangement_of(*file, scene);
@@ -162,7 +164,10 @@ void Recorder::open(HttpRequest request, const Answer& answer)
                 return answer(refused("E_BUSY", "the scene has changed meanwhile", "open it again"));
             takes_ = file->takes;
             on_open(settings_now(*takes_.back(), scene_.objects()));
-            answer(json_reply({{"accepted", true}, {"verdict", "RECORDING"}, {"notes", nlohmann::ordered_json::array()}}));
+            auto notes = nlohmann::ordered_json::array();
+            if (file->of_touch)
+                notes.push_back("sqmap touch recorded it: the forces are those of then, Compute again computes the page's");
+            answer(json_reply({{"accepted", true}, {"verdict", "RECORDING"}, {"notes", std::move(notes)}}));
         });
     });
 }

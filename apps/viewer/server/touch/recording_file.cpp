@@ -9,9 +9,12 @@
 #include "viewer/server/protocol/text.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <optional>
+#include <utility>
 
 namespace sqmap::viewer {
 namespace {
@@ -152,7 +155,7 @@ std::vector<json> read_list(const device::TraceHeader& header, std::string_view 
 
 [[noreturn]] void refuse(const char* what)
 {
-    throw TraceError(std::string("what it says of its ") + what + " is not as the page writes it");
+    throw TraceError(std::string("what it says of its ") + what + " is not as sqmap writes it");
 }
 
 std::uint64_t count_in(const json& in, const char* key, const char* what)
@@ -197,10 +200,85 @@ struct Plan {
     std::vector<Change> changes;
 };
 
+/// @throw TraceError for what sqmap touch can do and the page cannot show
+[[noreturn]] void refuse_touch(const std::string& why) { throw TraceError(why + "\n  cure: sqmap replay computes it again"); }
+
+/// "NAME" or "NAME:RADIUS", m; nothing for another tool.
+std::optional<double> radius_of(const std::string& tool, const std::string& name, double otherwise)
+{
+    if (tool == name) return otherwise;
+    double radius = 0;
+    if (!tool.starts_with(name + ":")) return std::nullopt;
+    const char *const first = tool.data() + name.size() + 1, *const last = tool.data() + tool.size();
+    if (const auto [end, error] = std::from_chars(first, last, radius); error != std::errc() || end != last) return std::nullopt;
+    return radius;
+}
+
+/// The page's settings that are nearest to a setup of sqmap touch.
+Settings settings_of_touch(const json& setup)
+{
+    const auto value = [&](const char* key) { return setup.value(key, json()); };
+    const auto moves = [&](const char* key) { return value(key).is_number() && value(key).get<double>() != 0; };
+    if (moves("object_mass") || moves("sway_x") || moves("sway_y") || moves("sway_z"))
+        refuse_touch("its objects move, those of the page stand still");
+    if (value("mode") == "coupled") refuse_touch("its tool is coupled, which the page has not");
+    Settings of;
+    json in = json::parse(text_of(settings_json(of)));  // numbers as a parser has them
+    const std::string tool = value("tool").is_string() ? value("tool").get<std::string>() : "";
+    if (const std::optional<double> radius = radius_of(tool, "sphere", 0.005))
+        in["toolRadius"] = *radius;
+    else if (const std::optional<double> smoothing = radius_of(tool, "point", haptic::Smoothing{}.radius))
+        in["smoothing"] = *smoothing;
+    else
+        refuse_touch("its tool is neither sphere nor point");
+    in["proxy"] = value("mode") == "proxy";
+    in["paperForce"] = value("force") == "paper";
+    constexpr std::pair<const char*, const char*> k_alike[] = {
+        {"layer", "layer"}, {"stiffness", "stiffness"}, {"damping", "damping"}, {"law", "friction"}, {"fC", "f_c"},
+        {"kF", "k_f"},      {"friction", "mu_dynamic"}};
+    constexpr const char* k_later[] = {"projector", "gaps", "pruning", "gate", "offset"};  // not in old traces
+    for (const auto& [ours, theirs] : k_alike) in[ours] = value(theirs);
+    for (const char* key : k_later)
+        if (setup.contains(key)) in[key] = value(key);
+    if (setup.contains("nearest_steps")) in["nearestSteps"] = value("nearest_steps");
+    if (!read_settings(in, of)) refuse_touch("its setup has numbers that the page's settings do not reach");
+    return of;
+}
+
+/// A recording of sqmap touch is one take with one setting.
+Plan plan_of_touch(const device::TraceHeader& header, const std::string& text)
+{
+    if (header.zones != 1) refuse_touch("its device has " + std::to_string(header.zones) + " tools, the page has one");
+    const std::optional<json> setup = shallow_object(text, 4);
+    const auto objects = setup ? setup->find("objects") : json::const_iterator();
+    if (!setup || objects == setup->end() || !objects->is_array() || objects->empty() || objects->size() > 16) refuse("setup");
+    Plan plan;
+    plan.file.of_touch = true;
+    std::vector<std::uint32_t>& numbers = plan.file.objects_of.emplace_back();
+    for (const json& in : *objects) {
+        const auto field = [&](const char* key) { return in.is_object() ? in.value(key, json()) : json(); };
+        const json file = field("file"), scale = field("metres_per_unit"), place = field("place");
+        if (!file.is_string() || !place.is_array()) refuse("objects");
+        const json named{{"name", std::filesystem::path(file.get<std::string>()).stem().string()},
+                         {"hash", field("hash")},
+                         {"metresPerUnit", scale},
+                         {"position", place}};
+        numbers.push_back(static_cast<std::uint32_t>(plan.file.objects.size()));
+        plan.file.objects.push_back(object_in(named));
+    }
+    plan.first_rows = {0};
+    plan.file.takes = {std::make_shared<Take>()};
+    plan.changes = {{0, settings_of_touch(*setup)}};
+    return plan;
+}
+
 Plan plan_of(const device::TraceHeader& header)
 {
-    if (const auto version = header.find(k_version_key); !version)
-        throw TraceError("it was not recorded by the page\n  cure: sqmap replay computes it again");
+    const auto setup = header.find("setup");
+    if (const auto version = header.find(k_version_key); !version && setup)
+        return plan_of_touch(header, *setup);
+    else if (!version)
+        throw TraceError("neither the page nor sqmap touch has recorded it\n  cure: open what one of these has saved");
     else if (version != k_version || header.zones != 1)
         throw TraceError("it is of another version of the page\n  cure: open it with the version that recorded it");
     Plan plan;
@@ -237,7 +315,8 @@ RecordingFile rows_of(device::TraceReader& reader)
     Plan plan = plan_of(reader.header());
     std::size_t row = 0, take = 0, change = 0;
     double begin = 0;
-    for (device::TraceRow in; reader.next(in); ++row) {
+    for (device::TraceRow in; reader.next(in);) {
+        if ((in.input & device::k_trace_idle) != 0) continue;
         if (row == k_max_recorded) throw TraceError("it is longer than two minutes");
         if (take + 1 < plan.first_rows.size() && plan.first_rows[take + 1] == row) ++take;
         Take& out = *plan.file.takes[take];
@@ -247,7 +326,9 @@ RecordingFile rows_of(device::TraceReader& reader)
         if (out.settings.empty()) refuse("settings");
         if (!std::isfinite(in.time) || !std::isfinite(in.dt) || in.dt < 0 || in.time < begin) refuse("clock");
         out.ticks.push_back(tick_of(in, begin, static_cast<std::uint32_t>(out.settings.size() - 1)));
+        ++row;
     }
+    plan.file.takes.back()->lost += reader.dropped();
     if (row == 0 || take + 1 != plan.file.takes.size()) throw TraceError("it was cut short");
     return std::move(plan.file);
 }

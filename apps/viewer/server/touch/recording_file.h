@@ -25,12 +25,15 @@ struct RecordingFile {
     std::vector<NamedObject> objects;
     std::vector<std::shared_ptr<Take>> takes;
     std::vector<std::vector<std::uint32_t>> objects_of;  ///< #takes: numbers in objects
+    /// Recorded by sqmap touch: positions are of the models' origins, and settings the page's that are nearest to those of then.
+    bool of_touch = false;
 };
 
 /// @throw device::TraceError where no temporary file can be written
 [[nodiscard]] std::string recording_text(const Recording& recording);
 /// name: of the file, for what is wrong with it.
-/// @throw device::TraceError where the text is no recording of the page
+/// @throw device::TraceError where the text is no recording of the page, nor one of sqmap touch with one ball or point over
+/// objects that stand still
 [[nodiscard]] RecordingFile read_recording(const std::string& text, const std::string& name);
 
 }  // namespace sqmap::viewer

@@ -64,7 +64,7 @@ export async function openRecording(file: File, sent: (share: number) => void, s
   } else recorder.open(await file.text());
   if (verdict.accepted) {
     endInvitation();
-    wait(`${file.name}: ${recorder.seconds.toFixed(1)} s, ready to replay.`);
+    wait(`${file.name}: ${recorder.seconds.toFixed(1)} s, ready to replay.${(verdict.notes ?? []).map((note) => ` ${note}.`).join('')}`);
   }
   showRecorder();
   return verdict;
