@@ -14,7 +14,7 @@ namespace {
 /// The cells that LocatorLanes finds, one a lane.
 struct Lanes {
     std::int32_t cell[k_lanes], index[k_lanes], brick[k_lanes], within[k_lanes];
-    float x[k_lanes], y[k_lanes], z[k_lanes], gap[k_lanes];
+    float x[k_lanes], y[k_lanes], z[k_lanes], below[k_lanes];
     bool occupied[k_lanes] = {}, flat[k_lanes] = {};
 };
 
@@ -35,7 +35,7 @@ Lanes look_up(const ModelView& view, const float* x, const float* y, const float
     hn::StoreU(found.offset.x, df, out.x);
     hn::StoreU(found.offset.y, df, out.y);
     hn::StoreU(found.offset.z, df, out.z);
-    hn::StoreU(lanes.lowest_planes(found.cell, found.offset, flat).gap, df, out.gap);
+    hn::StoreU(lanes.lowest_planes(found.cell, found.offset, flat).below, df, out.below);
     each_lane(occupied, [&](std::size_t i) { out.occupied[i] = true; });
     each_lane(flat, [&](std::size_t i) { out.flat[i] = true; });
     return out;
@@ -73,7 +73,7 @@ TEST(Locator, AVectorOfPointsIsFoundWhereEachOfThemIs)
                 divided += one.index != brick.first() + one.within ? 1u : 0u;
                 if (!one.cell.is_flat()) continue;
                 const auto planes = view.planes.subspan(one.cell.first(), one.cell.planes());
-                ASSERT_NEAR(lanes.gap[k] * grid.cell, model::flat_gap(grid, planes, grid.cell * one.offset).gap,
+                ASSERT_NEAR(lanes.below[k] * grid.cell, model::flat_gap(grid, planes, grid.cell * one.offset).gap,
                             1e-5f * grid.cell);
             }
         }
