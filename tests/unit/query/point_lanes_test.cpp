@@ -81,14 +81,15 @@ void cells(const model::ModelView& model, std::span<const Vec3f> p, std::span<Ce
         M occupied = hn::AndNot(found.is_free, in);
         locator.divide(found.cell, found.index, found.offset, occupied);
         const M flat = LocatorLanes::is_flat(found.cell, occupied), seeded = hn::AndNot(flat, occupied);
-        const F flat_gap = any(flat) ? locator.lowest_planes(found.cell, found.offset, flat).gap : hn::Zero(df);
+        const F flat_gap = any(flat) ? locator.lowest_planes(found.cell, found.offset, flat).below : hn::Zero(df);
         const auto* words = reinterpret_cast<const std::uint32_t*>(model.seeds.data());
         const I seed = blend(seeded, LocatorLanes::first_of(found.cell), hn::Zero(di)), word = hn::Add(seed, seed);
         LocatorLanes::SeedPlanes planes{};
         if (any(seeded)) planes = locator.seed_planes(gather_word(words, word), gather_word(words + 1, word), found.offset);
         const Stored is_occupied(occupied), cell(found.cell), index(found.index), brick(found.brick), within(found.within),
-            x(found.offset.x), y(found.offset.y), z(found.offset.z), gap(blend(flat, flat_gap, planes.gap)), nx(planes.normal.x),
-            ny(planes.normal.y), nz(planes.normal.z), coarse(CoarsePlanes(locator, found.cell, found.offset, occupied).gap());
+            x(found.offset.x), y(found.offset.y), z(found.offset.z), gap(blend(flat, flat_gap, planes.below)),
+            nx(planes.normal.x), ny(planes.normal.y), nz(planes.normal.z),
+            coarse(CoarsePlanes(locator, found.cell, found.offset, occupied).below());
         each_present(first, p.size(), [&](std::size_t i, std::size_t k) {
             if (is_occupied.i[i] == 0) return;
             out[k] = {false,

@@ -257,12 +257,12 @@ Plan plan_of_touch(const device::TraceHeader& header, const std::string& text)
     std::vector<std::uint32_t>& numbers = plan.file.objects_of.emplace_back();
     for (const json& in : *objects) {
         const auto field = [&](const char* key) { return in.is_object() ? in.value(key, json()) : json(); };
-        const json file = field("file"), scale = field("metres_per_unit"), place = field("place");
-        if (!file.is_string() || !place.is_array()) refuse("objects");
+        const json file = field("file"), scale = field("metres_per_unit"), position = field("place");
+        if (!file.is_string() || !position.is_array()) refuse("objects");
         const json named{{"name", std::filesystem::path(file.get<std::string>()).stem().string()},
                          {"hash", field("hash")},
                          {"metresPerUnit", scale},
-                         {"position", place}};
+                         {"position", position}};
         numbers.push_back(static_cast<std::uint32_t>(plan.file.objects.size()));
         plan.file.objects.push_back(object_in(named));
     }
