@@ -64,8 +64,16 @@ def save(path, figure):
 
 
 def compact(svg):
-    """Paths on one line each, in hundredths of a point: Matplotlib gives a line to each corner, in millionths."""
-    def shorter(path):
-        return re.sub(r"\d+\.\d{3,}", lambda number: f"{float(number[0]):.2f}", " ".join(path[0].split()))
+    """Paths on one line each, in hundredths of a point: Matplotlib gives a line to each corner, in millionths. The marks of a series
+    are one line, their common style said once."""
+    def shorter(text):
+        return re.sub(r"\d+\.\d{3,}", lambda number: f"{float(number[0]):.2f}", " ".join(text[0].split()))
 
-    return re.sub(r'(?<= d=)"[^"]*"', shorter, "\n".join(line.rstrip() for line in svg.split("\n")))
+    def joined(marks):
+        style = re.search(r' style="[^"]*"', marks[2])
+        if style is None or marks[2].count(style[0]) != marks[2].count("<use"):
+            return marks[0]
+        return marks[1] + style[0] + ">" + re.sub(r">\s+<", "><", marks[2].replace(style[0], ""))
+
+    svg = re.sub(r'(?<= d=)"[^"]*"|(?<= [xy]=)"[^"]*"', shorter, "\n".join(line.rstrip() for line in svg.split("\n")))
+    return re.sub(r"(<g[^>]*)>\n\s*((?:<use [^>]*/>\s*){2,})", joined, svg)

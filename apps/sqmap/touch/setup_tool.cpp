@@ -1,6 +1,7 @@
 // The tool of a touch: a sphere, a point, a mesh, or a hand on a glove.
 #include "common/hash_text.h"
 #include "common/program_words.h"
+#include "common/tool_name.h"
 #include "sqmap/bake/rebake.h"
 #include "sqmap/model/model.h"
 #include "sqmap/paper/force.h"
@@ -10,9 +11,9 @@
 
 #include <algorithm>
 #include <bit>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 #include <span>
 
 namespace sqmap::app {
@@ -20,7 +21,7 @@ namespace {
 
 // A contact on the paper's maps takes about 2 microseconds: what a tick of 1 ms has time for.
 constexpr double k_touching_on_normal_maps = 300;
-constexpr double k_default_radius = 0.005, k_least_radius = 1e-6;
+constexpr double k_least_radius = 1e-6;
 
 /// FNV-1a over the bits of points: tells one tool from another.
 std::uint64_t hash_of(std::span<const Vec3d> points)
@@ -31,14 +32,14 @@ std::uint64_t hash_of(std::span<const Vec3d> points)
     return hash | 1u;  // never the 0 that stands for any
 }
 
-/// NAME or NAME:RADIUS, m; false for any other tool.
+/// True for NAME or NAME:RADIUS, m. @throw BadTouch for a radius that is no number, or below the least or beyond max
 bool is_shape(const std::string& tool, const std::string& name, double max, double& radius)
 {
+    const std::optional<double> named = tool_radius(tool, name, radius);
+    if (!named) return false;
     if (tool == name) return true;
-    if (!tool.starts_with(name + ":")) return false;
-    const char* const last = tool.data() + tool.size();
-    const auto [end, error] = std::from_chars(tool.data() + name.size() + 1, last, radius);
-    if (error != std::errc() || end != last || !(radius >= k_least_radius && radius <= max)) {
+    radius = *named;
+    if (!(radius >= k_least_radius && radius <= max)) {
         char limits[80];
         std::snprintf(limits, sizeof limits, "%g to %.4g m, the first object's R_max", k_least_radius, max);
         throw BadTouch("--tool " + tool + ": the radius must be a number from " + limits + "\n  cure: metres, as in " + name +
@@ -66,7 +67,7 @@ void TouchSetup::load_tool(const std::filesystem::path& beside)
     std::vector<Vec3d> flat;  // of a hand: the file's points
     if (!options_.touching_wished && std::any_of(views_.begin(), views_.end(), paper::is_paper))
         options_.tool_touching = std::min(options_.tool_touching, k_touching_on_normal_maps);
-    tool.ball_radius = k_default_radius;
+    tool.ball_radius = k_tool_radius;
     if (options_.tolerance >= 0) tool.tolerance = options_.tolerance;
     haptic::Smoothing& smoothing = options_.zone.smoothing;
     smoothing.kernel = options_.kernel;

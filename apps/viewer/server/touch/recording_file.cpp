@@ -7,14 +7,13 @@
 #include "sqmap/paper/model.h"
 #include "viewer/server/jobs/temporary_file.h"
 #include "viewer/server/protocol/text.h"
+#include "viewer/server/touch/touch_setup.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <optional>
-#include <utility>
 
 namespace sqmap::viewer {
 namespace {
@@ -200,55 +199,12 @@ struct Plan {
     std::vector<Change> changes;
 };
 
-/// @throw TraceError for what sqmap touch can do and the page cannot show
-[[noreturn]] void refuse_touch(const std::string& why) { throw TraceError(why + "\n  cure: sqmap replay computes it again"); }
-
-/// "NAME" or "NAME:RADIUS", m; nothing for another tool.
-std::optional<double> radius_of(const std::string& tool, const std::string& name, double otherwise)
-{
-    if (tool == name) return otherwise;
-    double radius = 0;
-    if (!tool.starts_with(name + ":")) return std::nullopt;
-    const char *const first = tool.data() + name.size() + 1, *const last = tool.data() + tool.size();
-    if (const auto [end, error] = std::from_chars(first, last, radius); error != std::errc() || end != last) return std::nullopt;
-    return radius;
-}
-
-/// The page's settings that are nearest to a setup of sqmap touch.
-Settings settings_of_touch(const json& setup)
-{
-    const auto value = [&](const char* key) { return setup.value(key, json()); };
-    const auto moves = [&](const char* key) { return value(key).is_number() && value(key).get<double>() != 0; };
-    if (moves("object_mass") || moves("sway_x") || moves("sway_y") || moves("sway_z"))
-        refuse_touch("its objects move, those of the page stand still");
-    if (value("mode") == "coupled") refuse_touch("its tool is coupled, which the page has not");
-    Settings of;
-    json in = json::parse(text_of(settings_json(of)));  // numbers as a parser has them
-    const std::string tool = value("tool").is_string() ? value("tool").get<std::string>() : "";
-    if (const std::optional<double> radius = radius_of(tool, "sphere", 0.005))
-        in["toolRadius"] = *radius;
-    else if (const std::optional<double> smoothing = radius_of(tool, "point", haptic::Smoothing{}.radius))
-        in["smoothing"] = *smoothing;
-    else
-        refuse_touch("its tool is neither sphere nor point");
-    in["proxy"] = value("mode") == "proxy";
-    in["paperForce"] = value("force") == "paper";
-    constexpr std::pair<const char*, const char*> k_alike[] = {
-        {"layer", "layer"}, {"stiffness", "stiffness"}, {"damping", "damping"}, {"law", "friction"}, {"fC", "f_c"},
-        {"kF", "k_f"},      {"friction", "mu_dynamic"}};
-    constexpr const char* k_later[] = {"projector", "gaps", "pruning", "gate", "offset"};  // not in old traces
-    for (const auto& [ours, theirs] : k_alike) in[ours] = value(theirs);
-    for (const char* key : k_later)
-        if (setup.contains(key)) in[key] = value(key);
-    if (setup.contains("nearest_steps")) in["nearestSteps"] = value("nearest_steps");
-    if (!read_settings(in, of)) refuse_touch("its setup has numbers that the page's settings do not reach");
-    return of;
-}
-
 /// A recording of sqmap touch is one take with one setting.
 Plan plan_of_touch(const device::TraceHeader& header, const std::string& text)
 {
-    if (header.zones != 1) refuse_touch("its device has " + std::to_string(header.zones) + " tools, the page has one");
+    if (header.zones != 1)
+        throw TraceError("its device has " + std::to_string(header.zones) +
+                         " tools, the page has one\n  cure: sqmap replay computes it again");
     const std::optional<json> setup = shallow_object(text, 4);
     const auto objects = setup ? setup->find("objects") : json::const_iterator();
     if (!setup || objects == setup->end() || !objects->is_array() || objects->empty() || objects->size() > 16) refuse("setup");
@@ -268,7 +224,7 @@ Plan plan_of_touch(const device::TraceHeader& header, const std::string& text)
     }
     plan.first_rows = {0};
     plan.file.takes = {std::make_shared<Take>()};
-    plan.changes = {{0, settings_of_touch(*setup)}};
+    plan.changes = {{0, settings_of(*setup)}};
     return plan;
 }
 
