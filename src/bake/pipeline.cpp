@@ -8,6 +8,8 @@
 #include "bake/parts/fit.h"
 #include "budget.h"
 #include "decompose/named_parts.h"
+#include "decompose/partition.h"
+#include "mesh/simplified.h"
 #include "model/flags.h"
 #include "parallel/for_each.h"
 #include "sqmap/mesh/error.h"
@@ -34,6 +36,10 @@ constexpr double k_clear_miss = 1.5;
 // locator answers there: the maps' cells are so much larger, and not refined.
 constexpr double k_mostly_hidden = 50, k_hidden_coarser = 4;
 constexpr std::uint32_t k_hidden_base = 4;
+
+// Meshes of so many triangles are cut, and their parts' fits compared, on a copy of so many.
+constexpr std::size_t k_many_triangles = 100000;
+constexpr std::uint32_t k_coarse_triangles = 20000;
 
 model::Measured figures_of(const Evaluation& e)
 {
@@ -259,12 +265,32 @@ void Bake::validate()
 void Bake::parts()
 {
     progress("decompose", 0);
-    const decompose::Partition first = first_partition(mesh_, options_);
+    const bool is_fine = options_.partition == nullptr && options_.decompose.cutting == decompose::Cutting::Passes &&
+                         mesh_.triangles.size() >= k_many_triangles;
+    const decompose::Partition first = is_fine ? coarse_partition() : first_partition(mesh_, options_);
     lap("decompose");
     progress("fit", 0);
     const CanonicalMesh canonical = canonical_mesh(mesh_);
     const PartsInput input{*solid_, canonical, hidden_share()};
-    fitted_ = options_.partition != nullptr ? fit_partition(input, first, options_) : refine_partition(input, first, options_);
+    const bool is_final = is_fine || options_.partition != nullptr;
+    fitted_ = is_final ? fit_partition(input, first, options_) : refine_partition(input, first, options_);
+}
+
+/// The parts of a coarse copy, on the mesh: they depend on its shape, not on its detail.
+decompose::Partition Bake::coarse_partition() const
+{
+    const mesh::Simplified coarse = mesh::simplified(mesh_, k_coarse_triangles);
+    const mesh::Solid solid(coarse.mesh, mesh::find_self_intersections(coarse.mesh).crossed);
+    const CanonicalMesh canonical = canonical_mesh(coarse.mesh);
+    const decompose::Partition parts =
+        refine_partition({solid, canonical, hidden_share()}, first_partition(coarse.mesh, options_), options_).partition;
+    // Two corners agree but where three parts meet.
+    std::vector<std::uint32_t> labels;
+    for (const mesh::Triangle& t : mesh_.triangles) {
+        const auto part = [&](int k) { return parts.part_of_triangle[coarse.carrier[t[k]]]; };
+        labels.push_back(part(1) == part(2) ? part(1) : part(0));
+    }
+    return decompose::carried_over(mesh_, parts, std::move(labels));
 }
 
 void Bake::polytopes()

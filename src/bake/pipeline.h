@@ -135,6 +135,7 @@ protected:
 private:
     void progress(const char* stage, double done) const;
     void name_parts(model::ModelData& model) const;
+    [[nodiscard]] decompose::Partition coarse_partition() const;
     [[nodiscard]] Draft meet_target();
     [[nodiscard]] std::vector<PartReport> part_reports() const;
 

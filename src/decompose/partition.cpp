@@ -57,8 +57,9 @@ std::vector<Boundary> boundaries_of(const CutSurface& s, const Partition& partit
 }
 
 // Pieces of the triangles that are edge-connected and have the same side.
+template <class Side>
 std::vector<std::vector<std::uint32_t>> pieces_of(const CutSurface& s, std::span<const std::uint32_t> triangles,
-                                                  const std::vector<std::uint8_t>& side_of_triangle)
+                                                  const std::vector<Side>& side_of_triangle)
 {
     std::vector<std::uint8_t> inside(s.area.size(), 0);
     for (const auto t : triangles) inside[t] = 1;
@@ -78,6 +79,13 @@ std::vector<std::vector<std::uint32_t>> pieces_of(const CutSurface& s, std::span
     return pieces;
 }
 
+std::vector<std::uint32_t> all_triangles(const CutSurface& s)
+{
+    std::vector<std::uint32_t> all(s.area.size());
+    std::iota(all.begin(), all.end(), 0u);
+    return all;
+}
+
 }  // namespace
 
 std::vector<std::uint32_t> triangles_of(const Partition& partition, std::uint32_t part)
@@ -91,8 +99,7 @@ std::vector<std::uint32_t> triangles_of(const Partition& partition, std::uint32_
 Partition components(const CutSurface& s)
 {
     Partition partition;
-    std::vector<std::uint32_t> all(s.area.size());
-    std::iota(all.begin(), all.end(), 0u);
+    const std::vector<std::uint32_t> all = all_triangles(s);
     partition.part_of_triangle.assign(all.size(), 0);
     for (const auto& piece : pieces_of(s, all, std::vector<std::uint8_t>(all.size(), 0))) {
         for (const auto t : piece) partition.part_of_triangle[t] = partition.part_count;
@@ -172,6 +179,46 @@ void order_by_area(const CutSurface& s, Partition& partition)
     }
     std::sort(partition.boundaries.begin(), partition.boundaries.end(),
               [](const Boundary& a, const Boundary& b) { return pair_of(a.part_a, a.part_b) < pair_of(b.part_a, b.part_b); });
+}
+
+Partition carried_over(const mesh::Mesh& mesh, const Partition& coarse, std::vector<std::uint32_t> labels)
+{
+    const CutSurface s(mesh);
+    FormerLabels former;
+    for (std::uint32_t l = 0; l < coarse.part_count; ++l) former.push_back({l});
+    // The largest piece of each part stays; what is apart from it goes to the parts around it, triangle by triangle.
+    std::vector<std::vector<std::uint32_t>> largest(coarse.part_count);
+    for (std::vector<std::uint32_t>& piece : pieces_of(s, all_triangles(s), labels)) {
+        std::vector<std::uint32_t>& kept = largest[labels[piece.front()]];
+        if (s.area_of(piece) > s.area_of(kept)) kept.swap(piece);
+    }
+    labels.assign(labels.size(), mesh::k_no_triangle);
+    std::vector<std::uint32_t> queue;
+    const auto grow = [&](std::uint32_t t, std::uint32_t label) {
+        labels[t] = label;
+        queue.push_back(t);
+    };
+    std::size_t next = 0;
+    const auto spread = [&] {
+        for (; next < queue.size(); ++next)
+            for (const std::uint32_t o : s.graph.neighbours[queue[next]])
+                if (o != mesh::k_no_triangle && labels[o] == mesh::k_no_triangle) grow(o, labels[queue[next]]);
+    };
+    for (std::uint32_t l = 0; l < coarse.part_count; ++l)
+        for (const std::uint32_t t : largest[l]) grow(t, l);
+    spread();
+    for (std::uint32_t t = 0; t < labels.size(); ++t) {
+        if (labels[t] != mesh::k_no_triangle) continue;
+        grow(t, static_cast<std::uint32_t>(former.size()));  // of a component without a part
+        former.emplace_back();
+        spread();
+    }
+    Partition out{std::move(labels), static_cast<std::uint32_t>(former.size()), {}};
+    out.boundaries = boundaries_of(s, out, {kinds_of(coarse), former, CutKind::Error});
+    order_by_area(s, out);
+    // Parts of the coarse mesh without a triangle have come last.
+    out.part_count = 1 + *std::max_element(out.part_of_triangle.begin(), out.part_of_triangle.end());
+    return out;
 }
 
 }  // namespace sqmap::decompose

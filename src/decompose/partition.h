@@ -32,4 +32,8 @@ void apply_merge(const CutSurface& surface, Partition& partition, std::uint32_t 
 
 void order_by_area(const CutSurface& surface, Partition& partition);
 
+/// The partition of a coarser mesh on this one, by area. labels: #triangles, the coarse part that each lies on; pieces that are
+/// apart from the largest of their part go to the parts around them.
+[[nodiscard]] Partition carried_over(const mesh::Mesh& mesh, const Partition& coarse, std::vector<std::uint32_t> labels);
+
 }  // namespace sqmap::decompose

@@ -8,10 +8,12 @@
 #include "../surface.h"
 
 #include "math/triangle.h"
+#include "mesh/simplified.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <queue>
 #include <tuple>
 
@@ -29,7 +31,9 @@ constexpr double k_outward = 0.5;       ///< allowed errors by which a target th
 constexpr double k_box_rim = 1 + 1e-9;  ///< allowed errors: beyond a triangle's box by more than that no sample is near enough
 constexpr double k_never = 1e100;       ///< cost of an edge that is not tried
 constexpr double k_first_sweep = 2e-5, k_next_sweep = 4;
-constexpr std::size_t k_max_ring = 60;  ///< triangles about both ends of an edge
+constexpr double k_worth_a_sweep = 0.95;  ///< share of the triangles that a sweep leaves, above which the next costs more
+constexpr double k_coarse_error = 0.05;   ///< of a simplified mesh, in sides of its triangles: what is tried first
+constexpr std::size_t k_max_ring = 60;    ///< triangles about both ends of an edge
 
 struct Collapse {
     std::uint32_t a, b;
@@ -47,9 +51,10 @@ struct Waiting {
 
 class Decimator {
 public:
-    Decimator(ClosedMesh& mesh, const Bvh& bvh, const DecimateLimits& limits)
+    /// input: on which vertices stay that lie on it, or null.
+    Decimator(ClosedMesh& mesh, const Bvh* input, const DecimateLimits& limits)
         : mesh_(mesh),
-          bvh_(bvh),
+          input_(input),
           enclosed_(limits.enclosed),
           locked_(limits.locked),
           planes_(mesh.vertices.size()),
@@ -86,9 +91,21 @@ public:
         heap_ = {};
     }
 
+    /// The same until the triangles are few enough, by sweeps alone, which is faster where most of them go.
+    void sweep_down(double max_error, std::uint32_t least_count)
+    {
+        max_error_ = max_error;
+        for (double cost = k_first_sweep; cost < max_error * max_error; cost *= k_next_sweep)
+            for (std::uint32_t before = 0; count_ > least_count && before != count_;) {
+                before = count_;
+                sweep(cost, least_count);
+                if (count_ > k_worth_a_sweep * before) break;
+            }
+    }
+
     [[nodiscard]] std::uint32_t count() const { return count_; }
 
-    /// Drops collapsed vertices and triangles.
+    /// Drops collapsed vertices and triangles; carriers are numbered as what is left.
     void compact()
     {
         std::uint32_t kept = 0;
@@ -104,14 +121,13 @@ public:
                 }
                 i = number[i];
             }
+            for (std::uint32_t s = first_sample_[t]; s != k_none; s = next_sample_[s]) mesh_.carrier[s] = kept;
             mesh_.triangles[kept] = v;
             mesh_.made_up[kept++] = mesh_.made_up[t];
         }
         mesh_.vertices = std::move(vertices);
         mesh_.triangles.resize(kept);
         mesh_.made_up.resize(kept);
-        mesh_.samples.clear();
-        mesh_.carrier.clear();
     }
 
 private:
@@ -127,6 +143,7 @@ private:
     /// Keeps the border between input and made-up surface: planes through its edges, upright on the triangles.
     void add_borders()
     {
+        if (std::adjacent_find(mesh_.made_up.begin(), mesh_.made_up.end(), std::not_equal_to<>()) == mesh_.made_up.end()) return;
         std::vector<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>> edges;
         for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t)
             for (int k = 0; k < 3; ++k) {
@@ -363,11 +380,11 @@ private:
     {
         if (c.target == mesh_.vertices[c.a] || c.target == mesh_.vertices[c.b]) return true;
         const auto on_input = [&](std::uint32_t v) {
-            if (enclosed_ != nullptr) return false;
-            return bvh_.closest_point(mesh_.vertices[v], k_on_input).distance < k_on_input;
+            if (enclosed_ != nullptr || input_ == nullptr) return false;
+            return input_->closest_point(mesh_.vertices[v], k_on_input).distance < k_on_input;
         };
         if (on_input(c.a) && on_input(c.b)) {
-            const ClosestPoint nearest = bvh_.closest_point(c.target, max_error_);
+            const ClosestPoint nearest = input_->closest_point(c.target, max_error_);
             if (!(nearest.distance < max_error_)) return false;
             c.target = nearest.point;
             return true;
@@ -380,7 +397,7 @@ private:
     }
 
     ClosedMesh& mesh_;
-    const Bvh& bvh_;
+    const Bvh* input_;
     const Enclosed* enclosed_;
     std::span<const std::uint8_t> locked_;
     std::vector<std::uint32_t> near_;
@@ -400,7 +417,7 @@ private:
 double decimate(ClosedMesh& mesh, const Bvh& bvh, const DecimateLimits& limits)
 {
     constexpr int k_doublings = 12;
-    Decimator decimator(mesh, bvh, limits);
+    Decimator decimator(mesh, &bvh, limits);
     double error = limits.max_error;
     decimator.run(error, 0);
     for (int i = 0; i < k_doublings && decimator.count() > limits.max_triangles; ++i) {
@@ -409,6 +426,27 @@ double decimate(ClosedMesh& mesh, const Bvh& bvh, const DecimateLimits& limits)
     }
     decimator.compact();
     return error;
+}
+
+Simplified simplified(const Mesh& mesh, std::uint32_t triangles)
+{
+    constexpr int k_doublings = 6;
+    double area = 0;
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) area += triangle_area(mesh, t);
+    const double side = std::sqrt(area / triangles);
+    ClosedMesh coarse{{}, mesh.triangles, std::vector<std::uint8_t>(mesh.triangles.size()), {}, {}};
+    for (const Vec3d& v : mesh.vertices) coarse.vertices.push_back(v / side);
+    coarse.samples = coarse.vertices;
+    coarse.carrier.resize(coarse.samples.size());
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+        for (const std::uint32_t v : mesh.triangles[t]) coarse.carrier[v] = t;
+    Decimator decimator(coarse, nullptr, {});
+    double error = k_coarse_error;
+    decimator.sweep_down(error, triangles);
+    for (int i = 0; i < k_doublings && decimator.count() > triangles; ++i) decimator.sweep_down(error *= 2, triangles);
+    decimator.compact();
+    for (Vec3d& v : coarse.vertices) v = side * v;
+    return {{std::move(coarse.vertices), std::move(coarse.triangles)}, std::move(coarse.carrier), error * side};
 }
 
 }  // namespace sqmap::mesh

@@ -69,21 +69,26 @@ TEST(Bake, EveryPointOfTheSolidLiesInASuperquadric)
     }
 }
 
+void expect_every_triangle_held(const test::Baked& b)
+{
+    const model::ModelView view = b.view();
+    for (std::size_t t = 0; t < b.mesh.triangles.size(); ++t) {
+        const model::Part& part = view.parts[model::part_of_triangle(view, t)];
+        EXPECT_LE(part.largest_f, 1.f);
+        const shape::Superquadricf sq = model::superquadric_of(part);
+        const Vec3d a = b.mesh.vertices[b.mesh.triangles[t][0]], u = b.mesh.vertices[b.mesh.triangles[t][1]] - a,
+                    v = b.mesh.vertices[b.mesh.triangles[t][2]] - a;
+        for (int i = 0; i <= 4; ++i)
+            for (int j = 0; i + j <= 4; ++j)
+                ASSERT_LE(shape::implicit(sq, cast<float>(a + 0.25 * i * u + 0.25 * j * v)), 1.f) << "triangle " << t;
+    }
+}
+
 TEST(Bake, EveryTriangleLiesInItsPartsSuperquadric)
 {
     for (const auto& [name, b] : shapes_and_shared()) {
-        const model::ModelView view = b.view();
-        for (std::size_t t = 0; t < b.mesh.triangles.size(); ++t) {
-            const model::Part& part = view.parts[model::part_of_triangle(view, t)];
-            EXPECT_LE(part.largest_f, 1.f);
-            const shape::Superquadricf sq = model::superquadric_of(part);
-            const Vec3d a = b.mesh.vertices[b.mesh.triangles[t][0]], u = b.mesh.vertices[b.mesh.triangles[t][1]] - a,
-                        v = b.mesh.vertices[b.mesh.triangles[t][2]] - a;
-            for (int i = 0; i <= 4; ++i)
-                for (int j = 0; i + j <= 4; ++j)
-                    ASSERT_LE(shape::implicit(sq, cast<float>(a + 0.25 * i * u + 0.25 * j * v)), 1.f)
-                        << name << " triangle " << t;
-        }
+        SCOPED_TRACE(name);
+        expect_every_triangle_held(b);
     }
 }
 
@@ -370,6 +375,17 @@ TEST(Bake, WithoutTheExactLayerIsSmallerAndSaysSo)
     EXPECT_EQ(c.status, query::k_no_exact);
     EXPECT_TRUE(c.contact);
     EXPECT_EQ(c.depth, query::query_point(lean.model.view(), p).depth);
+}
+
+TEST(BakeOfManyTriangles, ItsPartsAreHeldItsTargetIsMetAndItsBytesAreTheSameOnAnyNumberOfThreads)
+{
+    const mesh::Mesh fine = mesh::canonicalized(mesh::loop_subdivided(test::small_hand(), 3));
+    ASSERT_GE(fine.triangles.size(), 100000u);
+    const test::Baked b = test::baked(fine, {.threads = 1});
+    EXPECT_TRUE(b.result.report.target_met);
+    EXPECT_GE(b.result.report.parts.size(), 10u);
+    expect_every_triangle_held(b);
+    EXPECT_EQ(io::serialize(b.result.model), bytes_of(fine, {.threads = 3}));
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "sqmap/decompose/decompose.h"
 #include "decompose/locales.h"
+#include "decompose/partition.h"
 
 #include "sqmap/mesh/mesh.h"
 #include "sqmap/mesh/shapes.h"
@@ -386,6 +387,34 @@ TEST(PrintedCuts, TheMeanCurvatureByAreaAndOverThePointsAreTwoTests)
         for (const CurvatureMean mean : {CurvatureMean::Area, CurvatureMean::Count})
             parts[mean == CurvatureMean::Count ? 1 : 0].push_back(printed_parts(m, k_never, threshold, mean));
     EXPECT_NE(parts[0], parts[1]);
+}
+
+TEST(CarriedOver, PartsAreConnectedAndKeepTheReasonsOfTheirBoundaries)
+{
+    // Two caps and a belt, a triangle of each cap with the other's label, and a part of which nothing is left.
+    const mesh::Mesh m = mesh::sphere(1, 3);
+    std::vector<std::uint32_t> labels;
+    for (std::uint32_t t = 0; t < m.triangles.size(); ++t) {
+        const double z = mesh::triangle_centroid(m, t).z;
+        labels.push_back(z > 0.9 ? 3 : (z > 0 ? 2 : 0));
+    }
+    const std::vector<std::uint32_t> expected = labels;
+    const auto farthest_up = [&](double direction) {
+        std::uint32_t best = 0;
+        for (std::uint32_t t = 0; t < m.triangles.size(); ++t)
+            if (direction * (mesh::triangle_centroid(m, t).z - mesh::triangle_centroid(m, best).z) > 0) best = t;
+        return best;
+    };
+    labels[farthest_up(1)] = 0;
+    labels[farthest_up(-1)] = 3;
+    const Partition coarse{{}, 4, {{0, 2, CutKind::Curvature, 1}, {1, 2, CutKind::Error, 1}, {2, 3, CutKind::Salient, 1}}};
+    const Partition p = carried_over(m, coarse, labels);
+    ASSERT_EQ(p.part_count, 3u);
+    const std::uint32_t by_area[] = {0, 3, 1, 2};
+    for (std::size_t t = 0; t < labels.size(); ++t) EXPECT_EQ(p.part_of_triangle[t], by_area[expected[t]]);
+    ASSERT_EQ(p.boundaries.size(), 2u);
+    EXPECT_EQ(p.boundaries[0].kind, CutKind::Curvature);
+    EXPECT_EQ(p.boundaries[1].kind, CutKind::Salient);
 }
 
 }  // namespace
