@@ -8,6 +8,7 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "query/contacts/candidates.cpp"
+#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -79,11 +80,45 @@ HWY_INLINE std::uint32_t in_slab(const CornerRow& corners, const Slab& slab)
     return ~beside & first_bits(k_row);
 }
 
+/// Boxes and planes of the triangles of a leaf.
+struct LeafTests {
+    BoxRow boxes;
+    float normal[3][k_row], offset[k_row], sides[k_row], product[k_row];
+
+    /// Boxes larger by the margin.
+    HWY_INLINE void put_boxes(const CornerRow& corners, F margin)
+    {
+        for (std::size_t i = 0; i < k_row; i += hn::Lanes(df)) {
+            const V3 p = at(corners.at[0], i), q = at(corners.at[1], i), r = at(corners.at[2], i);
+            const auto least = [&](F x, F y, F z) HWY_ATTR { return hn::Sub(hn::Min(x, hn::Min(y, z)), margin); };
+            const auto greatest = [&](F x, F y, F z) HWY_ATTR { return hn::Add(hn::Max(x, hn::Max(y, z)), margin); };
+            store({least(p.x, q.x, r.x), least(p.y, q.y, r.y), least(p.z, q.z, r.z)}, boxes.lo, i);
+            store({greatest(p.x, q.x, r.x), greatest(p.y, q.y, r.y), greatest(p.z, q.z, r.z)}, boxes.hi, i);
+        }
+    }
+    HWY_INLINE void put_planes(const CornerRow& corners)
+    {
+        for (std::size_t i = 0; i < k_row; i += hn::Lanes(df)) {
+            const Plane plane = Plane::of(at(corners.at[0], i), at(corners.at[1], i), at(corners.at[2], i));
+            store(plane.normal, normal, i);
+            hn::StoreU(plane.offset, df, offset + i);
+            hn::StoreU(plane.sides, df, sides + i);
+            hn::StoreU(plane.product, df, product + i);
+        }
+    }
+};
+
+/// A leaf of either body, and which of its triangles the other leaf may meet.
+struct NearLeaf {
+    const CornerRow& corners;
+    const LeafTests& tests;
+    std::uint32_t near;
+};
+
 /// Triangles of a leaf of b, moved.
 struct MovedLeaf {
     CornerRow corners;
-    BoxRow boxes;
-    float normal[3][k_row], offset[k_row], sides[k_row], product[k_row];
+    LeafTests tests;
     BoxRow all;  // one box, in its first element
     Slab slab;
 };
@@ -182,88 +217,86 @@ private:
     }
     HWY_NOINLINE void move_leaf(const CornerRow& from, MovedLeaf& to) const
     {
-        const F error = set(job_.margin);
-        F least[3], greatest[3];
-        for (std::size_t i = 0; i < k_row; i += hn::Lanes(df)) {
-            V3 p[3];
-            for (std::size_t k = 0; k < 3; ++k) {
-                p[k] = moved(job_, at(from.at[k], i));
-                store(p[k], to.corners.at[k], i);
-            }
-            const Plane plane = Plane::of(p[0], p[1], p[2]);
-            store(plane.normal, to.normal, i);
-            hn::StoreU(plane.offset, df, to.offset + i);
-            hn::StoreU(plane.sides, df, to.sides + i);
-            hn::StoreU(plane.product, df, to.product + i);
-            const V3 lo{least_of(p[0].x, p[1].x, p[2].x, error), least_of(p[0].y, p[1].y, p[2].y, error),
-                        least_of(p[0].z, p[1].z, p[2].z, error)};
-            const V3 hi{greatest_of(p[0].x, p[1].x, p[2].x, error), greatest_of(p[0].y, p[1].y, p[2].y, error),
-                        greatest_of(p[0].z, p[1].z, p[2].z, error)};
-            store(lo, to.boxes.lo, i);
-            store(hi, to.boxes.hi, i);
-            const F l[3] = {lo.x, lo.y, lo.z}, h[3] = {hi.x, hi.y, hi.z};
-            for (int k = 0; k < 3; ++k) {
-                least[k] = i == 0 ? l[k] : hn::Min(least[k], l[k]);
-                greatest[k] = i == 0 ? h[k] : hn::Max(greatest[k], h[k]);
-            }
-        }
+        for (std::size_t i = 0; i < k_row; i += hn::Lanes(df))
+            for (std::size_t k = 0; k < 3; ++k) store(moved(job_, at(from.at[k], i)), to.corners.at[k], i);
+        to.tests.put_boxes(to.corners, set(job_.margin));
+        to.tests.put_planes(to.corners);
         for (int k = 0; k < 3; ++k) {
-            to.all.lo[k][0] = hn::GetLane(hn::MinOfLanes(df, least[k]));
-            to.all.hi[k][0] = hn::GetLane(hn::MaxOfLanes(df, greatest[k]));
+            F least = hn::LoadU(df, to.tests.boxes.lo[k]), greatest = hn::LoadU(df, to.tests.boxes.hi[k]);
+            for (std::size_t i = hn::Lanes(df); i < k_row; i += hn::Lanes(df)) {
+                least = hn::Min(least, hn::LoadU(df, to.tests.boxes.lo[k] + i));
+                greatest = hn::Max(greatest, hn::LoadU(df, to.tests.boxes.hi[k] + i));
+            }
+            to.all.lo[k][0] = hn::GetLane(hn::MinOfLanes(df, least));
+            to.all.hi[k][0] = hn::GetLane(hn::MaxOfLanes(df, greatest));
         }
     }
-    static HWY_INLINE F least_of(F a, F b, F c, F error) { return hn::Sub(hn::Min(a, hn::Min(b, c)), error); }
-    static HWY_INLINE F greatest_of(F a, F b, F c, F error) { return hn::Add(hn::Max(a, hn::Max(b, c)), error); }
 
     /// Triangles of a leaf of a against those of a leaf of b.
     HWY_NOINLINE void visit_leaves(std::size_t group_a, std::size_t a, std::size_t group_b, std::size_t b)
     {
         const MovedLeaf& other = moved_leaf(group_b, b);
-        const OneBox leaf_box(job_.a.leaves[group_a], a), other_box(other.all, 0);
         const std::size_t leaf_a = group_a * k_row + a, leaf_b = group_b * k_row + b;
-        std::uint32_t near_b = overlapping(other.boxes, leaf_box) & first_bits(job_.triangles_b - leaf_b * k_row);
+        std::uint32_t near_b =
+            overlapping(other.tests.boxes, OneBox(job_.a.leaves[group_a], a)) & first_bits(job_.triangles_b - leaf_b * k_row);
         if (near_b == 0) return;
         near_b &= in_slab(other.corners, Slab(job_.a.slabs[group_a], a, job_.margin));
         if (near_b == 0) return;
-        const std::uint32_t near_a = in_slab(job_.a.corners[leaf_a], other.slab) & first_bits(job_.triangles_a - leaf_a * k_row);
-        if (near_a == 0) return;
         const CornerRow& corners = job_.a.corners[leaf_a];
-        std::uint32_t pairs[k_row] = {}, any_pairs = 0;
-        const F error = set(3 * job_.error), width = set(joint_width(job_.a.leaves[group_a], a, other.all));
+        std::uint32_t near_a = in_slab(corners, other.slab) & first_bits(job_.triangles_a - leaf_a * k_row);
+        if (near_a == 0) return;
+        LeafTests tests;
+        tests.put_boxes(corners, set(0));
+        near_a &= overlapping(tests.boxes, OneBox(other.all, 0));
+        if (near_a == 0) return;
+        tests.put_planes(corners);
+        const float width = joint_width(job_.a.leaves[group_a], a, other.all);
+        const NearLeaf of_a{corners, tests, near_a}, of_b{other.corners, other.tests, near_b};
+        // The smaller side one by one, the other in the lanes; pairs are handed over in the same order either way.
+        std::uint32_t pairs[k_row];
+        if (std::popcount(near_b) <= std::popcount(near_a)) {
+            compare(of_a, of_b, width, pairs);
+        } else {
+            std::uint32_t turned[k_row];
+            compare(of_b, of_a, width, turned);
+            each_bit(near_b, [&](std::size_t t) { pairs[t] = 0; });
+            each_bit(near_a, [&](std::size_t s) { each_bit(turned[s], [&](std::size_t t) { pairs[t] |= 1u << s; }); });
+        }
+        each_bit(near_b,
+                 [&](std::size_t t) { each_bit(pairs[t], [&](std::size_t s) { add(leaf_a * k_row + s, leaf_b * k_row + t); }); });
+    }
+
+    /// found[t], of each near triangle t of the second leaf: which near ones of the first it may meet.
+    HWY_NOINLINE void compare(const NearLeaf& first, const NearLeaf& second, float joint_width,
+                              std::uint32_t (&found)[k_row]) const
+    {
+        const F error = set(3 * job_.error), width = set(joint_width);
+        each_bit(second.near, [&](std::size_t t) { found[t] = 0; });
         for (std::size_t i = 0; i < k_row; i += hn::Lanes(df)) {
-            if ((near_a >> i & first_bits(hn::Lanes(df))) == 0) continue;
-            const V3 p = at(corners.at[0], i), q = at(corners.at[1], i), r = at(corners.at[2], i);
-            const V3 lo{hn::Min(p.x, hn::Min(q.x, r.x)), hn::Min(p.y, hn::Min(q.y, r.y)), hn::Min(p.z, hn::Min(q.z, r.z))};
-            const V3 hi{hn::Max(p.x, hn::Max(q.x, r.x)), hn::Max(p.y, hn::Max(q.y, r.y)), hn::Max(p.z, hn::Max(q.z, r.z))};
-            const M near = overlapping(lo, hi, other_box);
-            if (!any(near)) continue;
-            const Plane plane = Plane::of(p, q, r);
-            const Sides of_a(plane.offset, plane.sides, plane.product, error, width);
-            each_bit(near_b, [&](std::size_t t) HWY_ATTR {
-                const M touched = hn::And(near, overlapping(lo, hi, OneBox(other.boxes, t)));
-                if (!any(touched)) return;
-                if (!job_.has_planes) {
-                    pairs[t] |= static_cast<std::uint32_t>(bits_of(touched)) << i;
-                    any_pairs |= pairs[t];
-                    return;
+            const std::uint32_t near = first.near >> i & first_bits(hn::Lanes(df));
+            if (near == 0) continue;
+            const LeafTests &f = first.tests, &s = second.tests;
+            const V3 p = at(first.corners.at[0], i), q = at(first.corners.at[1], i), r = at(first.corners.at[2], i);
+            const V3 lo = at(f.boxes.lo, i), hi = at(f.boxes.hi, i), normal = at(f.normal, i);
+            const Sides beside(hn::LoadU(df, f.offset + i), hn::LoadU(df, f.sides + i), hn::LoadU(df, f.product + i), error,
+                               width);
+            each_bit(second.near, [&](std::size_t t) HWY_ATTR {
+                M left = overlapping(lo, hi, OneBox(s.boxes, t));
+                if ((bits_of(left) & near) == 0) return;
+                if (job_.has_planes) {
+                    const auto corner = [&](std::size_t k) HWY_ATTR {
+                        const auto& c = second.corners.at[k];
+                        return V3{set(c[0][t]), set(c[1][t]), set(c[2][t])};
+                    };
+                    left = hn::AndNot(beside.are_beside(normal, corner(0), corner(1), corner(2)), left);
+                    if ((bits_of(left) & near) == 0) return;
+                    const Sides other(set(s.offset[t]), set(s.sides[t]), set(s.product[t]), error, width);
+                    left = hn::AndNot(other.are_beside({set(s.normal[0][t]), set(s.normal[1][t]), set(s.normal[2][t])}, p, q, r),
+                                      left);
                 }
-                const auto corner = [&](std::size_t k) HWY_ATTR {
-                    const auto& c = other.corners.at[k];
-                    return V3{set(c[0][t]), set(c[1][t]), set(c[2][t])};
-                };
-                const M left = hn::AndNot(of_a.are_beside(plane.normal, corner(0), corner(1), corner(2)), touched);
-                if (!any(left)) return;
-                const Sides of_b(set(other.offset[t]), set(other.sides[t]), set(other.product[t]), error, width);
-                const V3 normal{set(other.normal[0][t]), set(other.normal[1][t]), set(other.normal[2][t])};
-                const auto bits = static_cast<std::uint32_t>(bits_of(hn::AndNot(of_b.are_beside(normal, p, q, r), left))) << i;
-                pairs[t] |= bits;
-                any_pairs |= bits;
+                found[t] |= (static_cast<std::uint32_t>(bits_of(left)) & near) << i;
             });
         }
-        if ((any_pairs & near_a) == 0) return;
-        each_bit(near_b, [&](std::size_t t) {
-            each_bit(pairs[t] & near_a, [&](std::size_t s) { add(leaf_a * k_row + s, leaf_b * k_row + t); });
-        });
     }
 
     /// The sides of the box about two boxes, all together; the boxes hold what rounding takes already.
@@ -276,8 +309,17 @@ private:
 
     void add(std::size_t slot_a, std::size_t slot_b)
     {
-        buffer_[buffered_++] = {job_.a.numbers[slot_a], job_.b.numbers[slot_b]};
+        const TrianglePair pair{job_.a.numbers[slot_a], job_.b.numbers[slot_b]};
+        fetch(job_.a, pair.a);
+        fetch(job_.b, pair.b);
+        buffer_[buffered_++] = pair;
         if (buffered_ == k_buffer) flush();
+    }
+    /// Judging a pair reads its triangles and their neighbours, from far memory where other bodies came between.
+    static void fetch(const TriangleTree::Columns& tree, std::uint32_t triangle)
+    {
+        hwy::Prefetch(tree.triangles + triangle);
+        hwy::Prefetch(tree.twins + 3 * std::size_t{triangle});
     }
     void flush()
     {

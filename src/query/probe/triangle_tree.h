@@ -63,9 +63,14 @@ public:
         std::span<const SlabRow> slabs;          ///< as leaves
         std::span<const CornerRow> corners;      ///< for each leaf
         std::span<const std::uint32_t> numbers;  ///< of the leaves' triangles, the caller's
+        const ProbeTriangle* triangles;          ///< the caller's
+        const std::uint32_t* twins;              ///< of their half-edges
     };
     /// The tree's arrays; valid until the next move.
-    [[nodiscard]] Columns columns() const noexcept { return {groups_, leaves_, slabs_, corners_, numbers_}; }
+    [[nodiscard]] Columns columns() const noexcept
+    {
+        return {groups_, leaves_, slabs_, corners_, numbers_, triangles_.data(), twin_.data()};
+    }
 
 private:
     void refit() noexcept;
