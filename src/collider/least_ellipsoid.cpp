@@ -1,5 +1,6 @@
 // L. Khachiyan, "Rounding of polytopes in the real number model of computation", 1996, with the steps away from points of
-// P. Kumar and E. A. Yildirim, "Minimum-volume enclosing ellipsoids and core sets", 2005.
+// P. Kumar and E. A. Yildirim, "Minimum-volume enclosing ellipsoids and core sets", 2005, and the points left out that R. Harman
+// and L. Pronzato, "Improvements on removing nonoptimal support points in D-optimum design algorithms", 2007, prove to be inside.
 #include "collider/searches.h"
 
 #include <Eigen/Dense>
@@ -14,6 +15,7 @@ namespace {
 
 constexpr double k_accuracy = 1e-4;  ///< of the quadratic form: the volume is within 1.5 times this of the least
 constexpr int k_max_steps = 20000;
+constexpr int k_steps_between = 16;  ///< steps after which points are left out
 
 /// Points by coordinates, and ones.
 using Coordinates = Eigen::Matrix<double, Eigen::Dynamic, 4>;
@@ -48,28 +50,45 @@ void solve(const Eigen::LDLT<Eigen::Matrix4d>& x, const Coordinates& q, Coordina
           out.col(order[3]).data());
 }
 
+/// Leaves out the points of which m, their form in the ellipsoid of weights u, proves that the least ellipsoid does not touch
+/// them.
+void leave_out_inner(Coordinates& q, Eigen::VectorXd& u, const Eigen::VectorXd& m)
+{
+    const double above = m.maxCoeff() - 4;
+    const double inner = 4 * (1 + above / 2 - std::sqrt(above * (3 + above)) / 2) - k_accuracy;
+    Eigen::Index kept = 0;
+    for (Eigen::Index i = 0; i < q.rows(); ++i) {
+        if (!(m(i) >= inner)) continue;
+        q.row(kept) = q.row(i);
+        u(kept++) = u(i);
+    }
+    q.conservativeResize(kept, Eigen::NoChange);
+    u.conservativeResize(kept);
+    u /= u.sum();
+}
+
 }  // namespace
 
 Candidate least_ellipsoid(std::span<const Vec3d> points)
 {
-    const auto n = static_cast<Eigen::Index>(points.size());
-    Eigen::Matrix<double, 4, Eigen::Dynamic> q(4, n);
+    auto n = static_cast<Eigen::Index>(points.size());
+    Coordinates q(n, 4);
     for (Eigen::Index i = 0; i < n; ++i) {
         const Vec3d& p = points[static_cast<std::size_t>(i)];
-        q.col(i) << p.x, p.y, p.z, 1;
+        q.row(i) << p.x, p.y, p.z, 1;
     }
-    const Coordinates by_coordinate = q.transpose();
-    Coordinates solved(n, 4);
+    Coordinates solved;
     Eigen::VectorXd m(n), u = Eigen::VectorXd::Constant(n, 1.0 / static_cast<double>(n));
     for (int step = 0; step < k_max_steps; ++step) {
-        const Eigen::Matrix4d x = q * u.asDiagonal() * q.transpose();
+        const Eigen::Matrix4d x = q.transpose() * u.asDiagonal() * q;
         const Eigen::LDLT<Eigen::Matrix4d> factors = x.ldlt();
-        if (factors.vectorD().cwiseAbs().minCoeff() > std::numeric_limits<double>::min()) {
-            solve(factors, by_coordinate, solved);
-            const auto products = [&](int k) { return by_coordinate.col(k).cwiseProduct(solved.col(k)); };
+        const bool is_regular = factors.vectorD().cwiseAbs().minCoeff() > std::numeric_limits<double>::min();
+        if (is_regular) {
+            solve(factors, q, solved);
+            const auto products = [&](int k) { return q.col(k).cwiseProduct(solved.col(k)); };
             m = (products(0) + products(2)) + (products(1) + products(3));
         } else {
-            m = q.cwiseProduct(factors.solve(q)).colwise().sum().transpose();
+            m = q.transpose().cwiseProduct(factors.solve(q.transpose())).colwise().sum().transpose();
         }
         Eigen::Index far = 0, near = -1;
         const double greatest = m.maxCoeff(&far);
@@ -88,10 +107,14 @@ Candidate least_ellipsoid(std::span<const Vec3d> points)
             u *= 1 + by;
             u(near) = std::max(0.0, u(near) - by);
         }
+        if (is_regular && step % k_steps_between == k_steps_between - 1) {
+            leave_out_inner(q, u, m);
+            n = q.rows();
+        }
     }
-    const Eigen::Matrix<double, 3, Eigen::Dynamic> p = q.topRows<3>();
-    const Eigen::Vector3d c = p * u;
-    const Eigen::Matrix3d spread = p * u.asDiagonal() * p.transpose() - c * c.transpose();
+    const Eigen::Matrix<double, Eigen::Dynamic, 3> p = q.leftCols<3>();
+    const Eigen::Vector3d c = p.transpose() * u;
+    const Eigen::Matrix3d spread = p.transpose() * u.asDiagonal() * p - c * c.transpose();
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(spread);
     Eigen::Matrix3d axes = solver.eigenvectors();
     if (axes.determinant() < 0) axes.col(2) *= -1;

@@ -9,6 +9,8 @@
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/solid.h"
 
+#include <Eigen/Dense>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -176,17 +178,19 @@ private:
             }
     }
 
-    /// The direction in which the cluster's pieces spread most but for `skip` others: powers of the covariance.
+    /// Unit directions of the spread of the cluster's pieces, the one along which they spread most first.
     [[nodiscard]] std::array<Vec3d, 3> spread(const Cluster& c) const
     {
-        std::vector<Vec3d> middles;
-        for (const std::size_t i : c.pieces) middles.push_back(pieces_[i].middle);
-        Box box = box_of(middles);
-        if (middles.size() < 4 || !(norm(size(box)) > 0)) return {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}};
-        for (Vec3d& m : middles) m = (m - centre(box)) / norm(size(box));
-        const Candidate e = least_ellipsoid(middles);
-        const Mat3d axes = transpose(e.axes);
-        return {axes.row[2], axes.row[1], axes.row[0]};
+        Eigen::Matrix<double, 3, Eigen::Dynamic> middles(3, static_cast<Eigen::Index>(c.pieces.size()));
+        for (std::size_t i = 0; i < c.pieces.size(); ++i) {
+            const Vec3d& m = pieces_[c.pieces[i]].middle;
+            middles.col(static_cast<Eigen::Index>(i)) << m.x, m.y, m.z;
+        }
+        middles.colwise() -= middles.rowwise().mean().eval();
+        const Eigen::Matrix3d covariance = middles * middles.transpose();
+        const Eigen::Matrix3d axes = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance).eigenvectors();
+        const auto axis = [&](int k) { return Vec3d{axes(0, k), axes(1, k), axes(2, k)}; };
+        return {axis(2), axis(1), axis(0)};
     }
 
     bool split_worst()
@@ -201,7 +205,6 @@ private:
         const std::array<Vec3d, 3> axes = spread(clusters_[at]);
         for (const Vec3d& axis : axes)
             for (const double share : {0.5, 0.4, 0.6}) {
-                if (share != 0.5 && !(axis == axes[0])) continue;
                 std::array<Cluster, 2> halves;
                 double lo = dot(axis, pieces_[clusters_[at].pieces[0]].middle), hi = lo;
                 for (const std::size_t i : clusters_[at].pieces) {

@@ -256,7 +256,7 @@ TEST(CoveringSpheres, HoldEveryPointOfTheSolidAndReachOutLessTheMoreThereAre)
             return std::any_of(balls.begin(), balls.end(), [&](const Shape& b) { return equation(b, p) <= 1; });
         };
         for (const Vec3d& v : torus.vertices) ASSERT_TRUE(holds(v));
-        for (int i = 0; i < 30000; ++i)
+        for (int i = 0; i < 3000; ++i)
             if (const Vec3d p{at(random), at(random), at(random) / 3}; solid.inside(p)) ASSERT_TRUE(holds(p));
         const double protrusion = figures_of(balls, {.points = torus.vertices, .volume = 1, .solid = &torus}).protrusion;
         EXPECT_LT(protrusion, before);

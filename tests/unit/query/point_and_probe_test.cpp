@@ -13,7 +13,7 @@
 namespace sqmap::query {
 namespace {
 
-constexpr std::size_t k_positions = 100000;
+constexpr std::size_t k_positions = 40000;
 /// Positions are multiples of this, so that a probe's frame takes them to model space without rounding.
 constexpr double k_grid = 0x1p-18;
 
