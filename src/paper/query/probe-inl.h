@@ -198,8 +198,8 @@ private:
             PartAnswerLanes a;
             const M nearer = hn::And(held_.present(first), part.nearer_surface(p, hn::GatherIndex(df, states_.key, at), a));
             if (!any(nearer)) continue;
-            const F key = hn::Abs(a.depth);
             if (paper_.smoothed_map) part.smooth(p, a);
+            const F key = paper_.smoothed_map ? a.depth : hn::Abs(a.depth);
             note(a, key, a.depth, {nearer, none()}, {held_.slot + first, index});
         }
     }
@@ -290,8 +290,8 @@ private:
         const M present = held_.present(first);
         const V3 p = position_of(held_.slots(first));
         PartAnswerLanes a = part.answer(p, point, hn::Not(none()));
-        const F key = hn::Abs(a.depth);
         if (paper_.smoothed_map) part.smooth(p, a);
+        const F key = paper_.smoothed_map ? a.depth : hn::Abs(a.depth);
         note(a, key, a.depth, {hn::And(present, a.contact), paper_.pruning ? hn::And(present, is_witness(a)) : none()},
              {held_.slot + first, index});
     }
@@ -303,7 +303,8 @@ private:
         const std::int32_t* slots;
         std::size_t part;
     };
-    /// The witness rule, point by point: the surface of the least key gives depth and normal.
+    /// The witness rule, point by point: the surface of the least key gives depth and normal. The smoothed depth is a key too:
+    /// where it is the same in two parts, the one may take over from the other without a step of force.
     HWY_NOINLINE void note(const PartAnswerLanes& a, F key, F depth, const Verdicts& verdicts, const Speaker& speaker)
     {
         each_lane(verdicts.witness, [&](std::size_t i) { states_.state[speaker.slots[i]] |= PointStates::k_free; });

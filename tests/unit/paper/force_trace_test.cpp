@@ -168,6 +168,28 @@ std::optional<Expected> about_foot(const MapView& map, shape::SurfaceAnglesf ang
     return Expected{true, std::max(0.5 * (planes + dot(middle, unit)) / weights, 0.), unit};
 }
 
+/// The same for one part that claims the point.
+std::optional<Expected> expected_of(const MapView& map, const PartAnswer& a, Vec3d point, Layer layer, Projector projector)
+{
+    if ((a.flags & paper::k_projection_unproven) != 0) return std::nullopt;  // its foot is a guess, and is not smoothed
+    if (TraceCell(a.angles, map.eta_count, map.omega_count).is_close(layer)) return std::nullopt;
+    if (TraceCell(a.angles, ((map.eta_count - 1) >> map.subdivisions) + 1, map.omega_count >> map.subdivisions).is_close(layer))
+        return std::nullopt;
+    if (projector != Projector::Printed) {
+        std::optional<Expected> out = about_foot(map, a.angles, point);
+        // The kernels' sines and angles err by up to 4e-7, which beside an edge of a superquadric moves its samples.
+        for (const double shift : {-4e-7, 4e-7})
+            if (const std::optional<Expected> moved = about_foot(map, a.angles, point, shift); out && moved)
+                out->rounding = std::max(out->rounding, std::abs(moved->depth - out->depth));
+        return out;
+    }
+    const std::optional<SmoothedFoot> s = smoothed_at(map, a.angles, layer);
+    if (!s) return std::nullopt;
+    const auto foot =
+        shape::surface_point(shape::cast<double>(map.superquadric), shape::SurfaceAngles<double>{a.angles.eta, a.angles.omega});
+    return Expected{true, std::max(norm(point - foot.point) - s->distance, 0.), s->normal};  // eq. 21
+}
+
 std::optional<Expected> expected_at(const model::ModelView& view, Vec3f p, Layer layer, Projector projector)
 {
     const Vec3d point = cast<double>(p);
@@ -189,26 +211,24 @@ std::optional<Expected> expected_at(const model::ModelView& view, Vec3f p, Layer
     }
     const paper::CombinedAnswer all = paper::combine(answers);
     if (!all.contact || !all.has_surface) return Expected{};
-    const auto part = static_cast<std::size_t>(all.part);
-    const MapView map = paper::map_of(view, part);
-    const PartAnswer& a = answers[part];
-    if ((a.flags & paper::k_projection_unproven) != 0) return std::nullopt;  // its foot is a guess, and is not smoothed
-    if (TraceCell(a.angles, map.eta_count, map.omega_count).is_close(layer)) return std::nullopt;
-    if (TraceCell(a.angles, ((map.eta_count - 1) >> map.subdivisions) + 1, map.omega_count >> map.subdivisions).is_close(layer))
-        return std::nullopt;
-    if (projector != Projector::Printed) {
-        std::optional<Expected> out = about_foot(map, a.angles, point);
-        // The kernels' sines and angles err by up to 4e-7, which beside an edge of a superquadric moves its samples.
-        for (const double shift : {-4e-7, 4e-7})
-            if (const std::optional<Expected> moved = about_foot(map, a.angles, point, shift); out && moved)
-                out->rounding = std::max(out->rounding, std::abs(moved->depth - out->depth));
-        return out;
+    // The part of the least smoothed depth speaks, of those that claim the point.
+    std::optional<Expected> least;
+    double next = INFINITY;
+    for (std::size_t i = 0; i < answers.size(); ++i) {
+        const PartAnswer& a = answers[i];
+        if (a.verdict != paper::Verdict::Contact || (a.flags & (paper::k_projection_cap | paper::k_projection_miss)) != 0)
+            continue;
+        const std::optional<Expected> found = expected_of(paper::map_of(view, i), a, point, layer, projector);
+        if (!found) return std::nullopt;
+        if (!least || found->depth < least->depth) {
+            if (least) next = least->depth;
+            least = found;
+        } else {
+            next = std::min(next, found->depth);
+        }
     }
-    const std::optional<SmoothedFoot> s = smoothed_at(map, a.angles, layer);
-    if (!s) return std::nullopt;
-    const auto foot =
-        shape::surface_point(shape::cast<double>(map.superquadric), shape::SurfaceAngles<double>{a.angles.eta, a.angles.omega});
-    return Expected{true, std::max(norm(point - foot.point) - s->distance, 0.), s->normal};  // eq. 21
+    if (least->depth > 0 && next - least->depth < 1e-5 * double(view.header.r_max) + least->rounding) return std::nullopt;
+    return least;
 }
 
 struct TraceCount {
