@@ -39,7 +39,7 @@ constexpr std::uint32_t k_hidden_base = 4;
 
 // Meshes of so many triangles are cut, and their parts' fits compared, on a copy of so many.
 constexpr std::size_t k_many_triangles = 100000;
-constexpr std::uint32_t k_coarse_triangles = 20000;
+constexpr std::uint32_t k_coarse_triangles = 10000;
 
 model::Measured figures_of(const Evaluation& e)
 {

@@ -24,9 +24,16 @@ double area(const Boxf& box)
 
 class Grouping {
 public:
-    explicit Grouping(std::span<const Boxf> boxes) : boxes_(boxes), order_(boxes.size()), area_after_(boxes.size())
+    explicit Grouping(std::span<const Boxf> boxes)
+        : boxes_(boxes), order_(boxes.size()), is_before_(boxes.size()), area_after_(boxes.size())
     {
         std::iota(order_.begin(), order_.end(), 0u);
+        for (int k = 0; k < 3; ++k) {
+            const auto key = [&](std::uint32_t i) { return boxes_[i].lo[k] + boxes_[i].hi[k]; };
+            along_[k] = order_;
+            std::sort(along_[k].begin(), along_[k].end(),
+                      [&](std::uint32_t a, std::uint32_t b) { return key(a) != key(b) ? key(a) < key(b) : a < b; });
+        }
         std::size_t unit = k_hierarchy_leaf;
         while (unit < order_.size()) unit *= k_hierarchy_width;
         divide(0, order_.size(), unit);
@@ -45,11 +52,11 @@ private:
         std::size_t cut = first + unit;
         int axis = 0;
         for (int k = 0; k < 3; ++k) {
-            sort(first, last, k);
+            const std::vector<std::uint32_t>& along = along_[k];
             Boxf box;
             for (std::size_t i = last; i-- > first;) {
-                extend(box, boxes_[order_[i]]);
-                area_after_[i] = area(box);
+                extend(box, boxes_[along[i]]);
+                if ((i - first) % unit == 0) area_after_[i] = area(box);
             }
             box = {};
             for (std::size_t i = first; i < last; ++i) {
@@ -62,23 +69,26 @@ private:
                         axis = k;
                     }
                 }
-                extend(box, boxes_[order_[i]]);
+                extend(box, boxes_[along[i]]);
             }
         }
-        sort(first, last, axis);
+        for (std::size_t i = first; i < last; ++i) {
+            order_[i] = along_[axis][i];
+            is_before_[order_[i]] = i < cut ? 1 : 0;
+        }
+        // Each side stays sorted along all axes.
+        for (int k = 0; k < 3; ++k)
+            if (k != axis)
+                std::stable_partition(along_[k].begin() + static_cast<std::ptrdiff_t>(first),
+                                      along_[k].begin() + static_cast<std::ptrdiff_t>(last),
+                                      [&](std::uint32_t i) { return is_before_[i] != 0; });
         divide(first, cut, unit);
         divide(cut, last, unit);
     }
 
-    void sort(std::size_t first, std::size_t last, int axis)
-    {
-        const auto key = [&](std::uint32_t i) { return boxes_[i].lo[axis] + boxes_[i].hi[axis]; };
-        std::sort(order_.begin() + static_cast<std::ptrdiff_t>(first), order_.begin() + static_cast<std::ptrdiff_t>(last),
-                  [&](std::uint32_t a, std::uint32_t b) { return key(a) != key(b) ? key(a) < key(b) : a < b; });
-    }
-
     std::span<const Boxf> boxes_;
-    std::vector<std::uint32_t> order_;
+    std::vector<std::uint32_t> along_[3], order_;  ///< sorted along each axis within every group; the result
+    std::vector<std::uint8_t> is_before_;
     std::vector<double> area_after_;
 };
 

@@ -126,7 +126,8 @@ BrickRecord bake_record(const mesh::Solid& solid, const ListsBefore* before, std
     const std::vector<Triangles> lists = lists_of(solid, listed, before == nullptr);
     Rise rise(solid);
     BrickRecord record(model::has_wide_candidates(data.triangle_part.size()));
-    BrickRecord::Numbers numbers(data.triangle_part.size());
+    thread_local BrickRecord::Numbers numbers;
+    numbers.begin(data.triangle_part.size());
     for (std::size_t i = 0; i < listed.cells.size(); ++i) {
         const ListedCell& cell = listed.cells[i];
         if (!cell.is_reached) {

@@ -22,6 +22,7 @@ void BrickRecord::add(std::uint32_t cell, std::span<const std::uint32_t> triangl
         if (number == Numbers::k_none) {
             number = static_cast<std::uint32_t>(triangles_.size());
             triangles_.push_back(t);
+            numbers.numbered_.push_back(t);
         }
         refs_.push_back(number);
     }

@@ -22,12 +22,18 @@ public:
     /// Numbers of a brick's triangles in the order in which they were added.
     class Numbers {
     public:
-        explicit Numbers(std::size_t triangles) : of_(triangles, k_none) {}
+        /// Forgets the brick before; the memory is kept. triangles: of the mesh.
+        void begin(std::size_t triangles)
+        {
+            for (const std::uint32_t t : numbered_) of_[t] = k_none;
+            numbered_.clear();
+            of_.resize(triangles, k_none);
+        }
 
     private:
         friend class BrickRecord;
         static constexpr std::uint32_t k_none = 0xffffffffu;
-        std::vector<std::uint32_t> of_;  ///< #triangles of the mesh
+        std::vector<std::uint32_t> of_, numbered_;  ///< #triangles of the mesh; those that have one
     };
 
     /// The list of a cell of the brick; cells in ascending order. Where a brick's lists are too long, the rest of its cells tries

@@ -32,8 +32,8 @@ constexpr double k_box_rim = 1 + 1e-9;  ///< allowed errors: beyond a triangle's
 constexpr double k_never = 1e100;       ///< cost of an edge that is not tried
 constexpr double k_first_sweep = 2e-5, k_next_sweep = 4;
 constexpr double k_worth_a_sweep = 0.95;  ///< share of the triangles that a sweep leaves, above which the next costs more
-constexpr double k_coarse_error = 0.05;   ///< of a simplified mesh, in sides of its triangles: what is tried first
-constexpr std::size_t k_max_ring = 60;    ///< triangles about both ends of an edge
+constexpr double k_coarse_error = 0.05, k_max_coarse_error = 4;  ///< of a simplified mesh, in sides of its triangles
+constexpr std::size_t k_max_ring = 60;                           ///< triangles about both ends of an edge
 
 struct Collapse {
     std::uint32_t a, b;
@@ -51,7 +51,7 @@ struct Waiting {
 
 class Decimator {
 public:
-    /// input: on which vertices stay that lie on it, or null.
+    /// input: on which vertices stay that lie on it; null: none, and targets are found faster.
     Decimator(ClosedMesh& mesh, const Bvh* input, const DecimateLimits& limits)
         : mesh_(mesh),
           input_(input),
@@ -91,16 +91,18 @@ public:
         heap_ = {};
     }
 
-    /// The same until the triangles are few enough, by sweeps alone, which is faster where most of them go.
-    void sweep_down(double max_error, std::uint32_t least_count)
+    /// The same by sweeps alone, which is faster where most triangles go; with greater and greater errors from least to max,
+    /// until they are few enough.
+    void sweep_down(double least_error, double max_error, std::uint32_t least_count)
     {
-        max_error_ = max_error;
-        for (double cost = k_first_sweep; cost < max_error * max_error; cost *= k_next_sweep)
+        for (double cost = k_first_sweep; count_ > least_count && cost < max_error * max_error; cost *= k_next_sweep) {
+            max_error_ = std::max(least_error, 2 * std::sqrt(cost));
             for (std::uint32_t before = 0; count_ > least_count && before != count_;) {
                 before = count_;
                 sweep(cost, least_count);
                 if (count_ > k_worth_a_sweep * before) break;
             }
+        }
     }
 
     [[nodiscard]] std::uint32_t count() const { return count_; }
@@ -191,7 +193,7 @@ private:
         PlaneSum sum = planes_[a];
         sum += planes_[b];
         const Vec3d pa = mesh_.vertices[a], pb = mesh_.vertices[b], middle = 0.5 * (pa + pb);
-        Vec3d best = least_point(sum, middle, k_free_share);
+        Vec3d best = (input_ != nullptr ? least_point : damped_least_point)(sum, middle, k_free_share);
         if (norm_sq(best - middle) > norm_sq(pb - pa)) best = middle;
         for (const Vec3d& p : {middle, pa, pb})
             if (sum.at(p) < sum.at(best)) best = p;
@@ -430,7 +432,6 @@ double decimate(ClosedMesh& mesh, const Bvh& bvh, const DecimateLimits& limits)
 
 Simplified simplified(const Mesh& mesh, std::uint32_t triangles)
 {
-    constexpr int k_doublings = 6;
     double area = 0;
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) area += triangle_area(mesh, t);
     const double side = std::sqrt(area / triangles);
@@ -441,12 +442,10 @@ Simplified simplified(const Mesh& mesh, std::uint32_t triangles)
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
         for (const std::uint32_t v : mesh.triangles[t]) coarse.carrier[v] = t;
     Decimator decimator(coarse, nullptr, {});
-    double error = k_coarse_error;
-    decimator.sweep_down(error, triangles);
-    for (int i = 0; i < k_doublings && decimator.count() > triangles; ++i) decimator.sweep_down(error *= 2, triangles);
+    decimator.sweep_down(k_coarse_error, k_max_coarse_error, triangles);
     decimator.compact();
     for (Vec3d& v : coarse.vertices) v = side * v;
-    return {{std::move(coarse.vertices), std::move(coarse.triangles)}, std::move(coarse.carrier), error * side};
+    return {{std::move(coarse.vertices), std::move(coarse.triangles)}, std::move(coarse.carrier)};
 }
 
 }  // namespace sqmap::mesh

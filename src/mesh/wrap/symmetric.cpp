@@ -58,4 +58,15 @@ Vec3d least_point(const PlaneSum& sum, Vec3d start, double share)
     return point;
 }
 
+Vec3d damped_least_point(const PlaneSum& sum, Vec3d start, double share)
+{
+    const double damping = share * (sum.a[0] + sum.a[1] + sum.a[2]);
+    const Vec3d x{sum.a[0] + damping, sum.a[3], sum.a[4]}, y{sum.a[3], sum.a[1] + damping, sum.a[5]},
+        z{sum.a[4], sum.a[5], sum.a[2] + damping};
+    const double volume = dot(x, cross(y, z));
+    if (!(volume > 0)) return start;
+    const Vec3d residual = sum.b - sum.times(start);
+    return start + Vec3d{dot(residual, cross(y, z)), dot(residual, cross(z, x)), dot(residual, cross(x, y))} / volume;
+}
+
 }  // namespace sqmap::mesh
