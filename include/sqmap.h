@@ -497,6 +497,9 @@ typedef struct sqmap_pair_list {
     size_t count;                        ///< written
     size_t found;                        ///< written: in both directions, before those seen twice were merged
     uint32_t status;                     ///< written: bits
+    /// Written: edges no longer than this that cross the other surface have an end among the contacts: twice the margin, less
+    /// what rounding takes. 0: edges are missed.
+    double edge_length;
 } sqmap_pair_list;
 
 /// contacts: the largest number that is found in one direction; what is beyond it is counted. Allocates.

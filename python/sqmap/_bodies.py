@@ -99,6 +99,7 @@ class PairContacts(NamedTuple):
     contacts: np.ndarray  #: rows of PAIR_CONTACT
     found: int            #: in both directions, before those seen twice were merged
     status: int
+    edge_length: float    #: edges no longer that cross the other surface have an end among the contacts; 0: edges are missed
 
 
 class SurfaceContacts(NamedTuple):
@@ -262,7 +263,7 @@ def query_pair(a: Body, b: Body, workspace: Optional[Workspace] = None, *, layer
     with _Bodies(first, second) as bodies, workspace.turn, workspace.use("workspace") as handle:
         c.call("sqmap_query_pair", bodies, options, handle, out)
         data = ctypes.string_at(out.contacts, out.count * ctypes.sizeof(c.PairContact)) if out.count else b""
-    return PairContacts(np.frombuffer(data, PAIR_CONTACT), out.found, out.status)
+    return PairContacts(np.frombuffer(data, PAIR_CONTACT), out.found, out.status, out.edge_length)
 
 
 def query_contacts(a: Body, b: Body, workspace: Optional[Workspace] = None, *, per_region: int = 0,

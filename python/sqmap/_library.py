@@ -134,7 +134,8 @@ class PairContact(Structure):
 
 
 class PairList(Sized):
-    _fields_ = [("size", c_size_t), ("contacts", c_void_p), ("count", c_size_t), ("found", c_size_t), ("status", c_uint32)]
+    _fields_ = [("size", c_size_t), ("contacts", c_void_p), ("count", c_size_t), ("found", c_size_t), ("status", c_uint32),
+                ("edge_length", c_double)]
 
 
 class SurfaceContact(Structure):

@@ -218,6 +218,7 @@ sqmap_code sqmap_query_pair(const sqmap_bodies* bodies, const sqmap_query_option
         out.count = result.contacts.size();
         out.found = result.found;
         out.status = result.status;
+        out.edge_length = result.edge_length;
         capi::give(contacts, out);
     });
 }

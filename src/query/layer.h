@@ -21,4 +21,11 @@ namespace sqmap::query {
     return options.margin > 0 ? static_cast<float>(options.margin / model.header.unit) : 0.f;
 }
 
+/// A margin counts from the triangles, not from maps. options.layer: chosen
+[[nodiscard]] inline bool is_margin_proven(const model::ModelView& model, const QueryOptions& options)
+{
+    return options.margin > 0 && !options.offset && options.layer != Layer::One && model.answers == nullptr &&
+           model::has_exact(model) && model::has_distance(model);
+}
+
 }  // namespace sqmap::query

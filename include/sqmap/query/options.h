@@ -33,7 +33,8 @@ struct QueryOptions {
     /// answer a probe point by point, ten times slower; paper models keep their speed.
     bool offset = false;
     /// Length in the mesh's units by which the surface is moved out everywhere, or by the offset where that is more. Not above
-    /// zero, or NaN: none. Central models alone, as slow as with offset.
+    /// zero, or NaN: none. Central models alone, as slow as with offset. Points outside are measured from the triangles, where
+    /// the model has them: PairResult::edge_length says what that finds.
     double margin = 0;
     /// Points, and probes against paper models, all layers but One and Exact: depth and normal of the smoothed map.
     bool smoothed_map = false;

@@ -59,6 +59,9 @@ struct PairResult {
     std::span<const PairContact> contacts{};  ///< after merging; in the workspace, valid until its next query
     std::size_t found = 0;                    ///< in both directions, before merging, kept or not
     std::uint8_t status = k_ok;               ///< bits of Status
+    /// Edges no longer than this that cross the other surface have an end among the contacts: twice the margin, less what
+    /// rounding takes. Poses' units; 0 without a margin, with offset, on layer One and of models without triangles.
+    double edge_length = 0;
 };
 
 /// Contacts of two bodies: vertices of b in a in the order of b's probe, then vertices of a in b; of each contact seen from both

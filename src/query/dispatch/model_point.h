@@ -19,4 +19,8 @@ namespace sqmap::query {
 /// @pre the point is finite, the model has central maps
 [[nodiscard]] ModelContact query_unlocated_near(const model::ModelView& model, Vec3f point, float near) noexcept;
 
+/// Puts a point that is less than the margin outside the triangles in contact with the surface that the margin moves out. Defined
+/// beside distances, which ask this header for verdicts. margin: mesh units. @pre is_margin_proven
+void apply_margin(const model::ModelView& model, Vec3f point, double margin, ModelContact& contact) noexcept;
+
 }  // namespace sqmap::query

@@ -4,6 +4,7 @@
 
 #include "merge.h"
 #include "query/dispatch/run_probe.h"
+#include "query/layer.h"
 
 #include <algorithm>
 #include <bit>
@@ -23,6 +24,20 @@ Sphere local_sphere(const Body& body)
     // Both hold the same vertices, but a probe may have been deformed since.
     const Sphere probe = body.probe->sphere();
     return {map.centre, std::max(map.radius, norm(probe.centre - map.centre) + probe.radius)};
+}
+
+/// PairResult::edge_length: one end of an edge is at most half its length from where the edge crosses a surface.
+double edge_length(const Body& a, const Body& b, const QueryOptions& options)
+{
+    double rounding = 0;
+    for (const Body* body : {&a, &b}) {
+        if (body->model == nullptr || body->probe == nullptr) return 0;
+        QueryOptions chosen = options;
+        chosen.layer = chosen_layer(*body->model, options);
+        if (!is_margin_proven(*body->model, chosen)) return 0;
+        rounding += 4e-6 * sphere_of(*body).radius;
+    }
+    return std::max(2 * (options.margin - rounding), 0.);
 }
 
 }  // namespace
@@ -85,7 +100,7 @@ PairResult query_pair(const Body& a, const Body& b, const PairOptions& options, 
 {
     PairQuery query{options, workspace, PairQuery::contacts_of(workspace)};
     query.run(a, b);
-    return {query.out.first(query.result.contacts), query.result.found, query.result.status};
+    return {query.out.first(query.result.contacts), query.result.found, query.result.status, edge_length(a, b, options.query)};
 }
 
 }  // namespace sqmap::query

@@ -1,4 +1,6 @@
+#include "math/triangle_crossing.h"
 #include "query/dispatch/run_probe.h"
+#include "sqmap/query/pair.h"
 #include "sqmap/query/point.h"
 #include "sqmap/query/scene.h"
 #include "support/bodies.h"
@@ -7,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 
 namespace sqmap::query {
 namespace {
@@ -96,6 +99,51 @@ TEST(FrameOffset, AMarginFindsThePointsWithinIt)
                 EXPECT_NEAR(depth[i], std::max(1 + margin - norm(points[i]), 0.), layer == Layer::Two ? 0.02 : 0.005)
                     << "layer 2 reads the base grid alone";
         }
+}
+
+TEST(FrameOffset, NoEdgeUpToTheNamedLengthCrossesTheOtherSurfaceUnseen)
+{
+    const mesh::Mesh round = mesh::sphere(1, 2);
+    const test::Solid ball(round);
+    PairWorkspace workspace(1000);
+    test::Random random(35);
+    std::size_t crossings = 0, unseen_without = 0;
+    for (int i = 0; i < 6; ++i) {
+        Pose pose = test::random_pose(random, 0);
+        pose.translation = random.between(1.94, 1.985) * random.direction();
+        const Body a{&ball.view, &ball.probe, {}}, b{&ball.view, &ball.probe, pose};
+        for (const Layer layer : {Layer::Three, Layer::Exact})
+            for (const double margin : {0., 0.2}) {
+                const PairResult found =
+                    query_pair(a, b, {.query = {.layer = layer, .margin = margin}, .merge_distance = 0}, workspace);
+                EXPECT_NEAR(found.edge_length, 2 * margin, 1e-4);
+                std::array<std::vector<bool>, 2> is_found{std::vector<bool>(ball.probe.size()),
+                                                          std::vector<bool>(ball.probe.size())};
+                for (const PairContact& c : found.contacts) is_found[c.vertex_of == Side::A ? 0 : 1][c.index] = true;
+                for (const mesh::Triangle& s : round.triangles)
+                    for (const mesh::Triangle& t : round.triangles) {
+                        const auto& v = round.vertices;
+                        const Crossing crossing = crossing_of({v[s[0]], v[s[1]], v[s[2]]},
+                                                              {apply(pose, v[t[0]]), apply(pose, v[t[1]]), apply(pose, v[t[2]])});
+                        for (std::uint32_t k = 0; k < 6; ++k) {
+                            if (((crossing.sides_a | crossing.sides_b << 3) >> k & 1) == 0) continue;
+                            const mesh::Triangle& own = k < 3 ? s : t;
+                            const std::uint32_t from = own[k % 3], to = own[(k + 1) % 3];
+                            const bool seen = is_found[k / 3][from] || is_found[k / 3][to];
+                            if (margin == 0) unseen_without += seen ? 0u : 1u;
+                            if (margin > 0 && norm(v[to] - v[from]) <= found.edge_length) {
+                                EXPECT_TRUE(seen);
+                                ++crossings;
+                            }
+                        }
+                    }
+            }
+    }
+    EXPECT_GT(crossings, 100u);
+    EXPECT_GT(unseen_without, 0u);
+    const Body a{&ball.view, &ball.probe, {}};
+    EXPECT_EQ(query_pair(a, a, {}, workspace).edge_length, 0);
+    EXPECT_EQ(query_pair(a, a, {.query = {.offset = true, .margin = 0.1}}, workspace).edge_length, 0);
 }
 
 TEST(FrameOffset, BodiesWithinTheMarginAreAPair)
