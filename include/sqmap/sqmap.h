@@ -1,4 +1,5 @@
-// All that a program of the runtime needs: models, queries of points, distances, probes, pairs, scenes and skins, forces.
+// All that a program of the runtime needs: models, queries of points, distances, probes, pairs, contacts,
+// scenes and skins, forces.
 // <sqmap/bake_mesh.h> makes a model, <sqmap/io/model_file.h> reads one; devices and cloth have headers of their own.
 #pragma once
 
@@ -16,10 +17,13 @@
 #include "sqmap/query/clearance.h"
 #include "sqmap/query/contacts.h"
 #include "sqmap/query/distance.h"
+#include "sqmap/query/first_touch.h"
+#include "sqmap/query/overlap.h"
 #include "sqmap/query/pair.h"
 #include "sqmap/query/point.h"
 #include "sqmap/query/probe.h"
 #include "sqmap/query/scene.h"
+#include "sqmap/query/separating.h"
 #include "sqmap/query/skin.h"
 #include "sqmap/query/swept.h"
 // IWYU pragma: end_exports
