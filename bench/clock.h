@@ -25,9 +25,6 @@ public:
     /// Microseconds of CPU time since the mark, less the reading of an empty interval.
     [[nodiscard]] double stop_us(Mark mark) const;
 
-    [[nodiscard]] double empty_ns() const { return 1e3 * empty_us_; }          ///< an empty interval by the counter
-    [[nodiscard]] double cpu_clock_ns() const { return 1e3 * empty_cpu_us_; }  ///< an empty interval by the CPU clock
-
 private:
     double us_per_tick_ = 0, empty_us_ = 0, empty_cpu_us_ = 0;
 };

@@ -97,6 +97,29 @@ def figure_3(data, images):
     plot.save(images / "fig03.svg", figure)
 
 
+# --- Section 5, corollaries 1 and 2 ------------------------------------------------------------------------------------
+
+COROLLARY_SHAPES = {"dumbbell": ("dumbbell: injective", BLUE, "o"), "hand": ("hand: Q2", RED, "s")}  # the project's own
+
+
+def draw_corollaries(errors, images):
+    """Error against density, of a shape whose projection is injective and of one with Q2. errors: {shape: {grid: (share of Q2, mean,
+    99th percentile)}}. Returns them as a table."""
+    figure, axes = plot.panels(("Mean", "samples of the map", "error of the depth, % of R_max"),
+                               ("99th percentile", "samples of the map", ""), width=5.6, height=3.4)
+    lines = [f"{'shape':10} {'grid':>9} {'Q2, %':>7} {'mean, %':>9} {'p99, %':>9}"]
+    for shape, of_grid in errors.items():
+        words, colour, marker = COROLLARY_SHAPES[shape]
+        samples = [math.prod(map(int, grid.split("x"))) for grid in of_grid]
+        for axis, value in zip(axes, (1, 2)):
+            axis.plot(samples, [e[value] for e in of_grid.values()], color=colour, marker=marker, label=words)
+        lines += [f"{shape:10} {grid:>9} {q2:7.2f} {mean:9.4f} {p99:9.4f}" for grid, (q2, mean, p99) in of_grid.items()]
+    for axis in axes:
+        axis.set(xscale="log", yscale="log")
+    plot.save(images / "corollaries.svg", figure)
+    return "\n".join(lines) + "\n"
+
+
 # --- Figs. 11 and 14: times --------------------------------------------------------------------------------------------
 
 def kinds_of(role):

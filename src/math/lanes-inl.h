@@ -58,7 +58,6 @@ HWY_INLINE bool any(M m) { return !hn::AllFalse(df, m); }
 #endif
 HWY_INLINE F mul_add(F a, F b, F c) { return hn::Add(hn::Mul(a, b), c); }
 HWY_INLINE I truncate(F v) { return hn::ConvertTo(di, v); }
-HWY_INLINE F truncate_float(F v) { return hn::ConvertTo(df, hn::ConvertTo(di, v)); }
 HWY_INLINE F to_float(I v) { return hn::ConvertTo(df, v); }
 template <int k>
 HWY_INLINE I shift_right(I v)
