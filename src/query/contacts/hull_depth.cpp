@@ -157,7 +157,7 @@ void HullDepth::run() noexcept
 
 bool is_convex(const TriangleTree& tree, SeparatingWorkspace& workspace) noexcept
 {
-    SeparatingWorkspace::Side& s = workspace.a_;
+    SeparatingWorkspace::Side& s = workspace.a_.holds(tree) ? workspace.a_ : workspace.b_;
     const double near = 1e-12 * norm(size(tree.box()));
     std::fill_n(s.is_reached.begin(), tree.size(), std::uint8_t{0});
     std::size_t count = 0, reached = 1;

@@ -43,7 +43,7 @@ private:
 };
 
 /// True where the mesh is one convex piece: no neighbour of a triangle is above its plane by more than 1e-12 of the size.
-/// @pre the workspace's first side has space for it
+/// @pre one side of the workspace has space for it
 [[nodiscard]] bool is_convex(const TriangleTree& tree, SeparatingWorkspace& workspace) noexcept;
 
 }  // namespace sqmap::query

@@ -108,6 +108,19 @@ TEST(SeparatingTranslation, OfConvexSolidsIsShorterThanAlongAnyDirection)
     }
 }
 
+TEST(SeparatingTranslation, OfABoxFromABallOfManyTrianglesStaysInItsWorkspace)
+{
+    const Piece cube(test::box({-1, -1, -1}, {1, 1, 1})), ball(mesh::sphere(1, 4));
+    for (const bool is_turned : {false, true}) {
+        const Piece &one = is_turned ? ball : cube, &other = is_turned ? cube : ball;
+        SeparatingWorkspace space(one.probe, other.probe);
+        const Body a = one.at(), b = other.at(test::shifted({1.9, 0, 0}));
+        const SeparatingTranslation least = least_separating_translation(a, b, space);
+        EXPECT_TRUE(least.exact);
+        EXPECT_NEAR(least.distance, 0.1, 2e-3);
+    }
+}
+
 TEST(SeparatingTranslation, LeavesHollowsAndGoesOnWhereOneIsWithinTheOther)
 {
     const Piece torus(test::small_torus()), bead(test::box({-0.05, -0.05, -0.05}, {0.05, 0.05, 0.05}));
