@@ -24,7 +24,9 @@ struct PartAnswerLanes {
     F foot_distance, map_distance, depth_along, depth;
     AngleLanes angles;
     V3 foot, foot_normal, surface, normal;
-    FootLanes shown;  // of the surface, layers 2 and 3
+    FootLanes shown;   // of the surface, layers 2 and 3
+    F shown_distance;  // what the map has there
+    I shown_flags;
 };
 HWY_INLINE M is_witness(const PartAnswerLanes& a)
 {
@@ -71,12 +73,23 @@ public:
     /// Layers 2 and 3 for the lanes of a mask.
     HWY_INLINE PartAnswerLanes answer(const V3& p, const HeldLanes& point, M active) const
     {
+        M seeks;
+        PartAnswerLanes a = along_foot(p, point, active, seeks);
+        seek_nearest(p, seeks, a);
+        return a;
+    }
+    /// The same along the foot's line alone. seeks: the lanes from whose surface closest-point steps are to go on.
+    HWY_INLINE PartAnswerLanes along_foot(const V3& p, const HeldLanes& point, M active, M& seeks) const
+    {
         PartAnswerLanes a;
         a.flags = hn::Zero(di);
         FootLanes found = foot(point, active, a.flags);
         if (coarse_ && options_.projector == Projector::Newton) found = at_base_sample(found.position, point.q);
         a.angles = angles_at(found.position);
         SampleLanes sample = sample_at(a.angles);
+        a.shown = found;
+        a.shown_distance = sample.distance;
+        a.shown_flags = sample.flags;
         a.foot = sq_.to_model(found.at.point);
         a.foot_normal = sq_.direction_to_model(found.at.normal);
         a.foot_distance = length(minus(found.at.point, point.q));
@@ -98,33 +111,59 @@ public:
         a.depth_along = hn::Sub(a.foot_distance, sample.distance);
         a.depth = blend(surface, dot(minus(a.surface, p), a.normal), a.depth_along);
         if (options_.projector == Projector::Printed) a.depth = a.depth_along;
-        if (!coarse_ && options_.nearest_steps > 0) seek_nearest(p, found, hn::And(hn::And(active, a.contact), turned), a);
-        a.shown = found;
+        seeks = !coarse_ && options_.nearest_steps > 0 ? hn::And(hn::And(active, a.contact), turned) : none();
         return a;
     }
 
     /// Looks for a nearer surface about contacts on this part's map, from the sample whose surface is about the nearest on; its
-    /// superquadric need not hold them. Returns the lanes that have one nearer than a distance. Every surface point bounds
-    /// the depth, so the nearest is right.
+    /// superquadric need not hold them. Returns the lanes that have one nearer than a distance, from which closest-point steps
+    /// are to go on. Every surface point bounds the depth, so the nearest is right.
     HWY_NOINLINE M nearer_surface(const V3& p, F within, PartAnswerLanes& a) const
     {
         if (view_.surface_seeds.empty()) return none();
         const SeedTable table{view_.surface_seeds.data(), k_surface_seeds, false};
-        FootLanes found = foot_at(sq_, table_start(sq_.to_unit(sq_.to_local(p)), table));
-        const SampleLanes sample = sample_at(angles_at(found.position));
-        a.flags = sample.flags;
+        a.shown = foot_at(sq_, table_start(sq_.to_unit(sq_.to_local(p)), table));
+        const SampleLanes sample = sample_at(angles_at(a.shown.position));
+        a.flags = a.shown_flags = sample.flags;
         a.contact = hn::Not(none());
         // Beside a jump what lies between samples may be no surface.
         const M mapped = hn::And(equal(sample.flags, hn::Zero(di)), hn::Gt(dot(sample.normal, sample.normal), set(0.5f)));
-        a.surface = surface_below(found, hn::IfThenElseZero(mapped, sample.distance));
+        a.shown_distance = sample.distance;
+        a.surface = surface_below(a.shown, hn::IfThenElseZero(mapped, sample.distance));
         a.normal = sample.normal;
         const V3 line = minus(a.surface, p);
         a.depth = dot(line, a.normal);
         const M nearer = hn::And(hn::Lt(length(line), within), hn::Gt(a.depth, hn::Zero(df)));
-        const M good = hn::And(mapped, nearer);
-        if (any(good)) seek_nearest(p, found, good, a);
-        a.shown = found;
-        return good;
+        return hn::And(mapped, nearer);
+    }
+
+    /// Closest-point steps on the map: the surface looked up again at the projection of p on the tangent plane of the surface
+    /// point found. A step is kept while it leads to a nearer surface point.
+    HWY_NOINLINE void seek_nearest(const V3& p, M active, PartAnswerLanes& a) const
+    {
+        FootLanes foot = a.shown;
+        F nearest = length(minus(a.surface, p));
+        for (int step = 0; step < options_.nearest_steps && any(active); ++step) {
+            const V3 target = plus(p, scaled(dot(minus(a.surface, p), a.normal), a.normal));
+            const V3 q = sq_.to_local(target);
+            foot = polished_foot(sq_, q, foot, active, {});
+            const SampleLanes sample = sample_at(angles_at(foot.position));
+            active = hn::And(hn::And(active, hn::Le(foot.miss, proven_)),
+                             hn::And(equal(hn::And(sample.flags, set_int(k_open)), hn::Zero(di)),
+                                     hn::Gt(dot(sample.normal, sample.normal), set(0.5f))));
+            const V3 surface = surface_below(foot, hn::IfThenElseZero(active, sample.distance));
+            const V3 line = minus(surface, p);
+            const F distance = length(line);
+            active = hn::And(active, hn::Lt(distance, nearest));
+            nearest = blend(active, distance, nearest);
+            a.shown.position = blend(active, foot.position, a.shown.position);
+            a.shown.at = {blend(active, foot.at.point, a.shown.at.point), blend(active, foot.at.normal, a.shown.at.normal)};
+            a.shown_distance = blend(active, sample.distance, a.shown_distance);
+            a.shown_flags = blend(active, sample.flags, a.shown_flags);
+            a.surface = blend(active, surface, a.surface);
+            a.normal = blend(active, sample.normal, a.normal);
+            a.depth = blend(active, dot(line, sample.normal), a.depth);
+        }
     }
 
     /// Depth and normal of the smoothed map at the foot of the surface found. With the printed projector the depth is eq. 21's,
@@ -133,13 +172,13 @@ public:
     {
         const AngleLanes angles = angles_at(a.shown.position);
         const M answered = equal(hn::And(a.flags, set_int(k_projection_unproven | k_open)), hn::Zero(di));
-        const SampleLanes found = sample_at(angles);
-        const M known = hn::And(answered, equal(hn::And(found.flags, set_int(k_open)), hn::Zero(di)));
+        const M known = hn::And(answered, equal(hn::And(a.shown_flags, set_int(k_open)), hn::Zero(di)));
         if (!any(known)) return;
         if (options_.projector != Projector::Printed) {
-            smooth_about(p, angles, hn::IfThenElseZero(known, found.distance), known, a);
+            smooth_about(p, angles, hn::IfThenElseZero(known, a.shown_distance), known, a);
             return;
         }
+        const SampleLanes found = sample_at(angles);
         const SampleLanes sample = coarse_ ? map_.smoothed_base(angles, found) : map_.smoothed(angles, found);
         const M good = hn::And(known, hn::Gt(dot(sample.normal, sample.normal), set(0.5f)));
         a.surface = blend(good, surface_below(a.shown, hn::IfThenElseZero(good, sample.distance)), a.surface);
@@ -339,33 +378,6 @@ private:
         const Searched fine = search.refine({hn::Mul(found.node.row, scale), hn::Mul(found.node.column, scale)}, stride / 2);
         const FootLanes at_sample = foot_at(sq_, finest.position(fine.node));
         return polished_foot(sq_, point.q, at_sample, active, {1, 0}, record);
-    }
-
-    /// Closest-point steps on the map: the surface looked up again at the projection of p on the tangent plane of the surface
-    /// point found. A step is kept while it leads to a nearer surface point.
-    HWY_NOINLINE void seek_nearest(const V3& p, FootLanes& kept, M active, PartAnswerLanes& a) const
-    {
-        FootLanes foot = kept;
-        F nearest = length(minus(a.surface, p));
-        for (int step = 0; step < options_.nearest_steps && any(active); ++step) {
-            const V3 target = plus(p, scaled(dot(minus(a.surface, p), a.normal), a.normal));
-            const V3 q = sq_.to_local(target);
-            foot = polished_foot(sq_, q, foot, active, {});
-            const SampleLanes sample = sample_at(angles_at(foot.position));
-            active = hn::And(hn::And(active, hn::Le(foot.miss, proven_)),
-                             hn::And(equal(hn::And(sample.flags, set_int(k_open)), hn::Zero(di)),
-                                     hn::Gt(dot(sample.normal, sample.normal), set(0.5f))));
-            const V3 surface = surface_below(foot, hn::IfThenElseZero(active, sample.distance));
-            const V3 line = minus(surface, p);
-            const F distance = length(line);
-            active = hn::And(active, hn::Lt(distance, nearest));
-            nearest = blend(active, distance, nearest);
-            kept.position = blend(active, foot.position, kept.position);
-            kept.at = {blend(active, foot.at.point, kept.at.point), blend(active, foot.at.normal, kept.at.normal)};
-            a.surface = blend(active, surface, a.surface);
-            a.normal = blend(active, sample.normal, a.normal);
-            a.depth = blend(active, dot(line, sample.normal), a.depth);
-        }
     }
 
     const MapView view_;

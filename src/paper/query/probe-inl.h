@@ -62,6 +62,68 @@ struct PointQueue {
     HWY_INLINE M present(std::size_t first) const { return hn::FirstN(df, count - first); }
 };
 
+/// Answers of one part whose closest-point steps are to come: only whole vectors take them, however few lanes of a vector need
+/// any.
+class PendingAnswers {
+public:
+    std::size_t count = 0;
+    std::int32_t slot[2 * k_lanes];
+
+    HWY_INLINE void add(const PartAnswerLanes& a, I slots, M which)
+    {
+        each(a, [&](const F& value, std::size_t i) { pack(value, which, field_[i] + count); });
+        pack(a.flags, which, flags_[0] + count);
+        pack(a.shown_flags, which, flags_[1] + count);
+        pack(slots, which, slot + count);
+        count += count_of(which);
+    }
+    [[nodiscard]] HWY_INLINE PartAnswerLanes first() const
+    {
+        PartAnswerLanes a;
+        a.contact = hn::Not(none());
+        each(a, [&](F& value, std::size_t i) { value = hn::LoadU(df, field_[i]); });
+        a.flags = hn::LoadU(di, flags_[0]);
+        a.shown_flags = hn::LoadU(di, flags_[1]);
+        return a;
+    }
+    /// So that the vector holds answers: the first one again.
+    void fill_up()
+    {
+        const auto fill = [&](auto* values) { std::fill(values + count, values + std::max(count, hn::Lanes(df)), values[0]); };
+        for (auto& values : field_) fill(values);
+        for (auto& values : flags_) fill(values);
+        fill(slot);
+    }
+    /// Lets the first vector go.
+    HWY_INLINE void drop()
+    {
+        const std::size_t lanes = hn::Lanes(df);
+        count -= std::min(count, lanes);
+        const auto down = [&](auto* values) {
+            for (std::size_t i = 0; i < count; ++i) values[i] = values[lanes + i];
+        };
+        for (auto& values : field_) down(values);
+        for (auto& values : flags_) down(values);
+        down(slot);
+    }
+
+private:
+    template <class Answer, class Visit>
+    static HWY_INLINE void each(Answer& a, Visit visit)
+    {
+        std::size_t i = 0;
+        for (auto* arc : {&a.shown.position.latitude, &a.shown.position.longitude})
+            for (auto* value : {&arc->c, &arc->s, &arc->nc, &arc->ns}) visit(*value, i++);
+        for (auto* v : {&a.shown.at.point, &a.shown.at.normal, &a.surface, &a.normal})
+            for (auto* value : {&v->x, &v->y, &v->z}) visit(*value, i++);
+        visit(a.shown_distance, i++);
+        visit(a.depth, i++);
+    }
+
+    float field_[22][2 * k_lanes];
+    std::int32_t flags_[2][2 * k_lanes];
+};
+
 class PaperKernel {
 public:
     explicit PaperKernel(const PaperJob& paper) : paper_(paper), job_(paper.probe), model_(job_.model), contacts_(job_) {}
@@ -197,11 +259,31 @@ private:
             const V3 p = position_of(at);
             PartAnswerLanes a;
             const M nearer = hn::And(held_.present(first), part.nearer_surface(p, hn::GatherIndex(df, states_.key, at), a));
-            if (!any(nearer)) continue;
-            if (paper_.smoothed_map) part.smooth(p, a);
-            const F key = paper_.smoothed_map ? a.depth : hn::Abs(a.depth);
-            note(a, key, a.depth, {nearer, none()}, {held_.slot + first, index});
+            if (any(nearer)) seek_later(part, index, a, at, nearer);
         }
+        seek_rest(part, index);
+    }
+
+    /// Closest-point steps of a vector of answers, now or with those to come.
+    HWY_INLINE void seek_later(const PartLanes& part, std::size_t index, const PartAnswerLanes& a, I slots, M which)
+    {
+        pending_.add(a, slots, which);
+        if (pending_.count >= hn::Lanes(df)) seek_pending(part, index);
+    }
+    HWY_INLINE void seek_rest(const PartLanes& part, std::size_t index)
+    {
+        if (pending_.count == 0) return;
+        pending_.fill_up();
+        seek_pending(part, index);
+    }
+    HWY_NOINLINE void seek_pending(const PartLanes& part, std::size_t index)
+    {
+        const V3 p = position_of(hn::LoadU(di, pending_.slot));
+        const M present = hn::FirstN(df, pending_.count);
+        PartAnswerLanes a = pending_.first();
+        part.seek_nearest(p, present, a);
+        speak(part, p, a, {present, none()}, {pending_.slot, index});
+        pending_.drop();
     }
 
     /// One part about the points that are not known to be free.
@@ -230,6 +312,7 @@ private:
         if (paper_.options.layer == Layer::One) return;
         held_.fill_up();
         for (std::size_t first = 0; first < held_.count; first += hn::Lanes(df)) answer(part, first, index);
+        seek_rest(part, index);
     }
 
     static HWY_INLINE M in_sphere(const float* sphere, const V3& p)
@@ -289,11 +372,13 @@ private:
         (void)holds(part.shape(), point);
         const M present = held_.present(first);
         const V3 p = position_of(held_.slots(first));
-        PartAnswerLanes a = part.answer(p, point, hn::Not(none()));
-        if (paper_.smoothed_map) part.smooth(p, a);
-        const F key = paper_.smoothed_map ? a.depth : hn::Abs(a.depth);
-        note(a, key, a.depth, {hn::And(present, a.contact), paper_.pruning ? hn::And(present, is_witness(a)) : none()},
-             {held_.slot + first, index});
+        M seeks;
+        PartAnswerLanes a = part.along_foot(p, point, hn::Not(none()), seeks);
+        seeks = hn::And(seeks, present);
+        if (any(seeks)) seek_later(part, index, a, held_.slots(first), seeks);
+        speak(part, p, a,
+              {hn::AndNot(seeks, hn::And(present, a.contact)), paper_.pruning ? hn::And(present, is_witness(a)) : none()},
+              {held_.slot + first, index});
     }
 
     struct Verdicts {
@@ -303,6 +388,14 @@ private:
         const std::int32_t* slots;
         std::size_t part;
     };
+    /// Smooths contacts, where that is asked for, and notes them.
+    HWY_INLINE void speak(const PartLanes& part, const V3& p, PartAnswerLanes& a, const Verdicts& verdicts,
+                          const Speaker& speaker)
+    {
+        if (paper_.smoothed_map && any(verdicts.contact)) part.smooth(p, a);
+        note(a, paper_.smoothed_map ? a.depth : hn::Abs(a.depth), a.depth, verdicts, speaker);
+    }
+
     /// The witness rule, point by point: the surface of the least key gives depth and normal. The smoothed depth is a key too:
     /// where it is the same in two parts, the one may take over from the other without a step of force.
     HWY_NOINLINE void note(const PartAnswerLanes& a, F key, F depth, const Verdicts& verdicts, const Speaker& speaker)
@@ -344,6 +437,7 @@ private:
     std::size_t cluster_first_[k_clusters], cluster_size_[k_clusters];
     float cluster_centre_[3][k_clusters], cluster_radius_[k_clusters];
     PointQueue in_box_, held_;
+    PendingAnswers pending_;
     std::size_t open_ = 0;  // contacts
     std::int32_t open_slots_[PointStates::k_capacity];
     GridArcs arcs_;
