@@ -166,15 +166,15 @@ decompose::DecomposeOptions field_options(const DecomposeSettings& settings)
 
 void add_bake_options(Command& command, BakeSettings& settings)
 {
-    constexpr bake::BakeRanges ranges;
+    constexpr bake::BakeRanges k_ranges;
     command.option("--projection", settings.projection, "central, or normal: the paper's own maps").one_of({"central", "normal"});
     command
         .option("--target-error", settings.bake.target_error, "Layer-3 depth error to reach, 99th percentile, percent of R_max")
-        .in_range(ranges.target_error.least, ranges.target_error.max);
+        .in_range(k_ranges.target_error.least, k_ranges.target_error.max);
     command.option("--max-parts", settings.bake.max_parts, "Most parts that cuts may make; a mesh of more pieces has more")
-        .in_range(ranges.max_parts.least, ranges.max_parts.max);
+        .in_range(k_ranges.max_parts.least, k_ranges.max_parts.max);
     command.option("--band", settings.bake.band, "How far on either side of the surface distances are exact, percent of R_max")
-        .in_range(ranges.band.least, ranges.band.max);
+        .in_range(k_ranges.band.least, k_ranges.band.max);
     Option no_exact =
         command.flag("--no-exact", settings.no_exact, "Leave the exact layer out: a smaller model, approximate answers");
     Option exact = command.flag("--exact", settings.exact, "Store the exact layer: the default but for the normal projection")
@@ -188,11 +188,11 @@ void add_bake_options(Command& command, BakeSettings& settings)
     command
         .option("--max-looseness", settings.bake.max_looseness,
                 "Split a part while its superquadric has more than this times its solid's volume")
-        .in_range(ranges.max_looseness.least, ranges.max_looseness.max);
+        .in_range(k_ranges.max_looseness.least, k_ranges.max_looseness.max);
     command
         .option("--max-q2", settings.bake.max_q2_share,
                 "Split a part while more than this share of its area is hidden from its projection")
-        .in_range(ranges.max_q2_share.least, ranges.max_q2_share.max);
+        .in_range(k_ranges.max_q2_share.least, k_ranges.max_q2_share.max);
     add_paper_options(command, settings);
     add_map_options(command.titled("Maps of --projection normal (section 4 of the paper)"), settings.maps);
     settings.given = [command](const std::string& option) { return command.given(option); };

@@ -48,18 +48,19 @@ mesh::AdmitOptions admit_options(const sqmap_bake_options& o)
 
 bake::BakeOptions bake_options(const sqmap_bake_options& o)
 {
-    constexpr bake::BakeRanges ranges;
+    constexpr bake::BakeRanges k_ranges;
     bake::BakeOptions out;
     if (o.projection != 0 && o.projection != 1)
         throw Failure{SQMAP_E_ARGUMENT, "options.projection", "is " + std::to_string(o.projection), "take 0 or 1"};
     if (o.threads > 1024)
         throw Failure{SQMAP_E_ARGUMENT, "options.threads", "is " + std::to_string(o.threads), "give at most 1024"};
     if (o.target_error != 0)
-        out.target_error = checked(o.target_error, ranges.target_error.least, ranges.target_error.max, "options.target_error");
-    if (o.band != 0) out.band = checked(o.band, ranges.band.least, ranges.band.max, "options.band");
+        out.target_error =
+            checked(o.target_error, k_ranges.target_error.least, k_ranges.target_error.max, "options.target_error");
+    if (o.band != 0) out.band = checked(o.band, k_ranges.band.least, k_ranges.band.max, "options.band");
     if (o.max_parts != 0)
-        out.max_parts =
-            static_cast<std::uint32_t>(checked(o.max_parts, ranges.max_parts.least, ranges.max_parts.max, "options.max_parts"));
+        out.max_parts = static_cast<std::uint32_t>(
+            checked(o.max_parts, k_ranges.max_parts.least, k_ranges.max_parts.max, "options.max_parts"));
     out.exact = o.without_exact == 0;
     out.keep_input = o.without_input == 0;
     out.threads = o.threads;
@@ -118,11 +119,11 @@ int kind(std::int32_t given, int count, const char* name)
 /// Sections 2 and 3.
 void take_cuts(const sqmap_paper_options& o, bake::BakeOptions& out)
 {
-    constexpr bake::BakeRanges ranges;
+    constexpr bake::BakeRanges k_ranges;
     out.fit.allow_taper = o.without_taper == 0;
     out.fit.allow_bend = o.without_bend == 0;
-    take(o.max_looseness, ranges.max_looseness.least, ranges.max_looseness.max, "max_looseness", out.max_looseness);
-    take(o.max_q2, ranges.max_q2_share.least, ranges.max_q2_share.max, "max_q2", out.max_q2_share);
+    take(o.max_looseness, k_ranges.max_looseness.least, k_ranges.max_looseness.max, "max_looseness", out.max_looseness);
+    take(o.max_q2, k_ranges.max_q2_share.least, k_ranges.max_q2_share.max, "max_q2", out.max_q2_share);
     const bool printed = kind(o.cuts, 2, "cuts") == 1;
     if (printed) out.decompose = decompose::printed_cuts();
     if (o.exact_geodesics != 0) out.decompose.protrusion = decompose::ProtrusionSum::Exact;

@@ -98,7 +98,8 @@ void GeodesicSolver::march(std::vector<double>& distance, double limit, Region r
 {
     while (!heap_.empty()) {
         std::pop_heap(heap_.begin(), heap_.end(), std::greater<>());
-        const auto [d, v] = heap_.back();
+        const double d = heap_.back().first;
+        const std::uint32_t v = heap_.back().second;
         heap_.pop_back();
         if (done_[v] || d > distance[v]) continue;
         done_[v] = 1;

@@ -284,12 +284,12 @@ HalfSpacef touching_side(Vec3d direction, std::span<const Vec3d> points)
 
 std::vector<Vec3d> spread_points(std::size_t count)
 {
-    constexpr double g = 1.2207440846057594754;  // g^4 = g + 1
+    constexpr double k_root = 1.2207440846057594754;  // k_root^4 = k_root + 1
     const auto part = [](double v) { return v - std::floor(v); };
     std::vector<Vec3d> points;
     for (std::size_t k = 0; k < count; ++k) {
         const double n = static_cast<double>(k) + 0.5;
-        points.push_back({part(n / g), part(n / (g * g)), part(n / (g * g * g))});
+        points.push_back({part(n / k_root), part(n / (k_root * k_root)), part(n / (k_root * k_root * k_root))});
     }
     return points;
 }

@@ -30,7 +30,7 @@ using Where = hn::Mask<DD>;
 using DCode = hn::RebindToUnsigned<DD>;
 using Code = hn::Vec<DCode>;
 constexpr DD dd{};
-constexpr DCode dcode{};
+constexpr DCode dc{};
 constexpr std::size_t k_pair_lanes = hn::MaxLanes(DD());
 constexpr std::size_t k_block = 16;  // pairs whose corners are read at once
 static_assert(k_block % k_pair_lanes == 0 && 64 % k_block == 0);
@@ -116,12 +116,12 @@ struct Apex {
     [[nodiscard]] HWY_INLINE Code bits(Where from_meets, Where to_meets) const
     {
         const auto bit = [](int first, int one, int two, Where is_one, Where is_two) HWY_ATTR {
-            const auto number = [](int n) HWY_ATTR { return hn::Set(dcode, std::uint64_t{1} << n); };
-            return hn::IfThenElse(hn::RebindMask(dcode, is_one), number(one),
-                                  hn::IfThenElse(hn::RebindMask(dcode, is_two), number(two), number(first)));
+            const auto number = [](int n) HWY_ATTR { return hn::Set(dc, std::uint64_t{1} << n); };
+            return hn::IfThenElse(hn::RebindMask(dc, is_one), number(one),
+                                  hn::IfThenElse(hn::RebindMask(dc, is_two), number(two), number(first)));
         };
-        return hn::Or(hn::IfThenElseZero(hn::RebindMask(dcode, from_meets), bit(0, 1, 2, second, third)),
-                      hn::IfThenElseZero(hn::RebindMask(dcode, to_meets), bit(2, 0, 1, second, third)));
+        return hn::Or(hn::IfThenElseZero(hn::RebindMask(dc, from_meets), bit(0, 1, 2, second, third)),
+                      hn::IfThenElseZero(hn::RebindMask(dc, to_meets), bit(2, 0, 1, second, third)));
     }
 };
 
@@ -138,7 +138,7 @@ HWY_NOINLINE Code judge(const Corners& c)
         of_a.corner[k] = plane_b.with(step(c.b[1], c.a[k]));
     }
     const Where beside = hn::Or(of_a.beside(), of_b.beside());
-    if (hn::AllTrue(dd, beside)) return hn::Zero(dcode);
+    if (hn::AllTrue(dd, beside)) return hn::Zero(dc);
 
     const Apex a(of_a, c.a), b(of_b, c.b);
     const Sign from_from = Products(a.side_from, b.side_from).with(step(a.at, b.at)),
@@ -152,7 +152,7 @@ HWY_NOINLINE Code judge(const Corners& c)
     const Code code = hn::Or(a.bits(meet(from_from, from_to), meet(to_from, to_to)),
                              hn::ShiftLeft<k_bits_b>(b.bits(meet(from_from, to_from), meet(from_to, to_to))));
     const Where open = hn::Not(hn::Or(sure, beside));
-    return hn::Or(code, hn::IfThenElseZero(hn::RebindMask(dcode, open), hn::Set(dcode, std::uint64_t{1} << k_bit_open)));
+    return hn::Or(code, hn::IfThenElseZero(hn::RebindMask(dc, open), hn::Set(dc, std::uint64_t{1} << k_bit_open)));
 }
 
 /// Points of the triangles of a block of pairs as the caller gave them: corner, axis, pair.
@@ -229,8 +229,8 @@ void search_crossings(const TriangleTree& tree_a, const TriangleTree& tree_b, co
                 corners.b[k] = moved(map, load(block.b[k], i));
             }
             const Code code = judge(corners);
-            hn::Store(code, dcode, codes + i);
-            if (hn::AllTrue(dcode, hn::Eq(code, hn::Zero(dcode)))) continue;
+            hn::Store(code, dc, codes + i);
+            if (hn::AllTrue(dc, hn::Eq(code, hn::Zero(dc)))) continue;
             const D depth = hn::Min(below_plane(corners.a, corners.b), below_plane(corners.b, corners.a));
             hn::StoreU(hn::Max(depth, hn::Zero(dd)), dd, out.depths + first + i);
         }

@@ -208,7 +208,7 @@ private:
     void bound()
     {
         const std::span<const Vec3f> points = new_.points();
-        const std::span found(found_.data(), points.size());
+        const std::span found(surfaces.data(), points.size());
         std::uint16_t near[k_bounded_at_once];
         const std::size_t count = bound_surfaces(model_, within_, points, found, near);
         std::size_t k = 0;
@@ -229,7 +229,7 @@ private:
     {
         if (in_double_) return search_in_double();
         const std::span<const Vec3f> points = near_.points();
-        const std::span found(found_.data(), points.size());
+        const std::span found(surfaces.data(), points.size());
         search_surfaces(model_, points, found);
         answer_near([&](std::size_t i, SignedDistance& answer) {
             if (model::has_exact(model_))
@@ -253,7 +253,7 @@ private:
     void search_in_double()
     {
         const std::span<const Vec3f> points = near_.points();
-        const std::span near(triangles_.data(), points.size());
+        const std::span near(near_triangles.data(), points.size());
         search_near_triangles(model_, points, near);
         answer_near([&](std::size_t i, SignedDistance& answer) {
             if (near[i].entry >= 0)
@@ -453,8 +453,8 @@ private:
     WaitingPoints<k_bounded_at_once> new_;
     WaitingPoints<k_searched_at_once> near_;
     union {  // by turns
-        Scratch<NearestSurface, k_searched_at_once> found_;
-        Scratch<NearTriangles, k_searched_at_once> triangles_;
+        Scratch<NearestSurface, k_searched_at_once> surfaces;
+        Scratch<NearTriangles, k_searched_at_once> near_triangles;
     };
 };
 
