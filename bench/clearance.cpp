@@ -41,7 +41,7 @@ struct ClearanceItem {
 };
 
 template <class Model>
-double fcl_distance(const Model& a, const Model& b, const sqmap::Pose& pose)
+double fcl_distance(const Model& a, const Model& b, const Pose& pose)
 {
     fcl::DistanceResultd result;
     return fcl::distance(&a, fcl::Transform3d::Identity(), &b, fcl_transform(pose), fcl::DistanceRequestd(true), result);
@@ -58,7 +58,7 @@ class ClearanceRace {
 public:
     ClearanceRace(const ClearanceItem& a, const ClearanceItem& b) : a_(a), b_(b) {}
 
-    void at(const sqmap::Pose& pose, ClearanceTimes& times) const
+    void at(const Pose& pose, ClearanceTimes& times) const
     {
         const query::Body a{&a_.view, &a_.probe, {}}, b{&b_.view, &b_.probe, pose};
         std::vector<double> samples[5];
@@ -113,9 +113,7 @@ int run_clearance(int poses, const char* path_a, const char* path_b)
     for (int i = 0; i < poses; ++i) {
         const Mat3d rotation = turn(), look = turn();
         const Vec3d aside = 0.5 * sa.radius * (random.between(-1, 1) * look.row[1] + random.between(-1, 1) * look.row[2]);
-        const auto pose_at = [&](double d) {
-            return sqmap::Pose{rotation, sa.centre + aside + d * look.row[0] - rotation * sb.centre};
-        };
+        const auto pose_at = [&](double d) { return Pose{rotation, sa.centre + aside + d * look.row[0] - rotation * sb.centre}; };
         for (std::size_t k = 0; k < std::size(k_shares); ++k) {
             // Towards a along the line until so much is left.
             const double left = k_shares[k] * setting->r_max;

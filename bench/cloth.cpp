@@ -50,7 +50,7 @@ struct Part {
 /// The frame that all methods answer.
 struct Frame {
     std::vector<Vec3d> nodes;
-    std::vector<sqmap::Pose> poses;
+    std::vector<Pose> poses;
 };
 
 struct Case {
@@ -96,7 +96,7 @@ void fill(Part& part, std::uint32_t samples, bool own)
 }
 
 /// Depth and normal by trilinear interpolation, for every node. Returns the contacts.
-std::size_t query_field(const bench::DistanceGrid& g, const sqmap::Pose& pose, std::span<const Vec3d> nodes,
+std::size_t query_field(const bench::DistanceGrid& g, const Pose& pose, std::span<const Vec3d> nodes,
                         std::vector<query::Contact>& out)
 {
     Mat3f to_cells;
@@ -282,10 +282,10 @@ nlohmann::json compare(const bench::FrameClock& clock, const Case& c, std::vecto
 
 /// Steps a cloth; keeps frames from the time `from`, every `every` steps.
 Case played(std::string name, sim::Cloth& cloth, std::vector<Part>& parts,
-            const std::function<void(double, std::span<sqmap::Pose>)>& pose, double& time, double until, double from, int every)
+            const std::function<void(double, std::span<Pose>)>& pose, double& time, double until, double from, int every)
 {
     Case c{std::move(name), {}, {cloth.triangles().begin(), cloth.triangles().end()}, {}, {}, 0, {}, 0, 0};
-    std::vector<sqmap::Pose> poses(parts.size());
+    std::vector<Pose> poses(parts.size());
     pose(time, poses);
     std::vector<sim::Collider> solids;
     for (std::size_t p = 0; p < parts.size(); ++p) solids.push_back({&parts[p].model, poses[p], poses[p]});
@@ -402,8 +402,8 @@ void play_garments(const Options& o, Report& report)
         fill(parts[b], k_samples / 2, o.own);
     }
     const sim::Gait gait{.lower_at = 4.0, .walk_at = 4.5, .ease = 0.5};
-    const auto pose = [&](double time, std::span<sqmap::Pose> poses) { sim::walk(bones, gait, time, poses); };
-    std::vector<sqmap::Pose> rest(bones.size());
+    const auto pose = [&](double time, std::span<Pose> poses) { sim::walk(bones, gait, time, poses); };
+    std::vector<Pose> rest(bones.size());
     pose(0, rest);
     sim::ClothOptions options;
     options.sweep_step = 0.02;
@@ -448,7 +448,7 @@ bool play_blanket(const char* file, const Options& o, Report& report)
                                  0, o.vertices}),
                      sim::fabric("wool"), {});
     double time = 0;
-    const auto pose = [](double, std::span<sqmap::Pose> poses) { std::fill(poses.begin(), poses.end(), sqmap::Pose{}); };
+    const auto pose = [](double, std::span<Pose> poses) { std::fill(poses.begin(), poses.end(), Pose{}); };
     Case falling = played(std::string("blanket on ") + file + ", falling", cloth, parts, pose, time, 1.0, 0.3, 3);
     falling.height = height;
     report.add(falling, parts);

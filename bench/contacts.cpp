@@ -51,7 +51,7 @@ struct Pair {
 };
 
 /// Pairs of triangles that cut each other, b posed.
-std::vector<Pair> cutting(const Item& a, const Item& b, const sqmap::Pose& pose, std::size_t largest)
+std::vector<Pair> cutting(const Item& a, const Item& b, const Pose& pose, std::size_t largest)
 {
     fcl::CollisionResultd result;
     fcl::collide(a.tree.get(), fcl::Transform3d::Identity(), b.tree.get(), fcl_transform(pose),
@@ -119,7 +119,7 @@ public:
     {
     }
 
-    void at(const sqmap::Pose& pose, Totals& totals)
+    void at(const Pose& pose, Totals& totals)
     {
         const std::vector<Pair> pairs = cutting(a_, b_, pose, std::numeric_limits<int>::max());
         if (pairs.empty()) return;
@@ -165,7 +165,7 @@ public:
     }
 
     /// A pose beyond one where the meshes do not touch: another touch may have been stepped over, which FCL's triangles say.
-    void apart(const sqmap::Pose& pose, Totals& totals)
+    void apart(const Pose& pose, Totals& totals)
     {
         if (!cutting(a_, b_, pose, 1).empty()) return;
         ++totals.apart;
@@ -179,7 +179,7 @@ private:
     {
         return {.layer = query::Layer::Exact, .margin = k_margin * a_.view.header.r_max * a_.view.header.unit};
     }
-    query::PairResult query(const sqmap::Pose& pose, const query::QueryOptions& options)
+    query::PairResult query(const Pose& pose, const query::QueryOptions& options)
     {
         const query::PairResult r = query::query_pair({&a_.view, &a_.probe, {}}, {&b_.view, &b_.probe, pose},
                                                       {.query = options, .merge_distance = 0}, workspace_);
@@ -187,7 +187,7 @@ private:
         for (const query::PairContact& c : r.contacts) (c.vertex_of == query::Side::A ? in_a_ : in_b_)[c.index] = 1;
         return r;
     }
-    query::ContactResult query_complete(const sqmap::Pose& pose)
+    query::ContactResult query_complete(const Pose& pose)
     {
         const query::ContactResult r =
             query::query_contacts({&a_.view, &a_.probe, {}}, {&b_.view, &b_.probe, pose}, {}, complete_);
@@ -338,7 +338,7 @@ int run(int poses, const char* path_a, const char* path_b)
         const Vec3d direction = look.row[0];
         // Along a line past the object, off its middle by up to half its size.
         const Vec3d aside = 0.5 * sa.radius * (random.between(-1, 1) * look.row[1] + random.between(-1, 1) * look.row[2]);
-        const auto pose_at = [&](double d) { return sqmap::Pose{turn, sa.centre + aside + d * direction - turn * sb.centre}; };
+        const auto pose_at = [&](double d) { return Pose{turn, sa.centre + aside + d * direction - turn * sb.centre}; };
         double out = sa.radius + sb.radius, in = out;
         while (in > -out && cutting(a, b, pose_at(in), 1).empty()) in -= 0.02 * setting->r_max;
         if (in <= -out) continue;

@@ -108,7 +108,7 @@ double cpu_seconds()
 
 struct Figure {
     app::Avatar avatar;
-    std::vector<sqmap::Pose> poses;
+    std::vector<Pose> poses;
     std::vector<sim::Collider> solids;
 
     void move(double time, bool first)

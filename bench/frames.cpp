@@ -32,7 +32,7 @@ public:
         auto f = found.begin();
         const auto judge_false = [&] {
             ++false_;
-            const Vec3d p = pose(setting_.probe.vertices[f->vertex]);
+            const Vec3d p = apply(pose, setting_.probe.vertices[f->vertex]);
             false_distance_ = std::max(false_distance_, setting_.solid.closest_boundary(p).distance);
             ++f;
         };

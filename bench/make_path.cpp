@@ -27,7 +27,7 @@ double least_distance(const Setting& setting, const DistanceGrid& grid, const Po
 {
     double least = std::numeric_limits<double>::infinity();
     for (const Vec3d& v : setting.probe.vertices) {
-        const Vec3d p = pose(v);
+        const Vec3d p = apply(pose, v);
         double value = 0;
         Vec3d q = p;
         for (int k = 0; k < 3; ++k)

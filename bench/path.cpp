@@ -11,7 +11,7 @@ std::vector<Pose> read_path(const std::filesystem::path& path)
 {
     try {
         std::vector<Pose> poses;
-        for (const sqmap::Pose& pose : device::read_path(path)) poses.push_back({pose.rotation, pose.translation});
+        for (const Pose& pose : device::read_path(path)) poses.push_back({pose.rotation, pose.translation});
         return poses;
     } catch (const device::DeviceError& e) {
         const std::string what = e.what();

@@ -1,7 +1,7 @@
-// A path: the poses of the probe in the object's frame, one a frame.
+// A path: the poses of the probe in the object's frame, one a frame, in units of the setting (setting.h).
 #pragma once
 
-#include "sqmap/math/vec.h"
+#include "sqmap/math/pose.h"
 
 #include <filesystem>
 #include <span>
@@ -9,14 +9,6 @@
 #include <vector>
 
 namespace sqmap::bench {
-
-/// A probe vertex v stands at rotation v + translation in the object's frame; units of the setting (setting.h).
-struct Pose {
-    Mat3d rotation;
-    Vec3d translation{};
-
-    [[nodiscard]] Vec3d operator()(Vec3d v) const { return rotation * v + translation; }
-};
 
 /// Reads a CSV with the header r00,r01,r02,r10,...,r22,tx,ty,tz and a pose a row.
 /// @throw BenchError that names the line: no such file, another header, not twelve finite numbers, rows that are not a

@@ -55,17 +55,17 @@ struct PileItem {
 using PileItems = std::vector<std::unique_ptr<PileItem>>;
 
 /// Bodies that fell one after the other, each until it touched, and were pressed in a little.
-std::vector<sqmap::Pose> fallen(const PileItems& items, std::size_t count)
+std::vector<Pose> fallen(const PileItems& items, std::size_t count)
 {
     SplitMix64 random(11);
     const double side = 0.6 * std::cbrt(static_cast<double>(count));
-    std::vector<sqmap::Pose> poses;
+    std::vector<Pose> poses;
     std::vector<sqmap::Sphere> spheres;
     double top = 0;
     for (std::size_t i = 0; i < count; ++i) {
         const PileItem& own = *items[i % items.size()];
         const Mat3d turn = rotation_by({random.between(-3, 3), random.between(-3, 3), random.between(-3, 3)});
-        sqmap::Pose pose{turn, {side * random.between(-0.5, 0.5), side * random.between(-0.5, 0.5), top + 2}};
+        Pose pose{turn, {side * random.between(-0.5, 0.5), side * random.between(-0.5, 0.5), top + 2}};
         constexpr double k_near = 1e-4;
         for (int step = 0; step < 60 && pose.translation.z > 0; ++step) {
             const sqmap::Sphere ball = query::sphere_of({&own.view, &own.probe, pose});
@@ -104,7 +104,7 @@ void share_pairs(const BodyPairs& pairs, unsigned threads, Work&& work)
 /// FCL's dynamic tree of boxes, then its pairs of triangles.
 class FclPile {
 public:
-    FclPile(const PileItems& items, const std::vector<sqmap::Pose>& poses)
+    FclPile(const PileItems& items, const std::vector<Pose>& poses)
     {
         for (std::size_t i = 0; i < poses.size(); ++i) {
             objects_.push_back(std::make_unique<fcl::CollisionObjectd>(items[i % items.size()]->tree, fcl_transform(poses[i])));
@@ -114,7 +114,7 @@ public:
         manager_.setup();
     }
     /// Numbers of pairs of triangles, by pairs of bodies.
-    void run(const std::vector<sqmap::Pose>& poses, unsigned threads)
+    void run(const std::vector<Pose>& poses, unsigned threads)
     {
         for (std::size_t i = 0; i < poses.size(); ++i) {
             objects_[i]->setTransform(fcl_transform(poses[i]));
@@ -220,7 +220,7 @@ public:
     BulletPile(const BulletPile&) = delete;
     BulletPile& operator=(const BulletPile&) = delete;
 
-    void run(const std::vector<sqmap::Pose>& poses)
+    void run(const std::vector<Pose>& poses)
     {
         std::vector<btTransform> at;
         for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -287,7 +287,7 @@ std::size_t differing(const bulk::PileResult& own, const FclPile& fcl)
 
 int run_pile(std::size_t bodies, unsigned threads, const PileItems& items)
 {
-    std::vector<sqmap::Pose> poses = fallen(items, bodies);
+    std::vector<Pose> poses = fallen(items, bodies);
     bulk::Pile pile;
     for (std::size_t i = 0; i < bodies; ++i) {
         const PileItem& item = *items[i % items.size()];

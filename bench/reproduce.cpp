@@ -147,7 +147,7 @@ void add_density(CLI::App& app)
         const std::vector<std::vector<TrueContact>> truth = true_contacts(*setting, poses);
         std::vector<Vec3d> points;
         for (const Pose& pose : poses)
-            for (const Vec3d& v : setting->probe.vertices) points.push_back(pose(v));
+            for (const Vec3d& v : setting->probe.vertices) points.push_back(apply(pose, v));
         const auto parts = std::make_shared<const PaperParts>(*setting);
 
         // All in one race, so that their times are of one time.

@@ -48,7 +48,7 @@ std::vector<int> parents_of(const io::SkinnedSoup& skin)
 /// Inverse of a rigid motion.
 Affine inverse(const Affine& map)
 {
-    const sqmap::Pose pose = sqmap::inverse({map.linear, map.shift});
+    const Pose pose = sqmap::inverse({map.linear, map.shift});
     return {pose.rotation, pose.translation};
 }
 

@@ -18,7 +18,7 @@ std::vector<std::vector<TrueContact>> true_contacts(const Setting& setting, std:
         std::vector<Seen> seen(vertices.size());
         for (std::size_t f = slice.first; f < slice.first + slice.count; ++f)
             for (std::uint32_t i = 0; i < vertices.size(); ++i) {
-                const Vec3d p = path[f](vertices[i]);
+                const Vec3d p = apply(path[f], vertices[i]);
                 Seen& last = seen[i];
                 const double moved = norm(p - last.at) * (1 + 1e-9);
                 // The ball of its distance about where it was lies on one side of the surface.

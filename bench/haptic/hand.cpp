@@ -63,7 +63,7 @@ struct Bystander {
     std::vector<std::byte> bytes;
     paper::AnyModel model;
     model::ModelView view;
-    sqmap::Pose pose{};
+    Pose pose{};
 };
 
 /// The object in metres, and the way.
@@ -86,7 +86,7 @@ struct Scene {
     std::vector<std::byte> bytes;
     paper::AnyModel model;
     model::ModelView view;
-    std::vector<sqmap::Pose> poses;
+    std::vector<Pose> poses;
     std::optional<query::Probe> surface;  // with edges
     haptic::TouchedBody solid;
 };
@@ -108,14 +108,14 @@ struct Hand {
         tool = haptic::Tool(std::move(d));
         state.emplace(tool.state(max_touched));
     }
-    haptic::Wrench touch(std::span<const haptic::TouchedBody> solids, const sqmap::Pose& pose, haptic::StepResult& result)
+    haptic::Wrench touch(std::span<const haptic::TouchedBody> solids, const Pose& pose, haptic::StepResult& result)
     {
         haptic::Wrench w;
         result = haptic::step(*state, {.touched = solids, .poses = std::span(&pose, 1)}, std::span(&w, 1));
         return w;
     }
     /// The wrench that a device would get: behind the safety filter.
-    haptic::Wrench safe_touch(std::span<const haptic::TouchedBody> solids, const sqmap::Pose& pose, haptic::StepResult& result)
+    haptic::Wrench safe_touch(std::span<const haptic::TouchedBody> solids, const Pose& pose, haptic::StepResult& result)
     {
         const haptic::Wrench commanded = touch(solids, pose, result);
         haptic::Wrench safe;
@@ -159,20 +159,20 @@ TickCost tick_cost(const HandPath& path, int passes)
         hand.state->reset();
         in_scene.state->reset();
         // In turns, so that all see the same load: the query that a step makes, a step in the scene, a step.
-        for (const sqmap::Pose& pose : scene.poses) {
+        for (const Pose& pose : scene.poses) {
             const FrameClock::Mark mark = FrameClock::start();
             (void)query::query_probe({.model = &scene.view}, {.probe = &hand.tool.probe(), .pose = pose},
                                      {.layer = force.layer, .smoothed_map = force.smoothed_map}, found);
             const double t = clock.stop_us(mark);
             if (pass >= 0) query_us.push_back(t);
         }
-        for (const sqmap::Pose& pose : scene.poses) {
+        for (const Pose& pose : scene.poses) {
             const FrameClock::Mark mark = FrameClock::start();
             (void)in_scene.safe_touch(solids, pose, result);
             const double t = clock.stop_us(mark);
             if (pass >= 0) scene_us.push_back(t);
         }
-        for (const sqmap::Pose& pose : scene.poses) {
+        for (const Pose& pose : scene.poses) {
             const FrameClock::Mark mark = FrameClock::start();
             (void)hand.safe_touch(alone, pose, result);
             const double t = clock.stop_us(mark);
@@ -213,7 +213,7 @@ DensityChange density_change(const HandPath& path, bool weighted)
     const std::span<const haptic::TouchedBody> solid(&scene.solid, 1);
     std::vector<double> force, share, torque;
     DensityChange out;
-    for (const sqmap::Pose& pose : scene.poses) {
+    for (const Pose& pose : scene.poses) {
         haptic::StepResult a, b;
         const haptic::Wrench c = coarse.touch(solid, pose, a), d = dense.touch(solid, pose, b);
         if (a.contacts == 0) continue;

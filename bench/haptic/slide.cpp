@@ -56,7 +56,6 @@ private:
         return {.force = o, .points = is_single ? std::vector<Vec3d>(1) : haptic::stencil_points(o.smoothing)};
     }
 
-    using Pose = sqmap::Pose;
     haptic::Tool tool_;
     haptic::State state_;
     haptic::TouchedBody solid_;
@@ -311,7 +310,7 @@ Given given(Tool& tool, const Round& round, int rounds)
         largest.sent = std::max(largest.sent, sent);
         command.force = i < k_wait ? Vec3d{} : tool.force(at);
         time += 0.001;
-        const sqmap::Pose pose{{}, at};
+        const Pose pose{{}, at};
         filter.tick({.time = time,
                      .sample_time = time,
                      .sequence = static_cast<std::uint64_t>(i) + 1,

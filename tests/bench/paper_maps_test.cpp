@@ -56,7 +56,7 @@ TEST_F(PaperMapsTest, ErrorFallsAndBytesGrowWithDensity)
 {
     std::vector<Vec3d> points;
     for (const Pose& pose : path_)
-        for (const Vec3d& v : setting_->probe.vertices) points.push_back(pose(v));
+        for (const Vec3d& v : setting_->probe.vertices) points.push_back(apply(pose, v));
     const PaperMaps coarse(parts_, {4, 0}), fine(parts_, {6, 0});
     const ProjectionError rough = projection_error(coarse, points, query::Layer::Three),
                           close = projection_error(fine, points, query::Layer::Three);
