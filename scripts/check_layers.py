@@ -6,7 +6,8 @@
 2. Knots: no two folders include one another, directly or through others, however deep they are. Files that stand in a
    folder beside its sub-folders count one by one (headers that the sub-folders share, sources that join them). A header
    counts with its source wherever that lies, since who includes the one needs the other. The source bears the header's name,
-   or else it defines what the header declares. Modules of the Python package and of the page count one by one.
+   or else it defines what the header declares; a function of a private header that another folder defines binds the header
+   to that folder too. Modules of the Python package and of the page count one by one.
 3. Targets: a CMakeLists.txt compiles files of its own folder only, no file is compiled by two targets, and no two libraries
    link one another.
 4. Public headers: an include of "sqmap/..." names one that is there.
@@ -203,14 +204,31 @@ def nodes_of(tree):
     return node
 
 
+def strays(tree):
+    """(header, source, functions) where a private header declares functions that none of its folder defines, but a source of
+    another folder below the same one does: who includes the header needs that folder too."""
+    functions = functools.cache(lambda name: functions_of(tree.files[name]))
+    in_folder = collections.defaultdict(set)
+    for name in filter(lambda name: name.startswith("src/"), tree.files):
+        in_folder[folder(name)] |= functions(name)["{"]
+    for source, header in tree.edges:
+        if header.startswith("src/") and header.endswith(".h") and source.endswith(".cpp"):
+            names = (functions(header)[";"] - in_folder[folder(header)]) & functions(source)["{"]
+            if names and folder(header) != folder(source) and folder(header).split("/")[0] == folder(source).split("/")[0]:
+                yield header, source, names
+
+
 def folder_knots(tree):
     node = nodes_of(tree)
     edges = {}
     for a, b in tree.edges:
         if node[a] != node[b]:
-            edges.setdefault((node[a], node[b]), (a, b))
+            edges.setdefault((node[a], node[b]), f"{a} includes {b}")
+    for header, source, names in strays(tree):
+        if node[header] != node[source]:
+            edges.setdefault((node[header], node[source]), f"{source} defines {', '.join(sorted(names))} of {header}")
     for group in knots(set(node.values()), edges):
-        why = [f"{file} includes {target}" for (a, b), (file, target) in sorted(edges.items()) if a in group and b in group]
+        why = [words for (a, b), words in sorted(edges.items()) if a in group and b in group]
         yield f"knot of {', '.join(group)}: {'; '.join(why)}"
 
 

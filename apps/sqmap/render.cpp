@@ -119,12 +119,12 @@ void add_render(CommandLine& line)
     command.option("input", arguments->input, "Model (.sqmap) or mesh").required().existing_file();
     command.option("mesh", arguments->mesh, "Mesh to draw instead of the model's own triangles").existing_file();
     command
-        .option("--what", arguments->what,
-                "mesh, parts, superquadrics; section 3's protrusion, features (salient), locales, strength (Boundary Strength), "
-                "curvature, hyperbolic (where that is negative); of a model also bounds (layer 1), map (unrolled), error (of "
-                "layer 3) "
-                "and, of a paper model, regions (convex, Q1, Q2); several stand side by side; default: parts of a model, the "
-                "plain mesh otherwise")
+        .option(
+            "--what", arguments->what,
+            "mesh, parts, superquadrics; section 3's protrusion, features (salient), locales, strength (Boundary Strength), "
+            "curvature, hyperbolic (where that is negative); of a model also bounds (layer 1), map (unrolled), error (of "
+            "layer 3) and, of a paper model, regions (convex, Q1, Q2); several stand side by side; default: parts of a model, "
+            "the plain mesh otherwise")
         .delimiter(',')
         .one_of({"mesh", "parts", "superquadrics", "protrusion", "features", "locales", "strength", "curvature", "hyperbolic",
                  "map", "error", "regions", "bounds"})

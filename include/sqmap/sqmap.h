@@ -1,5 +1,4 @@
-// All that a program of the runtime needs: models, queries of points, distances, probes, pairs, contacts,
-// scenes and skins, forces.
+// All that a program of the runtime needs: models, queries of points, distances, probes, pairs, contacts, scenes, skins, forces.
 // <sqmap/bake_mesh.h> makes a model, <sqmap/io/model_file.h> reads one; devices and cloth have headers of their own.
 #pragma once
 

@@ -1,8 +1,8 @@
 #include "query/caller_frame.h"
 #include "query/chart/central_query.h"
-#include "query/dispatch/model_point.h"
 #include "query/exact/exact_layer.h"
 #include "query/layer.h"
+#include "query/margin.h"
 #include "sqmap/math/assert.h"
 #include "sqmap/query/point.h"
 
@@ -41,7 +41,7 @@ PointResult answer(const Body& touched, const CallerFrame& frame, Vec3d point, c
 {
     if (!is_finite(point)) return free_result(point);
     const Vec3f at = model::to_model_space(touched.model->header, in_mesh(touched, point));
-    return in_caller_frame(frame, point, query_in_model(*touched.model, at, options));
+    return in_caller_frame(frame, point, query_with_margin(*touched.model, at, options));
 }
 
 }  // namespace

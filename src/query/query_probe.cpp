@@ -3,6 +3,7 @@
 #include "query/dispatch/run_probe.h"
 #include "query/layer.h"
 #include "query/probe/probe_job.h"
+#include "query/probe_pointwise.h"
 
 namespace sqmap::query {
 

@@ -43,6 +43,10 @@ CASES = [
     ("a room's header whose source is one level up counts with it",
      {"src/query/chart/answer.h": "", "src/query/answer.cpp": '#include "query/chart/answer.h"\n#include "query/exact/a.h"\n',
       "src/query/exact/a.h": '#include "query/chart/answer.h"\n'}, "knot of query/chart, query/exact"),
+    ("a function that another folder defines binds the header to that folder",
+     {"src/query/chart/a.h": "int answer(int x);\nint moved(int x);\n",
+      "src/query/chart/a.cpp": '#include "query/chart/a.h"\nint answer(int x) { return moved(x); }\n',
+      "src/query/exact/b.cpp": '#include "query/chart/a.h"\nint moved(int x) { return x; }\n'}, "knot of query/chart, query/exact"),
     ("so does one whose functions a source of another name defines",
      {"src/query/chart/a.h": "int answer(int x);\n", "src/query/all.cpp": '#include "query/chart/a.h"\n#include "query/exact/a.h"\n'
       "int answer(int x) { return x; }\n", "src/query/exact/a.h": '#include "query/chart/a.h"\n'}, "knot of query/chart, query/exact"),

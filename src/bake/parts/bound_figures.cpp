@@ -75,7 +75,7 @@ bool pull_into(const PartBounds& bounds, Vec3d surface, Vec3d& pulled)
 
 /// Points among which the farthest of each bound are.
 struct FarPoints {
-    std::vector<Vec3d> of[3];
+    std::array<std::vector<Vec3d>, 3> of;
 };
 
 FarPoints far_points(const PartBounds& bounds)

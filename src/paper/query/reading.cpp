@@ -3,8 +3,8 @@
 #include "job.h"
 #include "model/locator.h"
 #include "paper/model/codes.h"
-#include "query/dispatch/run_probe.h"
 #include "query/layer.h"
+#include "query/probe_pointwise.h"
 #include "sqmap/math/assert.h"
 
 #include <algorithm>

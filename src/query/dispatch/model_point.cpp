@@ -70,9 +70,8 @@ ModelContact answer(const ModelView& model, Vec3f point, QueryOptions options)
     if (far_off || options.layer == Layer::One) return contact;
     if (options.smoothed_map && options.layer != Layer::Exact) apply_smoothing(model, point, contact);
     const float margin = margin_in_model(model, options);
-    if (margin > 0.f && !contact.contact && is_margin_proven(model, options))
-        apply_margin(model, point, options.margin, contact);
-    else if (options.offset || margin > 0.f)
+    // A free point's margin counts from the triangles, where there are any: src/query/margin.h.
+    if (options.offset || (margin > 0.f && (contact.contact || !is_margin_proven(model, options))))
         apply_offset(model, point, options.layer, {.stored = options.offset, .least = margin}, contact);
     return contact;
 }

@@ -11,16 +11,13 @@ namespace sqmap::query {
 /// Layer Exact, by superquadrics and triangles alone. options.layer: Exact. @pre model::has_exact(model), the point is finite
 [[nodiscard]] ModelContact query_triangles(const model::ModelView& model, Vec3f point, const QueryOptions& options) noexcept;
 
-/// Answers as query_point does, with positions and lengths in model space. Cost: see query_point.
+/// Answers as query_point does, with positions and lengths in model space; free points are not tested against a margin that is
+/// proven (is_margin_proven). Cost: see query_point.
 [[nodiscard]] ModelContact query_in_model(const model::ModelView& model, Vec3f point, const QueryOptions& options) noexcept;
 
 /// Layer Three by the maps of a model without a locator, as query_in_model answers, but for made-up surface. near: the distance
 /// of the surface by another source; where the maps agree with it the search is shorter. Model space.
 /// @pre the point is finite, the model has central maps
 [[nodiscard]] ModelContact query_unlocated_near(const model::ModelView& model, Vec3f point, float near) noexcept;
-
-/// Puts a point that is less than the margin outside the triangles in contact with the surface that the margin moves out. Defined
-/// beside distances, which ask this header for verdicts. margin: mesh units. @pre is_margin_proven
-void apply_margin(const model::ModelView& model, Vec3f point, double margin, ModelContact& contact) noexcept;
 
 }  // namespace sqmap::query

@@ -1,7 +1,6 @@
 // Tests if any point of a probe is nearer than a reach. The tree of bounds drops whole clusters that are farther.
 #include "sqmap/query/distance.h"
 
-#include "query/dispatch/model_point.h"
 #include "query/distance/distance_kernels.h"
 #include "query/probe/probe_job.h"
 
@@ -61,20 +60,6 @@ float clearance_of(const model::ModelView& model, Vec3f centre, float radius)
 }
 
 }  // namespace
-
-void apply_margin(const model::ModelView& model, Vec3f point, double margin, ModelContact& contact) noexcept
-{
-    const model::Header& header = model.header;
-    const SignedDistance found = distance(model, model::to_mesh_units(header, point), margin);
-    if (found.known == DistanceKind::LowerBound || !(found.distance < margin)) return;
-    const double unit = header.unit;
-    contact.contact = true;
-    contact.depth = static_cast<float>((margin - found.distance) / unit);
-    contact.normal = cast<float>(found.gradient);
-    contact.part = found.part;
-    contact.witness = model::to_model_space(header, found.witness) + static_cast<float>(margin / unit) * contact.normal;
-    contact.status |= found.status;
-}
 
 bool is_nearer(const Body& touched, const Body& collider, double reach) noexcept
 {

@@ -3,8 +3,8 @@
 #include "pair_query.h"
 
 #include "merge.h"
-#include "query/dispatch/run_probe.h"
 #include "query/layer.h"
+#include "query/probe_pointwise.h"
 
 #include <algorithm>
 #include <bit>

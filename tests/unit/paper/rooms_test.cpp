@@ -1,6 +1,6 @@
 // Rooms of the core that query bodies answer a paper model by its maps, through the table of its Reading.
 #include "io/replace_file.h"
-#include "query/dispatch/run_probe.h"
+#include "query/probe_pointwise.h"
 #include "sqmap/bake/rebake.h"
 #include "sqmap/bake/skin_lattice.h"
 #include "sqmap/mesh/error.h"

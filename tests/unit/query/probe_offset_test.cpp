@@ -1,5 +1,5 @@
 #include "math/triangle_crossing.h"
-#include "query/dispatch/run_probe.h"
+#include "query/probe_pointwise.h"
 #include "sqmap/query/pair.h"
 #include "sqmap/query/point.h"
 #include "sqmap/query/scene.h"

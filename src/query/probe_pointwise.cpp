@@ -1,9 +1,9 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, sections 4.1 (eq. 12) and 4.2.
-#include "query/dispatch/run_probe.h"
+#include "query/probe_pointwise.h"
 
-#include "model_point.h"
 #include "query/exact/exact_layer.h"
 #include "query/layer.h"
+#include "query/margin.h"
 
 #include <algorithm>
 
@@ -54,7 +54,7 @@ private:
     void compute(std::size_t slot)
     {
         const ModelContact c =
-            query_in_model(job_.model, job_.in_model_space({job_.x[slot], job_.y[slot], job_.z[slot]}), options_);
+            query_with_margin(job_.model, job_.in_model_space({job_.x[slot], job_.y[slot], job_.z[slot]}), options_);
         if (!c.contact) return;
         const std::size_t at = result_.contacts++;
         if (at < job_.out.size())
