@@ -37,7 +37,7 @@ struct TriangleFoot {
 /// Closest point of a triangle to p, by the region of its plane that p projects to (C. Ericson, Real-Time Collision
 /// Detection, 2005, 5.1.5). Total: of a triangle with an angle below 1e-6, whose area is rounding, the nearest of its
 /// sides is taken where that is nearer.
-[[nodiscard]] constexpr TriangleFoot foot_on_triangle(Vec3d p, Vec3d a, Vec3d b, Vec3d c) noexcept
+[[nodiscard]] constexpr TriangleFoot foot_on_triangle(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec3d& c) noexcept
 {
     constexpr double k_tiny = std::numeric_limits<double>::min();
     const Vec3d ab = b - a, ac = c - a, ap = p - a;

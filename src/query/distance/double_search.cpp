@@ -31,10 +31,9 @@ Corners stored_corners(const ModelView& model, std::uint32_t triangle)
     return {corner(0), corner(1), corner(2)};
 }
 
-Corners input_corners(const ModelView& model, std::uint32_t triangle)
+void put_input_corners(const ModelView& model, std::uint32_t triangle, Corners& corners)
 {
-    const auto corner = [&](std::uint32_t k) { return model::input_vertex(model, model::triangle_vertex(model, triangle, k)); };
-    return {corner(0), corner(1), corner(2)};
+    for (std::uint32_t k = 0; k < 3; ++k) corners[k] = model::input_vertex(model, model::triangle_vertex(model, triangle, k));
 }
 
 /// The point of triangle `to` that has the barycentric coordinates of the point of triangle `from` nearest to p.
@@ -63,16 +62,16 @@ std::uint32_t triangle_of(const ModelView& model, std::uint32_t entry)
     return entry < triangles ? entry : model.piece_triangle[entry - triangles];
 }
 
-/// Corners of an entry of the hierarchy, mesh units. A piece lies in its triangle as it does in the stored one.
-Corners corners_of(const ModelView& model, std::uint32_t entry)
+/// Writes the corners of an entry of the hierarchy, mesh units, where they are kept: copies in between cost as much as the
+/// nearest point does. A piece lies in its triangle as it does in the stored one.
+void put_corners(const ModelView& model, std::uint32_t entry, Corners& corners)
 {
     const std::uint32_t triangle = triangle_of(model, entry);
-    const Corners whole = input_corners(model, triangle);
-    if (triangle == entry) return whole;
-    const Corners stored = stored_corners(model, triangle);
+    put_input_corners(model, triangle, corners);
+    if (triangle == entry) return;
+    const Corners whole = corners, stored = stored_corners(model, triangle);
     const float* piece = &model.pieces[9 * std::size_t{entry - model.triangle_part.size()}];
-    const auto corner = [&](int k) { return carried_over(cast<double>(model::vec3(piece + 3 * k)), stored, whole); };
-    return {corner(0), corner(1), corner(2)};
+    for (std::size_t k = 0; k < 3; ++k) corners[k] = carried_over(cast<double>(model::vec3(piece + 3 * k)), stored, whole);
 }
 
 double angle_at(const Corners& t, std::size_t corner)
@@ -174,20 +173,26 @@ private:
 
     void measure(std::uint32_t entry)
     {
-        const Corners t = corners_of(model_, entry);
-        const TriangleFoot foot = foot_on_triangle(point_, t[0], t[1], t[2]);
+        Tie& trial = ties()[count_];
+        put_corners(model_, entry, trial.at);
+        const TriangleFoot foot = foot_on_triangle(point_, trial.at[0], trial.at[1], trial.at[2]);
         const Vec3d offset = foot.point - point_;
         const double distance_sq = norm_sq(offset);
         if (!(distance_sq <= limit_sq_)) return;
+        trial.entry = entry;
+        trial.corners = foot.corners;
+        trial.offset = offset;
+        trial.distance_sq = distance_sq;
         if (distance_sq < best_sq_) {
             best_sq_ = distance_sq;
             const double limit = std::sqrt(distance_sq) + tolerance_;
             limit_sq_ = limit * limit;
             const auto is_farther = [this](const Tie& tie) { return tie.distance_sq > limit_sq_; };
             count_ = static_cast<std::size_t>(std::remove_if(ties(), ties() + count_, is_farther) - ties());
+            if (&ties()[count_] != &trial) ties()[count_] = trial;
         }
         if (count_ < k_max_ties)
-            ties()[count_++] = {entry, foot.corners, offset, distance_sq, t};
+            ++count_;
         else
             is_full_ = true;
     }
@@ -264,7 +269,8 @@ private:
     double best_sq_ = INFINITY, limit_sq_ = INFINITY;
     bool is_full_ = false;
     std::size_t count_ = 0;
-    alignas(Tie) std::byte memory_[k_max_ties * sizeof(Tie)];  ///< that nobody clears: most points have one
+    alignas(Tie)
+        std::byte memory_[(k_max_ties + 1) * sizeof(Tie)];  ///< that nobody clears: most points have one. The last is for trials
 };
 
 }  // namespace
