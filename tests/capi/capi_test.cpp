@@ -151,7 +151,7 @@ std::vector<mesh::Mesh> forms_of(const mesh::Mesh& mesh, std::mt19937_64& random
 {
     mesh::Mesh reordered = mesh, loose, shuffled = mesh;
     std::ranges::shuffle(reordered.triangles, random);
-    for (mesh::Triangle& t : reordered.triangles) std::ranges::rotate(t, t.begin() + random() % 3);
+    for (mesh::Triangle& t : reordered.triangles) std::rotate(t.begin(), t.begin() + random() % 3, t.end());
     for (const mesh::Triangle& t : mesh.triangles) {
         const auto first = static_cast<std::uint32_t>(loose.vertices.size());
         for (const auto corner : t) loose.vertices.push_back(mesh.vertices[corner]);

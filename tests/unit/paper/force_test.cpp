@@ -2,6 +2,7 @@
 #include "sqmap/paper/force.h"
 #include "../haptic/touching.h"
 #include "math/random.h"
+#include "sqmap/paper/projection.h"
 #include "sqmap/query/point.h"
 #include "support/paper_model.h"
 
