@@ -310,12 +310,17 @@ test('STOP in Dress drops the pull and its number', async () => {
   await settled(page);
   await dressed(page);
   const b = await (await page.$('#stage')).boundingBox();
-  let at = null;
-  for (let y = 0.4; y < 0.65 && !at; y += 0.02) {
-    await page.mouse.move(b.x + 0.5 * b.width, b.y + y * b.height);
-    await page.mouse.down();
-    if (await page.evaluate(() => window.sqmap.costume.held)) at = y; else await page.mouse.up();
-  }
+  // The figure walks: cloth is looked for anew each time.
+  const take = async () => {
+    for (let y = 0.4; y < 0.65; y += 0.02) {
+      await page.mouse.move(b.x + 0.5 * b.width, b.y + y * b.height);
+      await page.mouse.down();
+      if (await page.evaluate(() => window.sqmap.costume.held)) return y;
+      await page.mouse.up();
+    }
+    return null;
+  };
+  const at = await take();
   assert.ok(at, 'there is cloth in the middle of the view');
   await page.mouse.move(b.x + 0.62 * b.width, b.y + at * b.height, { steps: 12 });
   await until(page, () => /Pull[\d.]+ N/.test(document.querySelector('#cloth-facts').textContent));
@@ -331,9 +336,7 @@ test('STOP in Dress drops the pull and its number', async () => {
   await page.focus('#resume');
   await page.keyboard.press('Enter');
   await until(page, () => !window.sqmap.status().stopped);
-  await page.mouse.move(b.x + 0.5 * b.width, b.y + at * b.height);
-  await page.mouse.down();
-  assert.ok(await page.evaluate(() => window.sqmap.costume.held));
+  assert.ok(await take(), 'cloth is taken again after Resume');
   await page.mouse.up();
 });
 
