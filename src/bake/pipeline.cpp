@@ -297,7 +297,7 @@ void Bake::polytopes()
 {
     parallel::for_each(fitted_.parts.size(), options_.threads, [&](std::size_t i) {
         FittedPart& part = fitted_.parts[i].fitted;
-        part.polytope = fit_polytope(mesh_, part);
+        part.polytope = fit_polytope(mesh_, part, fitted_.parts.size());
     });
 }
 

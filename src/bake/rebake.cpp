@@ -343,7 +343,7 @@ private:
     {
         if (before_.polytope_ends.empty()) return;  // a model of before there were polytopes stays without
         parallel::for_each(fitted_.size(), options_.threads,
-                           [&](std::size_t k) { fitted_[k].polytope = fit_polytope(mesh_, fitted_[k]); });
+                           [&](std::size_t k) { fitted_[k].polytope = fit_polytope(mesh_, fitted_[k], before_.parts.size()); });
     }
 
     /// Maps of these parts; the others keep theirs.

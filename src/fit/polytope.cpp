@@ -232,15 +232,6 @@ private:
         return norm_sq(across) > 0;
     }
 
-    /// True where half-spaces of these directions have no ray in common: the origin is inside the directions' hull.
-    static bool is_bounded(std::span<const Vec3d> directions)
-    {
-        const mesh::Mesh hull = mesh::convex_hull(directions);
-        return !hull.triangles.empty() && std::all_of(hull.triangles.begin(), hull.triangles.end(), [&](const mesh::Triangle& t) {
-            const Vec3d a = hull.vertices[t[0]], n = cross(hull.vertices[t[1]] - a, hull.vertices[t[2]] - a);
-            return dot(n, a) > 1e-3 * norm(n);
-        });
-    }
     /// Makes the last sides those of the box in the superquadric's frame.
     void bound(std::vector<Vec3d>& directions, std::size_t max_sides) const
     {
@@ -265,6 +256,15 @@ double stretch(const shape::Superquadricd& sq, Vec3d q)
 }
 
 }  // namespace
+
+bool is_bounded(std::span<const Vec3d> directions)
+{
+    const mesh::Mesh hull = mesh::convex_hull(directions);
+    return !hull.triangles.empty() && std::all_of(hull.triangles.begin(), hull.triangles.end(), [&](const mesh::Triangle& t) {
+        const Vec3d a = hull.vertices[t[0]], n = cross(hull.vertices[t[1]] - a, hull.vertices[t[2]] - a);
+        return dot(n, a) > 1e-3 * norm(n);
+    });
+}
 
 HalfSpacef touching_side(Vec3d direction, std::span<const Vec3d> points)
 {

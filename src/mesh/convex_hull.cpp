@@ -183,6 +183,16 @@ bool meet(const HalfSpaced& a, const HalfSpaced& b, const HalfSpaced& c, Vec3d& 
     return true;
 }
 
+/// True where all half-spaces hold a point, up to rounding.
+bool all_hold(std::span<const HalfSpaced> sides, Vec3d p)
+{
+    const double size = norm(p);
+    return std::all_of(sides.begin(), sides.end(), [&](const HalfSpaced& s) {
+        const double slack = 1e-9 * (std::abs(s.offset) + norm(s.normal) * size);
+        return dot(s.normal, p) <= s.offset + slack;
+    });
+}
+
 }  // namespace
 
 Mesh convex_hull(std::span<const Vec3d> points) { return Quickhull(points).run(); }
@@ -192,15 +202,17 @@ std::vector<Vec3d> polytope_corners(std::span<const HalfSpaced> sides)
     std::vector<Vec3d> corners;
     for (std::size_t i = 0; i < sides.size(); ++i)
         for (std::size_t j = i + 1; j < sides.size(); ++j)
-            for (std::size_t k = j + 1; k < sides.size(); ++k) {
-                Vec3d p;
-                if (!meet(sides[i], sides[j], sides[k], p)) continue;
-                const bool is_held = std::all_of(sides.begin(), sides.end(), [&](const HalfSpaced& s) {
-                    const double slack = 1e-9 * (std::abs(s.offset) + norm(s.normal) * norm(p));
-                    return dot(s.normal, p) <= s.offset + slack;
-                });
-                if (is_held) corners.push_back(p);
-            }
+            for (std::size_t k = j + 1; k < sides.size(); ++k)
+                if (Vec3d p; meet(sides[i], sides[j], sides[k], p) && all_hold(sides, p)) corners.push_back(p);
+    return corners;
+}
+
+std::vector<Vec3d> corners_on(const HalfSpaced& side, std::span<const HalfSpaced> sides)
+{
+    std::vector<Vec3d> corners;
+    for (std::size_t i = 0; i < sides.size(); ++i)
+        for (std::size_t j = i + 1; j < sides.size(); ++j)
+            if (Vec3d p; meet(side, sides[i], sides[j], p) && all_hold(sides, p)) corners.push_back(p);
     return corners;
 }
 

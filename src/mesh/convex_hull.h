@@ -26,6 +26,10 @@ namespace sqmap::mesh {
 /// Cost: the fourth power of their number at most; 0.1 ms for 20.
 [[nodiscard]] std::vector<Vec3d> polytope_corners(std::span<const HalfSpaced> sides);
 
+/// Corners that lie on the plane of one more half-space. sides: the others, which need not bound a solid.
+/// Cost: the third power of their number at most.
+[[nodiscard]] std::vector<Vec3d> corners_on(const HalfSpaced& side, std::span<const HalfSpaced> sides);
+
 /// Distance of the farthest point from a convex hull, zero where it holds them all. For the corners of a convex body that
 /// holds the hull this is the support excess, max over directions u of h_body(u) - h_hull(u): the excess over one direction
 /// is at most that distance, and the direction from the hull to the farthest corner attains it.

@@ -47,11 +47,10 @@ struct PartBounds {
     [[nodiscard]] bool polytope_holds(Vec3d p) const { return sqmap::holds(sides, p); }
 };
 
-PartBounds bounds_of(const model::ModelView& model, std::size_t part)
+PartBounds bounds_of(const Superquadricd& superquadric, std::span<const HalfSpacef> polytope)
 {
-    PartBounds bounds;
-    bounds.superquadric = shape::cast<double>(model::superquadric_of(model.parts[part]));
-    for (const HalfSpacef& side : model::polytope_of(model, part)) bounds.sides.push_back(cast<double>(side));
+    PartBounds bounds{superquadric, {}, {}};
+    for (const HalfSpacef& side : polytope) bounds.sides.push_back(cast<double>(side));
     bounds.corners = mesh::polytope_corners(bounds.sides);
     bounds.polytope_volume = mesh::volume(mesh::convex_hull(bounds.corners));
     return bounds;
@@ -170,13 +169,20 @@ private:
 
 }  // namespace
 
+double excess_of_both(const mesh::Mesh& hull, const Superquadricd& superquadric, std::span<const HalfSpacef> sides)
+{
+    return mesh::farthest_from_hull(hull, far_points(bounds_of(superquadric, sides)).of[k_both]);
+}
+
 std::vector<model::BoundFigures> measure_bounds(const mesh::Mesh& mesh, std::span<const Patch> patches,
                                                 const model::ModelData& data, unsigned threads)
 {
     const model::ModelView model = data.view();
     if (model.polytope_ends.empty()) return {};
     std::vector<PartBounds> bounds(patches.size());
-    parallel::for_each(bounds.size(), threads, [&](std::size_t i) { bounds[i] = bounds_of(model, i); });
+    parallel::for_each(bounds.size(), threads, [&](std::size_t i) {
+        bounds[i] = bounds_of(shape::cast<double>(model::superquadric_of(model.parts[i])), model::polytope_of(model, i));
+    });
     const Union whole(bounds);
     const mesh::Mesh whole_hull = mesh::convex_hull(mesh.vertices);
     std::vector<PartFigures> parts(patches.size());

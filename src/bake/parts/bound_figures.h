@@ -20,4 +20,9 @@ namespace sqmap::bake {
 [[nodiscard]] std::vector<model::BoundFigures> measure_bounds(const mesh::Mesh& mesh, std::span<const Patch> patches,
                                                               const model::ModelData& model, unsigned threads);
 
+/// How far beyond a hull a superquadric and a polytope together reach: the distance of their farthest common point, as above.
+/// sides: bound a solid. Cost: some 2 ms.
+[[nodiscard]] double excess_of_both(const mesh::Mesh& hull, const shape::Superquadricd& superquadric,
+                                    std::span<const HalfSpacef> sides);
+
 }  // namespace sqmap::bake

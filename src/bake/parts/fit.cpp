@@ -1,6 +1,7 @@
 #include "fit.h"
 
 #include "bake/central/chart.h"
+#include "bake/parts/bound_figures.h"
 #include "fit/polytope.h"
 #include "mesh/convex_hull.h"
 
@@ -13,6 +14,9 @@
 namespace sqmap::bake {
 
 namespace {
+
+constexpr std::size_t k_few_parts = 4;  ///< turning the sides of each takes as long as four fits
+constexpr double k_near_enough = 0.01;  ///< of the part's extent: bounds that reach no farther beyond its hull stay as they are
 
 /// The patch's triangles by their rank in the canonical mesh.
 std::vector<std::uint32_t> ordered_in(const CanonicalMesh& canonical, const Patch& patch)
@@ -131,10 +135,17 @@ FittedPart fit_patch(const mesh::Solid& solid, const CanonicalMesh& canonical, P
     return part;
 }
 
-std::vector<HalfSpacef> fit_polytope(const mesh::Mesh& mesh, const FittedPart& part)
+std::vector<HalfSpacef> fit_polytope(const mesh::Mesh& mesh, const FittedPart& part, std::size_t part_count)
 {
     const HeldSurface held = held_by(mesh, part.patch);
-    return fit::bounding_polytope(mesh::convex_hull(held.points), held.points, part.fit.superquadric);
+    const mesh::Mesh hull = mesh::convex_hull(held.points);
+    const shape::Superquadricd& sq = part.fit.superquadric;
+    std::vector<HalfSpacef> sides = fit::bounding_polytope(hull, held.points, sq);
+    if (part_count > k_few_parts || hull.triangles.empty()) return sides;
+    const double excess = excess_of_both(hull, sq, sides);
+    if (excess < k_near_enough * mesh::largest_vertex_distance(hull)) return sides;
+    std::vector<HalfSpacef> nearer = fit::nearer_polytope(hull, held.points, sides, sq.rotation);
+    return nearer.empty() || excess_of_both(hull, sq, nearer) > excess ? sides : nearer;
 }
 
 PartQuality quality_of(const PartsInput& input, const FittedPart& part)

@@ -187,5 +187,53 @@ TEST(BoundingPolytope, OfWhatHasNoSolidIsAThinSlab)
         for (const Vec3d& p : point) EXPECT_TRUE(holds(in_double(bounding_polytope(mesh::convex_hull(point), point, sq)), p));
 }
 
+/// The hull of balls: round everywhere, so that every side has corners to fight for.
+Fitted hull_of_balls(std::span<const Vec3d> middles)
+{
+    std::vector<Vec3d> points;
+    for (const Vec3d& middle : middles)
+        for (const Vec3d& p : mesh::sphere(0.4, 2).vertices) points.push_back(cast<double>(cast<float>(middle + p)));
+    return fitted(mesh::convex_hull(points));
+}
+
+double excess(const mesh::Mesh& hull, const std::vector<HalfSpacef>& sides)
+{
+    return mesh::farthest_from_hull(hull, mesh::polytope_corners(in_double(sides)));
+}
+
+TEST(NearerPolytope, HoldsTheSameWithAsManySidesAndLessExcess)
+{
+    const std::vector<std::vector<Vec3d>> bodies{{{0, 0, 0}, {0, 0, 1}},
+                                                 {{0, 0, 0}, {0, 0, 1.5}, {0.7, 0, 1.7}},
+                                                 {{0, 0, 0}, {0, 0.2, 1}, {0.9, 0, 1.1}, {0.2, 1.1, 0.3}}};
+    for (const std::vector<Vec3d>& middles : bodies) {
+        const Fitted f = hull_of_balls(middles);
+        const std::vector<HalfSpacef> sides = bounding_polytope(f.hull, f.points, f.superquadric);
+        const std::vector<HalfSpacef> nearer = nearer_polytope(f.hull, f.points, sides, f.superquadric.rotation);
+        ASSERT_EQ(nearer.size(), sides.size());
+        for (const Vec3d& p : f.points) ASSERT_TRUE(holds(in_double(nearer), p));
+        const mesh::Mesh polytope = mesh::convex_hull(mesh::polytope_corners(in_double(nearer)));
+        ASSERT_FALSE(polytope.triangles.empty());
+        EXPECT_LE(mesh::farthest_from_hull(polytope, f.points), 1e-6);
+        EXPECT_LT(excess(f.hull, nearer), 0.85 * excess(f.hull, sides)) << middles.size();
+        EXPECT_LT(mesh::volume(polytope), 1.15 * mesh::volume(f.hull)) << middles.size();
+        EXPECT_EQ(nearer_polytope(f.hull, f.points, sides, f.superquadric.rotation), nearer);
+    }
+}
+
+TEST(NearerPolytope, OfAPolytopeThatIsTheHullIsNone)
+{
+    const mesh::Mesh box = mesh::convex_hull(
+        std::vector<Vec3d>{{-1, -1, -1}, {-1, -1, 1}, {-1, 1, -1}, {-1, 1, 1}, {1, -1, -1}, {1, -1, 1}, {1, 1, -1}, {1, 1, 1}});
+    std::vector<HalfSpacef> sides;
+    for (int k = 0; k < 3; ++k)
+        for (const double sign : {-1., 1.}) {
+            Vec3d normal{};
+            normal[k] = sign;
+            sides.push_back(touching_side(normal, box.vertices));
+        }
+    EXPECT_TRUE(nearer_polytope(box, box.vertices, sides, Mat3d{}).empty());
+}
+
 }  // namespace
 }  // namespace sqmap::fit

@@ -120,6 +120,21 @@ TEST(PolytopeCorners, OfSidesWithoutACommonPointAreNone)
         polytope_corners(std::vector<HalfSpaced>{{{1, 0, 0}, -1}, {{-1, 0, 0}, -1}, {{0, 1, 0}, 1}, {{0, 0, 1}, 1}}).empty());
 }
 
+TEST(CornersOn, AreThoseOfThePolytopeOnOneSide)
+{
+    std::vector<HalfSpaced> sides;
+    for (const Vec3d& n : {Vec3d{1, 0, 0}, Vec3d{-1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, -1, 0}, Vec3d{0, 0, -1}})
+        sides.push_back({n, 1});
+    const std::vector<Vec3d> top = corners_on({{0, 0, 1}, 2}, sides);
+    ASSERT_EQ(top.size(), 4u);
+    for (const Vec3d& p : top) {
+        EXPECT_DOUBLE_EQ(std::abs(p.x), 1);
+        EXPECT_DOUBLE_EQ(std::abs(p.y), 1);
+        EXPECT_DOUBLE_EQ(p.z, 2);
+    }
+    EXPECT_TRUE(corners_on({{1, 0, 0}, 3}, sides).empty());
+}
+
 TEST(FarthestFromHull, IsTheSupportExcess)
 {
     const Mesh hull = convex_hull(test::cube().vertices);

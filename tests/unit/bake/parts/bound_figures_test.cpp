@@ -1,5 +1,6 @@
 #include "bake/parts/bound_figures.h"
 
+#include "fit/polytope.h"
 #include "mesh/convex_hull.h"
 #include "sqmap/query/point.h"
 #include "support/baked_shapes.h"
@@ -90,6 +91,28 @@ TEST(BoundFigures, OfASurfaceHaveNoSolid)
         EXPECT_EQ(f.solid_volume, 0);
         EXPECT_GT(f.volume[k_both], 0);
     }
+}
+
+/// Support excess of a part's polytope as bounding_polytope alone gives it, for the superquadric of the model.
+double greedy_excess(const test::Baked& b, const mesh::Mesh& hull)
+{
+    const auto sq = shape::cast<double>(model::superquadric_of(b.in_model_space().parts[0]));
+    std::vector<HalfSpaced> sides;
+    for (const HalfSpacef& side : fit::bounding_polytope(hull, hull.vertices, sq)) sides.push_back(cast<double>(side));
+    return mesh::farthest_from_hull(hull, mesh::polytope_corners(sides));
+}
+
+// The hull of four balls, as a link of a robot is: one part, for which twenty sides are few.
+TEST(BoundFigures, OfARoundConvexPartAreThoseOfSidesTurnedForTheLeastExcess)
+{
+    std::vector<Vec3d> points;
+    for (const Vec3d& middle : {Vec3d{0, 0, 0}, Vec3d{0, 0.2, 1}, Vec3d{0.9, 0, 1.1}, Vec3d{0.2, 1.1, 0.3}})
+        for (const Vec3d& p : mesh::sphere(0.4, 2).vertices) points.push_back(middle + p);
+    const test::Baked b = test::baked(mesh::canonicalized(mesh::convex_hull(points)));
+    ASSERT_EQ(b.in_model_space().parts.size(), 1u);
+    const model::BoundFigures& whole = b.in_model_space().bound_figures.back();
+    EXPECT_LT(static_cast<double>(whole.excess[k_polytope]), 0.75 * greedy_excess(b, mesh::convex_hull(b.mesh.vertices)));
+    EXPECT_LT(whole.excess[k_both] / b.in_model_space().header.r_max, 0.035f);
 }
 
 }  // namespace
