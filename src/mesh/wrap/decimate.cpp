@@ -62,6 +62,7 @@ public:
           stamp_(mesh.vertices.size()),
           first_sample_(mesh.triangles.size(), k_none),
           next_sample_(mesh.samples.size(), k_none),
+          seen_(mesh.vertices.size()),
           count_(static_cast<std::uint32_t>(mesh.triangles.size()))
     {
         for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -84,9 +85,7 @@ public:
             const Waiting top = heap_.top();
             heap_.pop();
             if (stamp_[top.a] + stamp_[top.b] != top.stamps || around_[top.a].empty() || around_[top.b].empty()) continue;
-            if (!collapse(collapse_of(top.a, top.b))) continue;
-            const std::vector<std::uint32_t> ring = neighbours(top.a);
-            for (const std::uint32_t u : ring) push(top.a, u);
+            if (collapse(collapse_of(top.a, top.b))) for_each_neighbour(top.a, [&](std::uint32_t u) { push(top.a, u); });
         }
         heap_ = {};
     }
@@ -184,7 +183,7 @@ private:
             const Collapse c = collapse_of(a, b);
             if (c.cost >= cost || !collapse(c)) return;
             touched[a] = 1;
-            for (const std::uint32_t u : neighbours(a)) touched[u] = 1;
+            for_each_neighbour(a, [&](std::uint32_t u) { touched[u] = 1; });
         });
     }
 
@@ -208,28 +207,29 @@ private:
         if (cost < k_never) heap_.push({static_cast<float>(cost), a, b, stamp_[a] + stamp_[b]});
     }
 
-    /// The vertices that share a triangle with v, ascending.
-    [[nodiscard]] std::vector<std::uint32_t> neighbours(std::uint32_t v) const
+    /// Calls visit(u) once for each vertex u that shares a triangle with v; seen_ has the number of this call there.
+    template <class Visit>
+    void for_each_neighbour(std::uint32_t v, Visit&& visit)
     {
-        std::vector<std::uint32_t> ring;
+        const std::uint32_t call = ++calls_;
         for (const std::uint32_t t : around_[v])
-            for (const std::uint32_t u : mesh_.triangles[t])
-                if (u != v) ring.push_back(u);
-        std::sort(ring.begin(), ring.end());
-        ring.erase(std::unique(ring.begin(), ring.end()), ring.end());
-        return ring;
+            for (const std::uint32_t u : mesh_.triangles[t]) {
+                if (u == v || seen_[u] == call) continue;
+                seen_[u] = call;
+                visit(u);
+            }
     }
 
     /// True if the surface stays a manifold: the two vertices share no neighbours but those opposite to their edge.
-    [[nodiscard]] bool may_join(std::uint32_t a, std::uint32_t b) const
+    [[nodiscard]] bool may_join(std::uint32_t a, std::uint32_t b)
     {
         if (!locked_.empty() && (locked_[a] != 0 || locked_[b] != 0)) return false;
         const std::size_t size = around_[a].size() + around_[b].size();
         if (size <= 6 || size > k_max_ring) return false;
-        const std::vector<std::uint32_t> ring = neighbours(a), other = neighbours(b);
-        std::size_t common = 0;
-        for (const std::uint32_t u : ring) common += std::binary_search(other.begin(), other.end(), u) ? 1 : 0;
-        return common == 2;
+        ring_of_a_.clear();
+        for_each_neighbour(a, [&](std::uint32_t u) { ring_of_a_.push_back(u); });
+        for_each_neighbour(b, [](std::uint32_t) {});
+        return std::count_if(ring_of_a_.begin(), ring_of_a_.end(), [&](std::uint32_t u) { return seen_[u] == calls_; }) == 2;
     }
 
     /// Triangles about the edge that stay, as they will be; false where one turns over or gets too thin.
@@ -266,6 +266,13 @@ private:
         return dot(n, m) >= k_turn * norm(n) * norm(m);
     }
 
+    /// As contains(), without branches: a box that does not hold a sample fails on any of its sides.
+    static bool holds(const Box& box, Vec3d p)
+    {
+        return ((p.x >= box.lo.x) & (p.x <= box.hi.x) & (p.y >= box.lo.y) & (p.y <= box.hi.y) & (p.z >= box.lo.z) &
+                (p.z <= box.hi.z)) != 0;
+    }
+
     /// Finds the nearest triangle of the ring for every sample that the edge's triangles carry; false where one is too far.
     bool carry_samples(const Collapse& c)
     {
@@ -285,7 +292,7 @@ private:
                     double best = limit;
                     std::uint32_t carrier = k_none;
                     for (std::size_t i = 0; i < ring_.size(); ++i) {
-                        if (!contains(reach_[i], mesh_.samples[s])) continue;
+                        if (!holds(reach_[i], mesh_.samples[s])) continue;
                         const auto& [r, corners] = ring_[i];
                         const double d = norm_sq(closest_point_on_triangle(mesh_.samples[s], corners[0], corners[1], corners[2]) -
                                                  mesh_.samples[s]);
@@ -335,9 +342,11 @@ private:
         near_.clear();
         enclosed_->collect(box, near_);
         if (near_.empty()) return true;
-        for (const auto& [t, corners] : ring_)
+        for (const auto& [t, corners] : ring_) {
+            const Box about = box_of(corners);
             for (const std::uint32_t s : near_)
-                if (!enclosed_->are_apart(s, corners)) return false;
+                if (!enclosed_->are_apart(s, corners, about)) return false;
+        }
         for (const std::uint32_t v : {c.a, c.b})
             for (const std::uint32_t t : around_[v]) {
                 const Triangle& tri = mesh_.triangles[t];
@@ -406,6 +415,9 @@ private:
     std::vector<PlaneSum> planes_;
     std::vector<std::vector<std::uint32_t>> around_;
     std::vector<std::uint32_t> stamp_, first_sample_, next_sample_;
+    std::vector<std::uint32_t> seen_;  ///< #vertices: the last call of for_each_neighbour that came there
+    std::vector<std::uint32_t> ring_of_a_;
+    std::uint32_t calls_ = 0;
     std::uint32_t count_;
     double max_error_ = 0;
     std::priority_queue<Waiting> heap_;

@@ -14,9 +14,12 @@ constexpr double k_on_face = 1e-9;  ///< barycentric coordinate of a point that 
 
 bool axis_parts(Vec3d axis, const Enclosed::Corners& s, const Enclosed::Corners& t, double margin)
 {
-    const auto [s_lo, s_hi] = std::minmax({dot(axis, s[0]), dot(axis, s[1]), dot(axis, s[2])});
-    const auto [t_lo, t_hi] = std::minmax({dot(axis, t[0]), dot(axis, t[1]), dot(axis, t[2])});
-    const double gap = std::max(t_lo - s_hi, s_lo - t_hi);
+    // No std::minmax of a list: it branches, and which corner is least cannot be guessed.
+    const auto least = [](double x, double y, double z) { return std::min(std::min(x, y), z); };
+    const auto greatest = [](double x, double y, double z) { return std::max(std::max(x, y), z); };
+    const double s0 = dot(axis, s[0]), s1 = dot(axis, s[1]), s2 = dot(axis, s[2]);
+    const double t0 = dot(axis, t[0]), t1 = dot(axis, t[1]), t2 = dot(axis, t[2]);
+    const double gap = std::max(least(t0, t1, t2) - greatest(s0, s1, s2), least(s0, s1, s2) - greatest(t0, t1, t2));
     return gap > 0 && gap * gap > margin * margin * norm_sq(axis);
 }
 
@@ -87,9 +90,9 @@ void Enclosed::collect(const Box& box, std::vector<std::uint32_t>& out) const
     });
 }
 
-bool Enclosed::are_apart(std::uint32_t soup_triangle, const Corners& other) const
+bool Enclosed::are_apart(std::uint32_t soup_triangle, const Corners& other, const Box& box) const
 {
-    if (!overlap(boxes_[soup_triangle], box_of(other))) return true;
+    if (!overlap(boxes_[soup_triangle], box)) return true;
     const Vec3d origin = other[0];  // small numbers, small rounding
     Corners s = corners_[soup_triangle], t = other;
     for (int k = 0; k < 3; ++k) {
@@ -110,8 +113,9 @@ bool Enclosed::are_apart(std::uint32_t soup_triangle, const Corners& other) cons
 std::optional<std::uint32_t> Enclosed::met_by(const Corners& other) const
 {
     std::optional<std::uint32_t> met;
-    visit(box_of(other), [&](std::uint32_t t) {
-        if (are_apart(t, other)) return false;
+    const Box box = box_of(other);
+    visit(box, [&](std::uint32_t t) {
+        if (are_apart(t, other, box)) return false;
         met = t;
         return true;
     });

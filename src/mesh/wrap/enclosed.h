@@ -22,8 +22,9 @@ public:
 
     /// Appends the triangles whose boxes come near a box.
     void collect(const Box& box, std::vector<std::uint32_t>& out) const;
-    /// True if a plane keeps the triangle of the soup and the other one apart by the margin: they share no point.
-    [[nodiscard]] bool are_apart(std::uint32_t soup_triangle, const Corners& other) const;
+    /// True if a plane keeps the triangle of the soup and the other one, whose box is given, apart by the margin: they share no
+    /// point.
+    [[nodiscard]] bool are_apart(std::uint32_t soup_triangle, const Corners& other, const Box& box) const;
     /// A triangle of the soup that is not kept apart from the other one.
     [[nodiscard]] std::optional<std::uint32_t> met_by(const Corners& other) const;
     /// True if the first corner of the triangle lies in the tetrahedron, or within rounding of it.

@@ -17,10 +17,13 @@ Eigen eigen_of(const PlaneSum& sum)
 {
     double m[3][3] = {{sum.a[0], sum.a[3], sum.a[4]}, {sum.a[3], sum.a[1], sum.a[5]}, {sum.a[4], sum.a[5], sum.a[2]}};
     Eigen eigen;
-    for (int sweep = 0; sweep < 12; ++sweep) {
+    bool is_diagonal = false;
+    for (int sweep = 0; sweep < 12 && !is_diagonal; ++sweep) {
+        is_diagonal = true;
         for (int p = 0; p < 2; ++p) {
             for (int q = p + 1; q < 3; ++q) {
                 if (std::abs(m[p][q]) <= 1e-15 * (std::abs(m[p][p]) + std::abs(m[q][q]))) continue;
+                is_diagonal = false;
                 const double theta = (m[q][q] - m[p][p]) / (2 * m[p][q]);
                 const double t = (theta >= 0 ? 1 : -1) / (std::abs(theta) + std::sqrt(theta * theta + 1));
                 const double c = 1 / std::sqrt(t * t + 1), s = t * c;
