@@ -20,21 +20,66 @@ HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {
 namespace {
 
+/// Pairs by their gaps, in buckets of equal width up to a limit: those of one bucket come out in no order, which costs a few more
+/// visits and saves the third of the time that a heap takes, since most pairs are never taken out.
+class GapBuckets {
+public:
+    GapBuckets() { std::fill(std::begin(head_), std::end(head_), k_none); }
+    /// @pre empty; limit > 0
+    void set_limit(float limit) { per_gap_ = static_cast<float>(k_buckets) / limit; }
+    [[nodiscard]] std::size_t space() const { return space_; }
+    /// @pre there is space; a gap below the limit
+    void push(const GapEntry& e)
+    {
+        const std::size_t bucket = std::min(k_buckets - 1, static_cast<std::size_t>(std::max(e.gap, 0.f) * per_gap_));
+        std::uint16_t at = free_;
+        if (at == k_none)
+            at = used_++;
+        else
+            free_ = next_[at];
+        --space_;
+        entries_[at] = e;
+        next_[at] = head_[bucket];
+        head_[bucket] = at;
+        filled_ |= std::uint64_t{1} << bucket;
+    }
+    /// Visits those that are nearer than a limit, from bucket to bucket; the limit may shrink and others be pushed meanwhile.
+    /// Empty then.
+    template <class Limit, class Visit>
+    void drain(Limit&& limit, Visit&& visit)
+    {
+        while (filled_ != 0) {
+            const auto bucket = static_cast<std::size_t>(std::countr_zero(filled_));
+            const std::uint16_t at = head_[bucket];
+            const GapEntry e = entries_[at];
+            head_[bucket] = next_[at];
+            if (head_[bucket] == k_none) filled_ &= ~(std::uint64_t{1} << bucket);
+            next_[at] = free_;
+            free_ = at;
+            ++space_;
+            if (e.gap < limit()) visit(e);
+        }
+    }
+
+private:
+    static constexpr std::size_t k_size = 4096, k_buckets = 64;
+    static constexpr std::uint16_t k_none = 0xffff;
+    GapEntry entries_[k_size];
+    std::uint16_t next_[k_size];  ///< in the same bucket, or of those that were given back
+    std::uint16_t head_[k_buckets];
+    std::uint64_t filled_ = 0;  ///< buckets
+    std::size_t space_ = k_size;
+    std::uint16_t free_ = k_none, used_ = 0;
+    float per_gap_ = 0;
+};
+
 template <std::size_t k_size>
 class GapHeap {
 public:
     /// Pushes in any order, then heap(). @pre there is space
     void add(const GapEntry& e) { entries_[count_++] = e; }
     void heap() { heap_gaps({entries_, count_}); }
-    void push(const GapEntry& e)
-    {
-        entries_[count_++] = e;
-        push_gap({entries_, count_});
-    }
-    [[nodiscard]] std::size_t space() const { return k_size - count_; }
-
-    /// Visits those that are nearer than a limit, the nearest first; the limit may shrink and others be pushed meanwhile. Empty
-    /// then.
+    /// Visits those that are nearer than a limit, the nearest first; the limit may shrink meanwhile. Empty then.
     template <class Limit, class Visit>
     void drain(Limit&& limit, Visit&& visit)
     {
@@ -72,13 +117,19 @@ HWY_INLINE F farthest_of(const V3& lo, const V3& hi, const OneBox& box)
 class GapSearch {
 public:
     GapSearch(const PosedTrees& trees, const GapBound& bound, TakeNearest take, void* context)
-        : trees_(trees), bound_(bound), take_(take), context_(context)
+        : trees_(trees),
+          centres_error_(2 * trees.margin + 2e-6f * static_cast<float>(norm(trees.between) + trees.radius_a + trees.radius_b)),
+          bound_(bound),
+          take_(take),
+          context_(context)
     {
     }
 
     void run()
     {
         descend();
+        if (!(limit() > 0)) return;
+        nodes_.set_limit(limit());
         for (std::size_t row = 0; row < trees_.b.groups.size(); ++row) {
             BoxRow boxes;
             move_boxes(trees_, trees_.b.groups[row], boxes);
@@ -174,13 +225,12 @@ private:
         // Each box holds a triangle, so the nearest two are no farther apart than the farthest corners of two boxes, rounded up.
         farthest_ = std::min(farthest_, hn::GetLane(hn::MinOfLanes(df, farthest)) + trees_.margin);
         each_bit(gaps.near & first_bits(trees_.groups_a - row_a * k_row), [&](std::size_t i) {
-            nodes_.add({gaps.gap[i], static_cast<std::uint32_t>(row_a * k_row + i), static_cast<std::uint32_t>(group_b)});
+            nodes_.push({gaps.gap[i], static_cast<std::uint32_t>(row_a * k_row + i), static_cast<std::uint32_t>(group_b)});
             if (nodes_.space() == 0) drain();
         });
     }
     void drain()
     {
-        nodes_.heap();
         nodes_.drain([this] { return limit(); },
                      [this](const GapEntry& e) {
                          if ((e.a & GapEntry::k_leaves) != 0)
@@ -224,6 +274,7 @@ private:
 
     /// Triangles of a leaf of b: boxes in a's frame, and the least along the direction.
     struct NearLeaf {
+        CornerRow corners;
         BoxRow boxes;
         float low[k_row];
     };
@@ -236,6 +287,7 @@ private:
             for (std::size_t k = 0; k < 3; ++k) {
                 const V3 corner = at(from.at[k], i);
                 p[k] = moved(trees_, corner);
+                store(p[k], to.corners.at[k], i);
                 low[k] = row_dot(bound_.direction_b, corner);
             }
             store({hn::Sub(least(p[0].x, p[1].x, p[2].x), error), hn::Sub(least(p[0].y, p[1].y, p[2].y), error),
@@ -260,6 +312,30 @@ private:
         }
         return near;
     }
+    /// Raises gaps of triangles from i on to those along the lines of their centres, which of small triangles far apart are
+    /// hardly less than their distances: boxes gain as much as triangles are large.
+    HWY_NOINLINE void look_along_centres(RowGaps& gaps, std::size_t i, const CornerRow& a, const CornerRow& b,
+                                         std::size_t of_b) const
+    {
+        const V3 p[3] = {at(a.at[0], i), at(a.at[1], i), at(a.at[2], i)};
+        const auto corner = [&](std::size_t k) HWY_ATTR {
+            return V3{set(b.at[k][0][of_b]), set(b.at[k][1][of_b]), set(b.at[k][2][of_b])};
+        };
+        const V3 q[3] = {corner(0), corner(1), corner(2)};
+        const auto sum = [](const V3(&of)[3]) HWY_ATTR {
+            return V3{hn::Add(of[0].x, hn::Add(of[1].x, of[2].x)), hn::Add(of[0].y, hn::Add(of[1].y, of[2].y)),
+                      hn::Add(of[0].z, hn::Add(of[1].z, of[2].z))};
+        };
+        const V3 v = minus(sum(q), sum(p));
+        const F inverse = hn::Div(set(1.f), hn::Sqrt(hn::Max(dot(v, v), set(1e-30f))));
+        const F low = least(dot(v, q[0]), dot(v, q[1]), dot(v, q[2])), high = greatest(dot(v, p[0]), dot(v, p[1]), dot(v, p[2]));
+        const F box_gap = hn::LoadU(df, gaps.gap + i), along = hn::Sub(hn::Mul(hn::Sub(low, high), inverse), set(centres_error_));
+        // Products overflow where triangles lie very far apart; then only the distance of their boxes is known.
+        const F gap = blend(hn::And(hn::Gt(along, box_gap), hn::Lt(along, set(1e18f))), along, box_gap);
+        hn::StoreU(gap, df, gaps.gap + i);
+        const std::uint32_t far = static_cast<std::uint32_t>(bits_of(hn::Ge(gap, set(limit())))) << i;
+        gaps.near &= ~far;
+    }
     static HWY_INLINE F least(F a, F b, F c) { return hn::Min(a, hn::Min(b, c)); }
     static HWY_INLINE F greatest(F a, F b, F c) { return hn::Max(a, hn::Max(b, c)); }
 
@@ -282,8 +358,10 @@ private:
         each_bit(near_b, [&](std::size_t b) HWY_ATTR {
             const OneBox box(other.boxes, b);
             RowGaps gaps;
-            for (std::size_t i = 0; i < k_row; i += hn::Lanes(df))
+            for (std::size_t i = 0; i < k_row; i += hn::Lanes(df)) {
                 set_gaps(gaps, i, distance_of(at(boxes.lo, i), at(boxes.hi, i), box), hn::LoadU(df, high + i), set(other.low[b]));
+                if ((gaps.near >> i) != 0) look_along_centres(gaps, i, corners, other.corners, b);
+            }
             each_bit(gaps.near & first_bits(trees_.triangles_a - leaf_a * k_row), [&](std::size_t a) {
                 triangles_.add({gaps.gap[a], static_cast<std::uint32_t>(leaf_a * k_row + a),
                                 static_cast<std::uint32_t>(leaf_b * k_row + b)});
@@ -296,14 +374,13 @@ private:
                          });
     }
 
-    static constexpr std::size_t k_nodes = 4096;
-
     const PosedTrees& trees_;
+    const float centres_error_;  ///< by which rounding may raise a gap along the line of two centres
     GapBound bound_;
     TakeNearest take_;
     void* context_;
     float farthest_ = std::numeric_limits<float>::infinity();
-    GapHeap<k_nodes> nodes_;  // groups and leaves
+    GapBuckets nodes_;  // groups and leaves
     GapHeap<k_row * k_row> leaves_, triangles_;
 };
 

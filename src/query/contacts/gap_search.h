@@ -27,7 +27,6 @@ struct GapEntry {
 // A heap whose top has the least gap: made, after its last entry was added, before its top is taken from its end. Compiled once,
 // not for each instruction set.
 void heap_gaps(std::span<GapEntry> entries) noexcept;
-void push_gap(std::span<GapEntry> entries) noexcept;
 void pop_gap(std::span<GapEntry> entries) noexcept;
 
 /// Takes a pair and gives the bound that holds from then on; context: the caller's.

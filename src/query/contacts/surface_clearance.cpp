@@ -163,7 +163,6 @@ bool has_triangles(const Body& body) { return body.probe != nullptr && body.prob
 }  // namespace
 
 void heap_gaps(std::span<GapEntry> entries) noexcept { std::make_heap(entries.begin(), entries.end(), k_is_farther); }
-void push_gap(std::span<GapEntry> entries) noexcept { std::push_heap(entries.begin(), entries.end(), k_is_farther); }
 void pop_gap(std::span<GapEntry> entries) noexcept { std::pop_heap(entries.begin(), entries.end(), k_is_farther); }
 
 Clearance clearance(const Body& a, const Body& b) noexcept
