@@ -109,9 +109,7 @@ public:
         const auto word = [&](std::uint64_t value) {
             if (value > 0xffffffffu)
                 throw std::invalid_argument("the animation is larger than a GLB file can be: use fewer frames");
-            const auto v = static_cast<std::uint32_t>(value);
-            const auto* p = reinterpret_cast<const std::byte*>(&v);
-            out.insert(out.end(), p, p + 4);
+            for (int shift = 0; shift < 32; shift += 8) out.push_back(static_cast<std::byte>(value >> shift & 0xff));
         };
         word(0x46546C67);
         word(2);

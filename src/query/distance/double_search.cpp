@@ -62,8 +62,9 @@ std::uint32_t triangle_of(const ModelView& model, std::uint32_t entry)
     return entry < triangles ? entry : model.piece_triangle[entry - triangles];
 }
 
-/// Writes the corners of an entry of the hierarchy, mesh units, where they are kept: copies in between cost as much as the
-/// nearest point does. A piece lies in its triangle as it does in the stored one.
+/// Writes the corners of an entry of the hierarchy, in mesh units, to where the tie keeps them, because copying them from a
+/// return value costs as much as finding the nearest point. The function carries a piece over from the stored triangle to the
+/// caller's by its barycentric coordinates.
 void put_corners(const ModelView& model, std::uint32_t entry, Corners& corners)
 {
     const std::uint32_t triangle = triangle_of(model, entry);

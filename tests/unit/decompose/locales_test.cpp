@@ -108,9 +108,11 @@ TEST(LocaleBands, GiveEachTriangleItsNearestFeatureAndNoneToAnotherPiece)
     const std::vector<double> curvature(m.triangles.size(), 0);
     const LocaleBands bands = locale_bands(
         m, {.partition = {}, .protrusion = {}, .curvature = curvature, .salient_vertices = features}, printed_cuts());
-    for (std::uint32_t t = 0; t < count; ++t)
-        if (const double z = mesh::triangle_centroid(m, t).z; std::abs(z) > 0.1)
-            EXPECT_EQ(bands.feature[t], z < 0 ? 0u : 1u) << t;
+    for (std::uint32_t t = 0; t < count; ++t) {
+        const double z = mesh::triangle_centroid(m, t).z;
+        if (std::abs(z) <= 0.1) continue;
+        EXPECT_EQ(bands.feature[t], z < 0 ? 0u : 1u) << t;
+    }
     EXPECT_EQ(bands.feature[count], LocaleBands::k_none);
     EXPECT_TRUE(std::isinf(bands.distance[vertices]));
     // All of the mesh that a feature reaches is in its locales.

@@ -44,7 +44,7 @@ TEST(PaperForce, WithThePrintedProjectorTheDepthIsEq21sOnTheMapOfTheLayer)
     for (const query::Layer layer : {query::Layer::Two, query::Layer::Three}) {
         int touching = 0, other = 0;
         for (int i = 0; i < 20000; ++i) {
-            const float r = view.header.r_max;
+            const double r = view.header.r_max;
             const Vec3f p{static_cast<float>(random.between(-r, r)), static_cast<float>(random.between(-r, r)),
                           static_cast<float>(random.between(-r, r))};
             const query::PointResult found = query::query_point(view, cast<double>(p), {.layer = layer, .smoothed_map = true});
