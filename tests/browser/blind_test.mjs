@@ -114,44 +114,60 @@ const understood = (text) => {
   const [, hour] = /(\d+) o'clock/.exec(text) ?? [], [, third] = /(lower|middle|upper) third/.exec(text) ?? [], [, out] = /(\d+) millimetres? out/.exec(text) ?? [], [, away] = /surface is (\d+)/.exec(text) ?? [], [, push] = /pushes ([a-z ]+)/.exec(text) ?? [];
   return { touches: !text.startsWith('Touching nothing'), hour: Number(hour ?? 0), third: ['lower', 'middle', 'upper'].indexOf(third), out: Number(out ?? 0), away: Number(away ?? 0), push: push ? push.split(' and ') : [] };
 };
+/// How far two answers are apart, 0 to 2: one that went quite another way, as a tool that slipped into a hole, counts no more.
 const apart = (a, b) => {
-  if (a.touches !== b.touches) return 4;
+  if (a.touches !== b.touches) return 2;
   const hours = a.hour && b.hour ? Math.min(Math.abs(a.hour - b.hour), 12 - Math.abs(a.hour - b.hour)) : 0;
   const pushes = a.touches ? a.push.filter((w) => !b.push.includes(w)).length + b.push.filter((w) => !a.push.includes(w)).length : 0;
-  return Math.min(hours, 3) / 2 + Math.abs(a.third - b.third) + Math.abs(a.out - b.out) / 12 + Math.abs(a.away - b.away) / 12 + pushes / 2;
+  return Math.min(Math.min(hours, 3) / 2 + Math.abs(a.third - b.third) + Math.abs(a.out - b.out) / 12 + Math.abs(a.away - b.away) / 12 + pushes / 2, 2);
 };
 /// Answers to N until two are alike: the tool is at rest then.
 const answer = async () => {
   let before = '';
-  for (let k = 0; k < 12; ++k) {
+  for (let k = 0; k < 20; ++k) {
+    await page.waitForTimeout(250);
     const since = heard.length;
     await press('n');
-    const text = (await hears(/newtons|^Touching nothing/, since, ORCA ? 300 : 4000)) ?? '';
+    const text = (await hears(/newtons|^Touching nothing|on its way down/, since, ORCA ? 300 : 4000)) ?? '';
     const now = text.replace(/[\d.]+ newtons/, '').replace(/, (new|touched before)/, '');
     if (ORCA && before && !text) return before;  // a screen reader does not say the same again
+    if (/on its way/.test(text)) continue;
     if (text && now === before) return text;
     before = now;
-    await page.waitForTimeout(150);
   }
   return before;
 };
+/// Takes the tool up, and waits until N says so: while something is touched the space bar is STOP, on answers too.
+const lift = async () => {
+  await press('Enter');
+  for (let k = 0, since = heard.length; k < 20; ++k, since = heard.length) {
+    await press('n');
+    if (/^Touching nothing$/.test(await hears(/newtons|^Touching nothing/, since, ORCA ? 300 : 4000))) return;
+  }
+};
 // Sentences take their time: a screen reader's game has fewer rounds and positions.
 const ROUNDS = ORCA ? 4 : 6, STEPS = 13, PATH = [['ArrowLeft', 'ArrowUp'], ['ArrowRight'], ['ArrowRight'], ['ArrowDown'], ['ArrowLeft'], ['ArrowLeft'], ['ArrowDown'], ['ArrowRight'], ['ArrowRight']].slice(0, ORCA ? 3 : 9);
+const SIDES = ORCA ? 1 : 2, QUARTER = 6;  // what is long is a ball from its end: the object is walked round by a quarter
 /// Hears the answers at these positions over the hidden object. turns: by 15 degrees, before.
 const explored = async (turns) => {
-  if (turns) await press('e', turns);
-  await press('Enter');
   const out = [];
-  for (const moves of PATH) {
-    for (const move of moves) await press(move, STEPS);
-    out.push(understood(await answer()));
+  for (let side = 0; side < SIDES; ++side) {
+    if (side > 0 || turns) await press('e', side > 0 ? QUARTER : turns);
+    await press('Enter');
+    for (const moves of PATH) {
+      for (const move of moves) await press(move, STEPS);
+      out.push(understood(await answer()));
+    }
+    for (const back of ['ArrowLeft', 'ArrowUp']) await press(back, STEPS);  // to the middle
+    await lift();
   }
-  await press('Enter');
   return out;
 };
 const known = [];  // [name, what was heard]
-const guess = (now) => known.map(([name, then]) => [name, then.reduce((sum, x, k) => sum + apart(x, now[k]), 0)]).sort((a, b) => a[1] - b[1])[0]?.[0] ?? SHAPES[0];
+/// Known objects, and how far what was heard of each is from this, the nearest first.
+const likely = (now) => known.map(([name, then]) => [name, then.reduce((sum, x, k) => sum + apart(x, now[k]), 0)]).sort((a, b) => a[1] - b[1]);
 
+const margins = [];
 /// A game; [object, guess] of each round, as it was said.
 const game = async (participant, turns) => {
   await tab(/^textbox Name/);
@@ -174,7 +190,7 @@ const game = async (participant, turns) => {
     await tab(/^radio/);
     const answers = (await page.locator('#panel').ariaSnapshot()).match(/radio "[^"]+"/g).map((t) => t.slice(7, -1));
     assert.deepEqual([...answers].sort(), [...SHAPES].sort(), 'the answers have names');
-    const mine = guess(now);
+    const order = likely(now), mine = order[0]?.[0] ?? SHAPES[0];
     await press('Space');
     for (let k = 0; k < answers.length && !(await focused()).endsWith(mine); ++k) await press('ArrowDown');
     await tab(/^button Guess/);
@@ -182,6 +198,8 @@ const game = async (participant, turns) => {
     await press('Enter');
     const words = await hears(/(Right|Wrong): it (is|was) /, since, 20000), truth = /it (?:is|was) (.*)\.$/.exec(words)[1];
     out.push([truth, mine]);
+    const next = order.find(([name]) => name !== mine);
+    if (next) margins.push(`${mine} ${order[0][1].toFixed(1)} before ${next[0]} ${next[1].toFixed(1)}`);
     if (turns === 0) known.push([truth, now]);
     assert.match(await focused(), /^button (Next round|Result)/);
     since = heard.length;
@@ -217,9 +235,11 @@ if (!ORCA) test('a counted game by keys and words alone: 4 of 5 objects are name
   assert.ok(await hears(/of 6 right/, 0), 'the score of the first game');
   await tab(/^button Other settings/);
   await press('Enter');
+  margins.length = 0;
   const since = heard.length, said = await game('P3', 1), first = new Map();
   for (const [object, mine] of said) if (!first.has(object)) first.set(object, mine);
   console.log(`      heard alone: ${said.map(([object, mine]) => `${object} ${object === mine ? 'named' : `taken for ${mine}`}`).join(', ')}`);
+  console.log(`      how far apart: ${margins.join(', ')}`);
   assert.equal(first.size, 5);
   const right = [...first].filter(([object, mine]) => object === mine).length;
   assert.ok(right >= 4, `${right} of 5`);

@@ -85,12 +85,13 @@ void Touching::hold(ConnectionId connection, const Message& message)
     if (!message.held) refused_.erase(connection);
 }
 
-/// A new grasp begins where the page says, off the surface: a tool that flew there might pass through something.
+/// A new grasp begins where the page says, off the surface: a tool that flew there might pass through something, and one that was
+/// left behind something, as in a ring's hole, would hang on it.
 void Touching::move(ConnectionId connection, const Message& message)
 {
     constexpr double k_near = 0.03;  // m
     const bool begins = message.held && holder_ == 0;
-    const bool far = norm(message.target - target_) > k_near;
+    const bool far = norm(message.target - target_) > k_near || norm(message.target - frame_.tool) > k_near;
     holder_ = message.held ? connection : 0;
     target_ = message.target;
     if (begins && device_ == 0 && (touch_ == nullptr || far)) begin_or_restart(true);

@@ -113,6 +113,7 @@ hand.onSeek = (object, distance, direction) => {
 // Answers the question what is touched and where the tool is, also where nothing has changed.
 hand.onAsk = () => {
   const f = state.frame, touches = f !== null && f.contacts > 0;
+  if (hand.waits) { voice.answer('The tool is on its way down'); return; }
   if (!f || (!touches && !hand.holding)) { voice.answer('Touching nothing'); return; }
   const about = aboutObject(f), where = whereIs(f.tool, about), at = where ? whereWords(where, true) : '', push = touches ? forceWords(f.force) : '';
   const first = touches ? `${touchedName(f)}, ${memory.hear(f) ? 'touched before' : 'new'}, ${Math.hypot(...f.force).toFixed(1)} newtons${push ? `, ${push}` : ''}` : 'Touching nothing';

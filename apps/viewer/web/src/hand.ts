@@ -153,12 +153,14 @@ export class Hand {
   hold(): void {
     this.drags = false;
     this.held = true;
-    if (!this.world.cast(this.at.x, this.at.y, this.only)) {
-      const middle = this.world.project(this.world.controls.target);
-      this.at.copy(middle);
-      this.lastPoint.copy(this.world.controls.target);
-    }
+    if (!this.world.cast(this.at.x, this.at.y, this.only)) this.toMiddle();
     this.begin();
+  }
+
+  /// The next touch by keys begins in the middle of the view.
+  toMiddle(): void {
+    this.at.copy(this.world.project(this.world.controls.target));
+    this.lastPoint.copy(this.world.controls.target);
   }
 
   /// Touches the surface, or lifts the tool.

@@ -109,7 +109,7 @@ class Recognise {
       h('p', {}, 'Explore: drag over the empty stage, or focus it and use the arrow keys. Enter touches and lifts, Page Down presses harder, Q and E walk round, N says what is touched and where the tool is (6 o’clock is near you), Space stops.'),
       form);
     showRound(this.target);
-    announce(`${this.titleOf(i)}. An object is hidden in the stage. Arrow keys move over it, Enter touches and lifts.`);
+    announce(`${this.titleOf(i)}. An object is hidden in the stage. Arrow keys move over it from its middle, Enter touches and lifts.`);
   }
 
   feel(frame: Frame): void {
@@ -178,6 +178,7 @@ function showRound(object: number): void {
   hideTool();
   lookAt(-1);
   world.frame(playing ? object : -1);
+  hand.toMiddle();  // the last round's end would decide where this one begins, and who does not see it has nothing to go by
   if (playing) { select(-1, -1); world.tool.mark(null); startSenses(); showHint(HIDDEN_HINT); openSheet(false); canvas.focus(); }
   else { sound.quiet(); hint.hidden = true; }
   changed('playing');
