@@ -84,6 +84,7 @@ StepReport Cloth::step(double dt, std::span<const Collider> colliders) noexcept
         s.solve_threads();
         s.solve_tight();
         s.solve_held(share);
+        s.solve_pulled();
         double threads = cpu_seconds();
         report.seconds.threads += threads - mark;
         if (s.self) {

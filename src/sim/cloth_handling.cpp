@@ -72,6 +72,7 @@ void Cloth::cut(std::size_t seam)
     state_->seams.at(seam).sewn = false;
     state_->links_changed = true;
     state_->names = state_->sewn_names();
+    state_->find_pulled();
 }
 
 void Cloth::sew(std::size_t seam)
@@ -87,6 +88,7 @@ void Cloth::sew(std::size_t seam)
     links.sewn = true;
     s.links_changed = true;
     s.names = s.sewn_names();
+    s.find_pulled();
 }
 
 double Cloth::gap(std::size_t seam) const
@@ -112,6 +114,7 @@ void Cloth::grasp(std::uint32_t node, double radius, Vec3d tool, double stiffnes
             s.held.push_back({i, s.position[i] - tool});
     s.tool = tool;
     s.grip_stiffness = stiffness;
+    s.find_pulled();
 }
 
 void Cloth::drag(Vec3d tool) noexcept
@@ -122,6 +125,7 @@ void Cloth::drag(Vec3d tool) noexcept
 void Cloth::release()
 {
     state_->held.clear();
+    state_->pulled.clear();
     state_->tension = {};
 }
 

@@ -60,6 +60,12 @@ struct Cloth::State {
         Bending bending;
     };
 
+    /// A thread in a pull: the end nearer to the hand follows the other one.
+    struct Pulled {
+        std::uint32_t near, far;
+        float max;  ///< m
+    };
+
     /// One of the equal shares that a step is solved in (Macklin et al. 2019). done: the part of the step that is over with it.
     struct Share {
         double dt, done, part;
@@ -81,6 +87,12 @@ struct Cloth::State {
     /// The springs of the grip, by extended position-based dynamics (Macklin et al. 2016): as stiff as they are said to be,
     /// whatever the step and the shares. Adds to the step's mean tension.
     void solve_held(const Share& share);
+
+    // pulling.cpp
+    /// Orders the threads from the far end of the cloth to the nodes that a tool holds; none where it holds nothing.
+    void find_pulled();
+    /// Draws nodes back whose threads a pull has made too long, in one sweep from the far end to the tool.
+    void solve_pulled();
 
     // cloth_solver.cpp
     /// Copies Bullet's nodes at the beginning of a step.
@@ -144,7 +156,8 @@ struct Cloth::State {
     std::vector<SeamLinks> seams;
     std::vector<Pin> pins;
     std::vector<Held> held;
-    double grip_stiffness = 0;  ///< N / m, of all the springs
+    std::vector<Pulled> pulled;  ///< empty where nothing is held
+    double grip_stiffness = 0;   ///< N / m, of all the springs
     Vec3d tool{}, tension{};
     std::unique_ptr<SelfContacts> self;  ///< null without self_collision
     std::vector<std::uint32_t> names;    ///< sewn_names() now

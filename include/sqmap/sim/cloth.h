@@ -154,7 +154,8 @@ public:
     [[nodiscard]] double gap(std::size_t seam) const;
 
     /// Holds a node and those within radius, m, of it by springs, at their positions relative to a tool (world, m). stiffness:
-    /// N/m, of all springs together. Held nodes still have contacts; pinned ones are not held.
+    /// N/m, of all springs together. Held nodes still have contacts; pinned ones are not held. Threads that run to the grip are
+    /// not drawn longer than 1.3 times: a tool that goes on stretches the springs.
     /// @throw std::invalid_argument for a node that does not exist or a stiffness that is not positive
     void grasp(std::uint32_t node, double radius, Vec3d tool, double stiffness = 500);
     void drag(Vec3d tool) noexcept;                ///< moves the tool; ignored unless finite

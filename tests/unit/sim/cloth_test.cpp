@@ -301,6 +301,50 @@ TEST(Cloth, AToolBearsTheWeightOfWhatItHolds)
     EXPECT_EQ(norm(cloth.tension()), 0);
 }
 
+TEST(Cloth, APullOfThirtyNewtonsDoesNotOpenSilk)
+{
+    // The far edge is fixed, and a hand pulls at the middle of the near one.
+    const auto wide = sheet({{0, 1, 0}, 0.5, 0.5, 0, 0, 600});
+    Cloth cloth(wide, fabric("silk"), {.iterations = 16});
+    std::vector<std::uint32_t> edge;
+    std::uint32_t grip = 0;
+    for (std::uint32_t i = 0; i < wide.start.size(); ++i) {
+        const Vec3d p = wide.start[i];
+        if (p.x < -0.249) edge.push_back(i);
+        if (norm(p - Vec3d{0.25, 1, 0}) < norm(wide.start[grip] - Vec3d{0.25, 1, 0})) grip = i;
+    }
+    cloth.pin(edge, Cloth::k_world, {});
+    cloth.grasp(grip, 0.02, wide.start[grip]);
+    double longest = 0, strongest = 0;
+    for (int i = 0; i < 240; ++i) {
+        if (norm(cloth.tension()) < 30) cloth.drag(wide.start[grip] + Vec3d{0.004 * i, 0, 0});
+        EXPECT_EQ(cloth.step(1.0 / 120, {}).status & k_cloth_not_finite, 0u);
+        strongest = std::max(strongest, norm(cloth.tension()));
+        for (const double s : cloth.strain()) longest = std::max(longest, s);
+    }
+    EXPECT_GT(strongest, 30);
+    EXPECT_LT(longest, 0.5);  // a share of the threads' length
+}
+
+TEST(Cloth, APullWhileSeamsAreDrawnTogetherThrowsNothing)
+{
+    Cloth cloth(shirt({.collar = {0, 0.1, 0},
+                       .chest = 0.52,
+                       .length = 0.62,
+                       .span = 1.0,
+                       .sleeve = 0.24,
+                       .neck = 0.24,
+                       .gap = 0.14,
+                       .vertices = 1000}),
+                fabric("cotton"));
+    std::uint32_t status = 0;
+    for (int i = 0; i < 120; ++i) {
+        if (i == 20) cloth.grasp(40, 0.02, cloth.positions()[40]);
+        status |= cloth.step(1.0 / 120, {}).status;
+    }
+    EXPECT_EQ(status & k_cloth_slowed, 0u);
+}
+
 TEST(Cloth, StrainIsWhatTheStartIsStretchedBy)
 {
     Garment g = sheet({{0, 1, 0}, 0.3, 0.3, 0, 0, 64});
