@@ -191,6 +191,25 @@ test('a DAE file opens, as it does from the command line', async () => {
   assert.match(await page.getAttribute('#file', 'accept'), /\.dae/);
 });
 
+test('the other kind of maps comes into sight beside its object, though the eye was near a point', async () => {
+  await page.click('#tab-look');
+  await page.selectOption('#colour', 'error');
+  await page.waitForSelector('#worst:not([hidden])');
+  await page.click('#worst');
+  await page.selectOption('#beside', 'twin');
+  const loaded = () => { const { objects } = window.sqmap.world, pair = objects.pair(); return pair !== null && window.sqmap.world.halved && objects.ready() && !!objects.meshOf(pair[1]); };
+  await until(page, loaded);
+  await settled(page);
+  const off = await page.evaluate(() => {
+    const { world } = window.sqmap, box = world.objects.box(world.objects.pair()[0]), q = world.project(box.getCenter(world.controls.target.clone()));
+    return { middle: Math.hypot(q.x, q.y), edges: [box.min, box.max].map((p) => world.project(p.clone())).map((p) => Math.max(Math.abs(p.x), Math.abs(p.y))) };
+  });
+  assert.ok(off.middle < 0.2 && off.edges.every((e) => e < 1.2 && e > 0.05), JSON.stringify(off));
+  await page.screenshot({ path: path.join(folder, 'both-maps.png') });
+  await page.selectOption('#beside', 'none');
+  await page.selectOption('#colour', 'parts');
+});
+
 for (const [name, options] of [['dark', { ...wide, colorScheme: 'dark' }], ['narrow', { viewport: { width: 390, height: 844 } }]])
   test(`pictures: ${name}`, async () => {
     const other = await openPage(url, options);

@@ -491,7 +491,7 @@ test('a lost connection ends the force and is found again', async () => {
   await until(page, () => document.querySelector('#connection').textContent.includes('lost'));
   await until(page, () => document.querySelector('#connection').textContent === 'connected');
   // Still pressed: the tool is taken up again, off the surface first.
-  await until(page, () => { const f = window.sqmap.frame(); return f.engaged && f.contacts > 0; });
+  await until(page, () => { const f = window.sqmap.frame(); return f !== null && f.engaged && f.contacts > 0; });
   await page.mouse.up();
 });
 

@@ -66,7 +66,7 @@ function scene({ objects, loading, removed }: Scene): void {
   const fresh = objects.findIndex((f) => !before.some((g) => g.id === f.id));
   void world.setScene(objects).then(() => {
     if (first) { if (objects.length > before.length || !loading) firstMinute(); }
-    else if (fresh >= 0) { lookAt(fresh); world.frameClosely(fresh); }
+    else if (fresh >= 0) showFresh(fresh);
     else if (objects.length < before.length) { world.frame(); lookAt(-1); }
     if (loading) return;
     if (first && saved) restoreSaved();
@@ -75,6 +75,14 @@ function scene({ objects, loading, removed }: Scene): void {
     first = false;
     document.body.dataset.ready = String(state.frames);
   }).catch((e) => trouble(e));
+}
+
+/// Brings a new object into view. The other kind of maps is drawn beside its object, from the same side: there the eye looks.
+function showFresh(object: number): void {
+  const pair = world.objects.beside === 'twin' ? world.objects.pair() : null;
+  if (pair?.includes(object)) { world.frame(pair[0], world.direction()); return; }
+  lookAt(object);
+  world.frameClosely(object);
 }
 
 /// Words for a connection that stands, and for one that is lost.

@@ -14,8 +14,9 @@ export const forceRead = h('output', { class: 'force', id: 'force', 'aria-live':
 export const factsLine = h('p', { class: 'facts-line', id: 'model-facts' });  // stays in sight while the panel scrolls
 export const forceTag = h('div', { class: 'force-tag', hidden: true, 'aria-hidden': 'true' });  // hidden from screen readers: the words in the corner say the same
 export const invite = h('div', { class: 'invite', id: 'invite', hidden: true, 'aria-hidden': 'true' }, 'Press and drag on me');
-/// The purpose of the page, shown until the first touch.
-export const purpose = h('p', { class: 'purpose', id: 'purpose' }, 'Touch a 3D object and feel its force. See how well sqmap knows its surface.');
+/// The purpose of the page, shown until the first touch. Its words stand in index.html, so that they are read while the rest loads;
+/// a saved page has none.
+export const purpose = document.getElementById('purpose') ?? h('p', { id: 'purpose' });
 /// The titles of two views side by side.
 export const sides = h('div', { class: 'sides', id: 'sides', hidden: true }, h('span', {}), h('span', {}));
 export const stage = h('div', { class: 'stage' }, canvas, sides, forceTag, invite, hint, legend, h('div', { class: 'corner' }, purpose, forceRead, factsLine));
