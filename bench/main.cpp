@@ -36,9 +36,12 @@ const std::map<std::string, std::int64_t> k_instructions{{"sse4", HWY_SSE4}, {"a
 /// Lets sqmap's kernels use no wider set than name; an empty name leaves the machine's choice. Returns the set they run on.
 std::string limit_instructions(const std::string& name)
 {
-    // Wider ones have the lower bits.
-    if (!name.empty()) hwy::DisableTargets(k_instructions.at(name) - 1);
     std::int64_t left = hwy::SupportedTargets();
+    if (!name.empty()) {
+        left &= ~(k_instructions.at(name) - 1);  // wider ones have the lower bits
+        // Not DisableTargets: SupportedTargets, called above, has chosen among all already.
+        hwy::SetSupportedTargetsForTest(left);
+    }
     // The kernels exist for these sets of x86 alone.
     const std::int64_t compiled = HWY_SSE4 | HWY_AVX2 | HWY_AVX3;
     if ((left & compiled) != 0) left &= compiled;
