@@ -13,6 +13,8 @@ const wide = { viewport: { width: 1360, height: 800 } };
 let page;
 
 test('it opens on Touch: one object large, one invitation, and a press is felt', async () => {
+  // The page says its purpose before its script has loaded.
+  assert.match(await (await fetch(url)).text(), /id="purpose">Touch a 3D object and feel its force\./);
   page = await openPage(url, wide);
   await settled(page);
   assert.equal(await page.getAttribute('#tab-touch', 'aria-selected'), 'true');
