@@ -12,6 +12,9 @@
 #include <map>
 #include <numbers>
 #include <numeric>
+#include <optional>
+#include <span>
+#include <utility>
 
 namespace sqmap::decompose {
 
@@ -142,7 +145,95 @@ void join(std::map<Pair, Bend>& bends, std::uint32_t a, std::uint32_t b)
     bends = std::move(joined);
 }
 
+/// Finds the most concave cut of each part, and keeps it: other cuts leave it as it is.
+class CreaseFinder {
+public:
+    CreaseFinder(const mesh::Mesh& mesh, const CreaseOptions& options)
+        : surface_(mesh), surroundings_(surface_), options_(options)
+    {
+    }
+
+    /// Makes the most concave cut if it is accepted, else forgets it; false where none is concave enough.
+    bool cut(Partition& partition, const std::function<bool(const Partition&)>& accept)
+    {
+        Found* deepest = nullptr;
+        std::optional<Partition> best;
+        for (std::uint32_t part = 0; part < partition.part_count; ++part) {
+            const std::vector<std::uint32_t> triangles = triangles_of(partition, part);
+            if (!found_.contains(triangles)) found_[triangles] = found_in(partition, part, triangles);
+            Found& found = found_.at(triangles);
+            if (!(found.bend > (deepest != nullptr ? deepest->bend : options_.least_bend))) continue;
+            Partition next = partition;
+            if (!is_cut_in_two(next, part, triangles, found.near)) continue;
+            deepest = &found;
+            best = std::move(next);
+        }
+        if (!best) return false;
+        if (accept(*best))
+            partition = std::move(*best);
+        else
+            deepest->bend = 0;
+        return true;
+    }
+
+private:
+    struct Found {
+        double bend = 0;
+        std::vector<std::uint8_t> near;
+    };
+
+    [[nodiscard]] double least_area() const { return options_.least_area * surface_.total_area; }
+
+    [[nodiscard]] bool is_cut_in_two(Partition& partition, std::uint32_t part, std::span<const std::uint32_t> triangles,
+                                     std::span<const std::uint8_t> near) const
+    {
+        return apply_cut(surface_, partition, {part, triangles, near, CutKind::Error, least_area()}) == 2;
+    }
+
+    Found found_in(const Partition& partition, std::uint32_t part, std::span<const std::uint32_t> triangles)
+    {
+        Found best;
+        if (surface_.area_of(triangles) < 2 * least_area()) return best;
+        for (CandidateCut& candidate : candidate_cuts(surface_, triangles, {partition.part_of_triangle, part}, least_area())) {
+            Partition next = partition;
+            if (!is_cut_in_two(next, part, triangles, candidate.near)) continue;
+            const double bend = bend_of(surroundings_, border_in(next, part, triangles), next.part_of_triangle).mean();
+            if (bend > best.bend) best = {bend, std::move(candidate.near)};
+        }
+        return best;
+    }
+
+    /// The border of a part that was cut in two, of these triangles.
+    [[nodiscard]] std::vector<BorderEdge> border_in(const Partition& partition, std::uint32_t part,
+                                                    std::span<const std::uint32_t> triangles) const
+    {
+        std::vector<BorderEdge> border;
+        const std::vector<std::uint32_t>& part_of = partition.part_of_triangle;
+        for (const std::uint32_t t : triangles)
+            for (int e = 0; e < 3; ++e) {
+                const std::uint32_t o = surface_.graph.neighbours[t][e];
+                if (part_of[t] == part && o != mesh::k_no_triangle && part_of[o] + 1 == partition.part_count)
+                    border.push_back({{t, o}, surface_.edge_length[t][e]});
+            }
+        return border;
+    }
+
+    CutSurface surface_;
+    Surroundings surroundings_;
+    const CreaseOptions& options_;
+    std::map<std::vector<std::uint32_t>, Found> found_;  ///< by the part's triangles
+};
+
 }  // namespace
+
+Partition cut_creases(const mesh::Mesh& mesh, Partition partition, const CreaseOptions& options,
+                      const std::function<bool(const Partition&)>& accept)
+{
+    CreaseFinder finder(mesh, options);
+    while (partition.part_count < options.max_parts && finder.cut(partition, accept)) {
+    }
+    return partition;
+}
 
 std::vector<std::uint32_t> named_parts(const mesh::Mesh& mesh, const Partition& partition, const NamedPartOptions& options)
 {

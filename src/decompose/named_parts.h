@@ -4,6 +4,7 @@
 #include "sqmap/decompose/decompose.h"
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace sqmap::decompose {
@@ -22,5 +23,19 @@ struct NamedPartOptions {
 /// "Parts of recognition", Cognition 18, 1984).
 [[nodiscard]] std::vector<std::uint32_t> named_parts(const mesh::Mesh& mesh, const Partition& partition,
                                                      const NamedPartOptions& options = {});
+
+/// Thresholds of cut_creases(), free of scale.
+struct CreaseOptions {
+    double least_bend = 0.4;   ///< radians, by which the surface turns inwards across the new border on average
+    double least_area = 0.03;  ///< of each piece, of the surface area
+    std::uint32_t max_parts = 24;
+};
+
+/// Cuts parts where a person would though their bounds need no cut: where a neck or a step of a shaft runs through one. Of the
+/// candidates of Cutter::split the most concave is cut, while there is one that accept(partition after it) takes. partition: of
+/// the mesh's triangles. Any units and frame. The cuts are of kind Error. Cost: that of Cutter::split for each large part, and as
+/// much again. Thread-safe. @throw std::bad_alloc
+[[nodiscard]] Partition cut_creases(const mesh::Mesh& mesh, Partition partition, const CreaseOptions& options,
+                                    const std::function<bool(const Partition&)>& accept);
 
 }  // namespace sqmap::decompose

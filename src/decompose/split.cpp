@@ -12,12 +12,6 @@ namespace sqmap::decompose {
 
 namespace {
 
-struct Candidate {
-    double score = 0;
-    double gain = 0;
-    std::vector<std::uint8_t> near;
-};
-
 double cut_length(const CutSurface& s, std::span<const std::uint32_t> triangles, const std::vector<std::uint8_t>& near)
 {
     std::vector<std::uint8_t> side(s.area.size(), 2);
@@ -96,22 +90,15 @@ void cut_at_levels(const CutSurface& s, std::span<const std::uint32_t> triangles
 
 }  // namespace
 
-Cutter::Cutter(const mesh::Mesh& mesh) : surface_(std::make_unique<const CutSurface>(mesh)) {}
-Cutter::~Cutter() = default;
-
-Split Cutter::split(const Partition& partition, std::uint32_t part, const DecomposeOptions& options) const
+std::vector<CandidateCut> candidate_cuts(const CutSurface& s, std::span<const std::uint32_t> triangles,
+                                         GeodesicSolver::Region region, double least)
 {
-    const CutSurface& s = *surface_;
     const mesh::Mesh& mesh = s.mesh;
-    Split out;
-    out.partition = partition;
-    const auto triangles = triangles_of(partition, part);
-    if (triangles.size() < 4) return out;
+    std::vector<CandidateCut> cuts;
+    if (triangles.size() < 4) return cuts;
     const double area = s.area_of(triangles);
-    const double least = options.minimum_part_area * s.total_area;
     const double whole = ellipsoid_volume(mesh, triangles);
-    if (whole <= 0) return out;
-    Candidate best;
+    if (whole <= 0) return cuts;
     const auto consider = [&](std::vector<std::uint8_t> near) {
         std::vector<std::uint32_t> a, b;
         double area_a = 0;
@@ -125,13 +112,28 @@ Split Cutter::split(const Partition& partition, std::uint32_t part, const Decomp
         const double length = cut_length(s, triangles, near);
         const double concavity = mean_concavity(s, triangles, near, length / (2 * std::numbers::pi));
         const double score = gain + 0.3 * concavity - 0.1 * length / std::sqrt(4 * std::numbers::pi * smaller);
-        if (best.near.empty() || score > best.score) best = {score, gain, std::move(near)};
+        cuts.push_back({score, gain, std::move(near)});
     };
-    for (const auto& field : fields_of(s, triangles, {partition.part_of_triangle, part}))
-        cut_at_levels(s, triangles, field, consider);
-    if (best.near.empty()) return out;
-    out.found = apply_cut(s, out.partition, {part, triangles, best.near, CutKind::Error, least}) > 1;
-    out.gain = best.gain;
+    for (const auto& field : fields_of(s, triangles, region)) cut_at_levels(s, triangles, field, consider);
+    return cuts;
+}
+
+Cutter::Cutter(const mesh::Mesh& mesh) : surface_(std::make_unique<const CutSurface>(mesh)) {}
+Cutter::~Cutter() = default;
+
+Split Cutter::split(const Partition& partition, std::uint32_t part, const DecomposeOptions& options) const
+{
+    const CutSurface& s = *surface_;
+    Split out;
+    out.partition = partition;
+    const auto triangles = triangles_of(partition, part);
+    const double least = options.minimum_part_area * s.total_area;
+    const std::vector<CandidateCut> cuts = candidate_cuts(s, triangles, {partition.part_of_triangle, part}, least);
+    if (cuts.empty()) return out;
+    const auto best = std::max_element(cuts.begin(), cuts.end(),
+                                       [](const CandidateCut& l, const CandidateCut& r) { return l.score < r.score; });
+    out.found = apply_cut(s, out.partition, {part, triangles, best->near, CutKind::Error, least}) > 1;
+    out.gain = best->gain;
     return out;
 }
 

@@ -98,5 +98,33 @@ TEST(NamedParts, ComponentsKeepTheirNames)
     EXPECT_EQ(named_parts(two, parts_by(two, 2, [](Vec3d p) { return p.x < 2.5 ? 0u : 1u; })), (Names{0, 1}));
 }
 
+Partition one_part(const mesh::Mesh& mesh)
+{
+    return parts_by(mesh, 1, [](Vec3d) { return 0u; });
+}
+
+bool always(const Partition&) { return true; }
+
+TEST(CutCreases, CutsADumbbellWhereItsBarMeetsItsBalls)
+{
+    const mesh::DumbbellOptions options;
+    const mesh::Mesh mesh = mesh::dumbbell(options);
+    const Partition cut = cut_creases(mesh, one_part(mesh), {}, always);
+    ASSERT_EQ(cut.part_count, 3u);
+    for (const Boundary& border : cut.boundaries) {
+        EXPECT_EQ(border.kind, CutKind::Error);
+        EXPECT_NEAR(border.length, 2 * std::numbers::pi * options.bar_radius, 0.1 * border.length);
+    }
+    EXPECT_EQ(named_parts(mesh, cut).size(), 3u);
+    EXPECT_EQ(cut_creases(mesh, one_part(mesh), {.max_parts = 2}, always).part_count, 2u);
+    EXPECT_EQ(cut_creases(mesh, one_part(mesh), {}, [](const Partition&) { return false; }).part_count, 1u);
+}
+
+TEST(CutCreases, LeavesConvexBodiesAndBentTubesAlone)
+{
+    for (const mesh::Mesh& mesh : {mesh::ellipsoid({2, 1, 1}, 4), mesh::torus(), mesh::rounded_box({1.2, 0.8, 0.6}, 0.2, 3)})
+        EXPECT_EQ(cut_creases(mesh, one_part(mesh), {}, always).part_count, 1u);
+}
+
 }  // namespace
 }  // namespace sqmap::decompose
