@@ -21,12 +21,10 @@ struct FootLanes {
     F miss;  // length of the part of p - point that is not along the normal
 };
 
-/// Steps and trials of them, and the tangential miss at which the search stops, of the largest semi-axis: well below a cell,
-/// above float rounding.
+/// Steps, and the tangential miss at which the search stops, of the largest semi-axis: well below a cell, above float rounding.
 struct NewtonLimits {
-    float max_steps = 10;
+    int max_iterations = 10;
     float tolerance = 1e-5f;
-    int max_trials = 40;
 };
 constexpr float k_proven_miss = 1e-3f;
 
@@ -66,58 +64,42 @@ HWY_INLINE V3 newton_step(const SuperquadricLanes& sq, const PositionLanes& posi
     return blend(regular, step, line.across);
 }
 
-/// How far Newton's method has come, whole numbers.
-struct NewtonProgress {
-    F steps;     // taken
-    F halvings;  // of the next one
-};
-
-/// From a position near the foot of q on, for the lanes of a mask; left of it are those that could go on after so many trials. A
-/// step that would not shorten the line is tried again by half, beside the next steps of other lanes. record: told of every
-/// position.
+/// From a position near the foot of q on, for the lanes of a mask. record: told of every position.
 template <class Record = NoRecord>
-HWY_NOINLINE FootLanes polished_foot(const SuperquadricLanes& sq, const V3& q, FootLanes foot, M& active, NewtonProgress& done,
+HWY_NOINLINE FootLanes polished_foot(const SuperquadricLanes& sq, const V3& q, FootLanes foot, M active,
                                      const NewtonLimits& limits, Record record = {})
 {
-    constexpr float k_max_halvings = 4;
     record.position(foot.position);
-    const F tolerance = set(limits.tolerance * sq.size()), one = set(1.f);
+    const F tolerance = set(limits.tolerance * sq.size());
     LineToFoot line(q, foot.at);
     const V3 first = minus(q, foot.at.point);
     F distance_sq = dot(first, first);
-    active = hn::And(active, hn::Gt(line.miss, tolerance));
-    for (int trial = 0; trial < limits.max_trials && any(active); ++trial) {
+    for (int iteration = 0; iteration < limits.max_iterations; ++iteration) {
+        active = hn::And(active, hn::Gt(line.miss, tolerance));
+        if (!any(active)) break;
         V3 step = newton_step(sq, foot.position, line);
-        const I exponent = hn::Sub(set_int(127), hn::ConvertTo(di, done.halvings));
-        step = scaled(hn::BitCast(df, hn::ShiftLeft<23>(exponent)), step);
-        F gauge;
-        const PositionLanes position = sq.through(sq.to_unit(plus(foot.at.point, step)), gauge);
-        const SurfaceLanes next = sq.surface(position);
-        const V3 d = minus(q, next.point);
-        const F next_sq = dot(d, d);
-        // The distance is flat at its minimum: there the miss decides, up to what rounding leaves of it.
-        const M moved = hn::And(active, hn::Le(next_sq, hn::Mul(distance_sq, set(1.f + 1e-6f))));
-        foot.position = blend(moved, position, foot.position);
-        foot.at = {blend(moved, next.point, foot.at.point), blend(moved, next.normal, foot.at.normal)};
-        distance_sq = blend(moved, next_sq, distance_sq);
-        done.steps = hn::Add(done.steps, hn::IfThenElseZero(moved, one));
-        done.halvings = hn::IfThenZeroElse(moved, hn::Add(done.halvings, one));
+        M left = active;
+        // A step that would not shorten the line is halved.
+        for (int halving = 0; halving < 4 && any(left); ++halving) {
+            F gauge;
+            const PositionLanes position = sq.through(sq.to_unit(plus(foot.at.point, step)), gauge);
+            const SurfaceLanes next = sq.surface(position);
+            const V3 d = minus(q, next.point);
+            const F next_sq = dot(d, d);
+            // The distance is flat at its minimum: there the miss decides, up to what rounding leaves of it.
+            const M moved = hn::And(left, hn::Le(next_sq, hn::Mul(distance_sq, set(1.f + 1e-6f))));
+            foot.position = blend(moved, position, foot.position);
+            foot.at = {blend(moved, next.point, foot.at.point), blend(moved, next.normal, foot.at.normal)};
+            distance_sq = blend(moved, next_sq, distance_sq);
+            left = hn::AndNot(moved, left);
+            step = scaled(set(0.5f), step);
+        }
+        active = hn::AndNot(left, active);
         line = LineToFoot(q, foot.at);
-        active = hn::And(hn::And(active, hn::Gt(line.miss, tolerance)),
-                         hn::And(hn::Lt(done.steps, set(limits.max_steps)), hn::Lt(done.halvings, set(k_max_halvings))));
-        if (any(moved)) record.position(foot.position);
+        record.position(foot.position);
     }
     foot.miss = line.miss;
     return foot;
-}
-
-/// The same to its end.
-template <class Record = NoRecord>
-HWY_INLINE FootLanes polished_foot(const SuperquadricLanes& sq, const V3& q, const FootLanes& foot, M active,
-                                   const NewtonLimits& limits = {}, Record record = {})
-{
-    NewtonProgress done{hn::Zero(df), hn::Zero(df)};
-    return polished_foot(sq, q, foot, active, done, limits, record);
 }
 
 HWY_NOINLINE FootLanes foot_at(const SuperquadricLanes& sq, const PositionLanes& position)

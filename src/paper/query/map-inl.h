@@ -53,9 +53,8 @@ public:
         return value_of(half_word(map_.distance.data(), base_node(row, column)), half_word(map_.normal.data(), normal));
     }
 
-    /// Layer 3, all but the normal: linear interpolation on one sheet of the surface, that of the nearest corner, followed along
-    /// uncut edges. linear: before corrections, for normal_of.
-    HWY_NOINLINE SampleLanes interpolated(const AngleLanes& angles, bool corrections, F& linear) const
+    /// Layer 3: linear interpolation on one sheet of the surface: that of the nearest corner, followed along uncut edges.
+    HWY_NOINLINE SampleLanes interpolated(const AngleLanes& angles, bool corrections) const
     {
         const Cell c(angles, map_.eta_count, map_.omega_count);
         const I bottom = node_of(c.row, c.column), top = node_of(hn::Add(c.row, set_int(1)), c.column);
@@ -66,14 +65,16 @@ public:
         const M hit = hn::RebindMask(df, hn::Lt(code, set_int(k_map_largest + 1)));
         Corners<F> value;
         for (std::size_t i = 0; i < 4; ++i) value[i] = hn::Mul(scale_, to_float(distance[i]));
-        SampleLanes sample{{}, {hn::Zero(df), hn::Zero(df), hn::Zero(df)}, hn::Zero(di)};
+        SampleLanes sample{{}, {}, hn::Zero(di)};
         if (any(hn::AndNot(whole, hit))) one_sheet(cuts, high, right, value);
-        linear = sample.distance = c.bilinear(value[0], value[1], value[2], value[3]);
+        sample.distance = c.bilinear(value[0], value[1], value[2], value[3]);
+        sample.normal = normal_at(angles, sample.distance);
         if (corrections && !map_.corrections.empty() && any(hn::And(whole, hit)))
             sample.distance = hn::Add(sample.distance, correction_at(c, hn::And(whole, hit)));
         sample.distance = larger(sample.distance, hn::Zero(df));
         const SampleLanes coded = value_of(code, hn::Zero(di));
         sample.distance = blend(hit, sample.distance, coded.distance);
+        sample.normal = blend(hit, sample.normal, {hn::Zero(df), hn::Zero(df), hn::Zero(df)});
         // In a cell inside which a surface enters the superquadric, the side of it that a position lies on is a guess.
         const M cap = equal(code, set_int(k_map_cap));
         M beside_cap = none();
@@ -83,12 +84,6 @@ public:
                                      flag(hn::Not(whole), k_projection_silhouette)),
                               flag(mixed, k_projection_by_cap));
         return sample;
-    }
-    /// Its normal, zero where the flags name no surface.
-    HWY_NOINLINE V3 normal_of(const AngleLanes& angles, F linear, I flags) const
-    {
-        const M hit = equal(hn::And(flags, set_int(k_projection_miss | k_projection_cap)), hn::Zero(di));
-        return blend(hit, normal_at(angles, linear), {hn::Zero(df), hn::Zero(df), hn::Zero(df)});
     }
 
     /// Delta of eq. 12.

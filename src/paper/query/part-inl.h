@@ -37,13 +37,6 @@ HWY_INLINE M has_surface(const PartAnswerLanes& a)
     return equal(hn::And(a.flags, set_int(k_projection_cap | k_projection_miss)), hn::Zero(di));
 }
 
-/// Points that a part holds, and their feet.
-struct FoundLanes {
-    V3 q;  // the superquadric's own frame
-    FootLanes foot;
-    I flags;
-};
-
 class PartLanes {
 public:
     /// arcs: workspace of the search, made where it is needed; null: the search works its arcs out one by one.
@@ -80,20 +73,18 @@ public:
     /// Layers 2 and 3 for the lanes of a mask.
     HWY_INLINE PartAnswerLanes answer(const V3& p, const HeldLanes& point, M active) const
     {
-        FoundLanes found{point.q, {}, hn::Zero(di)};
-        found.foot = foot(point, active, found.flags);
         M seeks;
-        PartAnswerLanes a = along_foot(p, found, active, seeks);
+        PartAnswerLanes a = along_foot(p, point, active, seeks);
         seek_nearest(p, seeks, a);
         return a;
     }
     /// The same along the foot's line alone. seeks: the lanes from whose surface closest-point steps are to go on.
-    HWY_INLINE PartAnswerLanes along_foot(const V3& p, const FoundLanes& at, M active, M& seeks) const
+    HWY_INLINE PartAnswerLanes along_foot(const V3& p, const HeldLanes& point, M active, M& seeks) const
     {
         PartAnswerLanes a;
-        a.flags = at.flags;
-        FootLanes found = at.foot;
-        if (coarse_ && options_.projector == Projector::Newton) found = at_base_sample(found.position, at.q);
+        a.flags = hn::Zero(di);
+        FootLanes found = foot(point, active, a.flags);
+        if (coarse_ && options_.projector == Projector::Newton) found = at_base_sample(found.position, point.q);
         a.angles = angles_at(found.position);
         SampleLanes sample = sample_at(a.angles);
         a.shown = found;
@@ -101,7 +92,7 @@ public:
         a.shown_flags = sample.flags;
         a.foot = sq_.to_model(found.at.point);
         a.foot_normal = sq_.direction_to_model(found.at.normal);
-        a.foot_distance = length(minus(found.at.point, at.q));
+        a.foot_distance = length(minus(found.at.point, point.q));
         const F infinite = set(INFINITY);
         if (options_.gaps && !coarse_) {
             const M deep = hn::And(active, hn::Gt(a.foot_distance, sample.distance));
@@ -124,33 +115,26 @@ public:
         return a;
     }
 
-    bool has_surface_seeds() const { return !view_.surface_seeds.empty(); }
-    /// The cells of the table of surface seeds that points are in; the superquadric need not hold them.
-    HWY_INLINE I surface_cells(const V3& p) const { return cells(sq_.to_unit(sq_.to_local(p)), surface_table()); }
-    /// The surface about the nearest to the middle of a cell: it bounds the depth of any point. Infinitely far off where the map
-    /// shows none.
-    HWY_NOINLINE PartAnswerLanes seed_surface(I cells) const
+    /// Looks for a nearer surface about contacts on this part's map, from the sample whose surface is about the nearest on; its
+    /// superquadric need not hold them. Returns the lanes that have one nearer than a distance, from which closest-point steps
+    /// are to go on. Every surface point bounds the depth, so the nearest is right.
+    HWY_NOINLINE M nearer_surface(const V3& p, F within, PartAnswerLanes& a) const
     {
-        PartAnswerLanes a;
-        a.shown = foot_at(sq_, seed_position(cells, surface_table()));
+        if (view_.surface_seeds.empty()) return none();
+        const SeedTable table{view_.surface_seeds.data(), k_surface_seeds, false};
+        a.shown = foot_at(sq_, table_start(sq_.to_unit(sq_.to_local(p)), table));
         const SampleLanes sample = sample_at(angles_at(a.shown.position));
         a.flags = a.shown_flags = sample.flags;
         a.contact = hn::Not(none());
         // Beside a jump what lies between samples may be no surface.
         const M mapped = hn::And(equal(sample.flags, hn::Zero(di)), hn::Gt(dot(sample.normal, sample.normal), set(0.5f)));
         a.shown_distance = sample.distance;
-        const F far = set(INFINITY);
-        a.surface = blend(mapped, surface_below(a.shown, hn::IfThenElseZero(mapped, sample.distance)), {far, far, far});
+        a.surface = surface_below(a.shown, hn::IfThenElseZero(mapped, sample.distance));
         a.normal = sample.normal;
-        a.depth = hn::Zero(df);
-        return a;
-    }
-    /// The points for which a surface is nearer than a distance and outside: there closest-point steps are to start.
-    static HWY_INLINE M is_nearer(const V3& p, F within, PartAnswerLanes& a)
-    {
         const V3 line = minus(a.surface, p);
         a.depth = dot(line, a.normal);
-        return hn::And(hn::Lt(length(line), within), hn::Gt(a.depth, hn::Zero(df)));
+        const M nearer = hn::And(hn::Lt(length(line), within), hn::Gt(a.depth, hn::Zero(df)));
+        return hn::And(mapped, nearer);
     }
 
     /// Closest-point steps on the map: the surface looked up again at the projection of p on the tangent plane of the surface
@@ -162,19 +146,15 @@ public:
         for (int step = 0; step < options_.nearest_steps && any(active); ++step) {
             const V3 target = plus(p, scaled(dot(minus(a.surface, p), a.normal), a.normal));
             const V3 q = sq_.to_local(target);
-            foot = polished_foot(sq_, q, foot, active);
-            const AngleLanes angles = angles_at(foot.position);
-            F linear = hn::Zero(df);
-            SampleLanes sample = distance_at(angles, linear);
-            active =
-                hn::And(hn::And(active, hn::Le(foot.miss, proven_)), equal(hn::And(sample.flags, set_int(k_open)), hn::Zero(di)));
+            foot = polished_foot(sq_, q, foot, active, {});
+            const SampleLanes sample = sample_at(angles_at(foot.position));
+            active = hn::And(hn::And(active, hn::Le(foot.miss, proven_)),
+                             hn::And(equal(hn::And(sample.flags, set_int(k_open)), hn::Zero(di)),
+                                     hn::Gt(dot(sample.normal, sample.normal), set(0.5f))));
             const V3 surface = surface_below(foot, hn::IfThenElseZero(active, sample.distance));
             const V3 line = minus(surface, p);
             const F distance = length(line);
             active = hn::And(active, hn::Lt(distance, nearest));
-            if (!any(active)) break;
-            sample.normal = normal_of(angles, linear, sample);
-            active = hn::And(active, hn::Gt(dot(sample.normal, sample.normal), set(0.5f)));
             nearest = blend(active, distance, nearest);
             a.shown.position = blend(active, foot.position, a.shown.position);
             a.shown.at = {blend(active, foot.at.point, a.shown.at.point), blend(active, foot.at.normal, a.shown.at.normal)};
@@ -208,20 +188,8 @@ public:
 
     HWY_NOINLINE SampleLanes sample_at(const AngleLanes& angles) const
     {
-        F linear = hn::Zero(df);
-        SampleLanes sample = distance_at(angles, linear);
-        sample.normal = normal_of(angles, linear, sample);
-        return sample;
-    }
-    /// The same without the normal, which normal_of adds.
-    HWY_INLINE SampleLanes distance_at(const AngleLanes& angles, F& linear) const
-    {
-        const SampleLanes sample = coarse_ ? map_.nearest_base(angles) : map_.interpolated(angles, options_.corrections, linear);
+        const SampleLanes sample = coarse_ ? map_.nearest_base(angles) : map_.interpolated(angles, options_.corrections);
         return options_.offset ? moved_out(angles, sample) : sample;
-    }
-    HWY_INLINE V3 normal_of(const AngleLanes& angles, F linear, const SampleLanes& sample) const
-    {
-        return coarse_ ? sample.normal : map_.normal_of(angles, linear, sample.flags);
     }
     /// Subtracts eq. 12.
     HWY_INLINE SampleLanes moved_out(const AngleLanes& angles, SampleLanes sample) const
@@ -257,34 +225,9 @@ public:
     /// For points that may lie outside: the foot nearest to where the own ray leaves.
     HWY_INLINE FootLanes foot_from(const PositionLanes& start, const V3& q, M active) const
     {
-        return polished_foot(sq_, q, foot_at(sq_, start), active);
+        return polished_foot(sq_, q, foot_at(sq_, start), active, {});
     }
     F proven() const { return proven_; }
-    bool is_newton() const { return options_.projector == Projector::Newton; }
-
-    /// The nearer of the position on the point's own ray and the table's start: near the surface the first is right, deep inside
-    /// and beside a sharp edge the second.
-    HWY_NOINLINE FootLanes nearer_start(const HeldLanes& point) const
-    {
-        const PositionLanes seed = table_start(point.unit, {view_.seeds.data(), view_.seed_count, view_.seeds_mirrored != 0});
-        const V3 to_own = minus(sq_.point(point.own), point.q), to_seed = minus(sq_.point(seed), point.q);
-        return foot_at(sq_, blend(hn::Lt(dot(to_seed, to_seed), dot(to_own, to_own)), seed, point.own));
-    }
-    /// So many trials of Newton's method on. open: the lanes, and of these the ones that could go on.
-    HWY_INLINE FootLanes tried(const V3& q, const FootLanes& foot, M& open, NewtonProgress& done, int trials) const
-    {
-        return polished_foot(sq_, q, foot, open, done, {.max_trials = trials});
-    }
-    /// Searches for the feet that Newton's method has not found.
-    template <class Record = NoRecord>
-    HWY_INLINE void settle(M active, FoundLanes& found, Record record = {}) const
-    {
-        const M failed = hn::AndNot(hn::Le(found.foot.miss, proven_), active);
-        if (!any(failed)) return;
-        HeldLanes point{found.q, sq_.to_unit(found.q), {}, {}};
-        (void)holds(sq_, point);
-        start_again(point, failed, found.foot, found.flags, record);
-    }
 
 private:
     static constexpr std::int32_t k_open = k_projection_miss | k_projection_cap;
@@ -343,10 +286,8 @@ private:
         return arcs_;
     }
 
-    SeedTable surface_table() const { return {view_.surface_seeds.data(), k_surface_seeds, false}; }
-
-    /// A table's cells that undeformed points are in.
-    HWY_INLINE I cells(const V3& unit, const SeedTable& table) const
+    /// A table's start for undeformed points, taken from the grid.
+    HWY_INLINE PositionLanes table_start(const V3& unit, const SeedTable& table) const
     {
         const auto n = static_cast<float>(table.along);
         I index = hn::Zero(di);
@@ -355,22 +296,12 @@ private:
             const F x = smaller(larger(hn::Mul(share, set(n)), hn::Zero(df)), set(n - 1));
             index = hn::Add(hn::Mul(index, set_int(static_cast<std::int32_t>(table.along))), truncate(x));
         }
-        return index;
-    }
-    /// The position that a table has for cells.
-    HWY_INLINE PositionLanes seed_position(I cells, const SeedTable& table) const
-    {
-        const I seed = MapLanes::half_word(reinterpret_cast<const std::uint16_t*>(table.seeds), cells);
+        const I seed = MapLanes::half_word(reinterpret_cast<const std::uint16_t*>(table.seeds), index);
         const F eta = mul_add(to_float(hn::And(seed, set_int(255))), set(k_pi / 255), set(-0.5f * k_pi)),
                 omega = mul_add(to_float(shift_right<8>(seed)), set(2 * k_pi / 256), set(-k_pi));
         const SineCosine up = sine_cosine(eta), round = sine_cosine(omega);
-        return {sq_.latitude().through(larger(up.cosine, hn::Zero(df)), up.sine).arc,
-                sq_.longitude().through(round.cosine, round.sine).arc};
-    }
-    /// A table's start for undeformed points, taken from the grid.
-    HWY_INLINE PositionLanes table_start(const V3& unit, const SeedTable& table) const
-    {
-        PositionLanes at = seed_position(cells(unit, table), table);
+        PositionLanes at{sq_.latitude().through(larger(up.cosine, hn::Zero(df)), up.sine).arc,
+                         sq_.longitude().through(round.cosine, round.sine).arc};
         if (table.mirrored) {
             const auto flip = [](F like, F& c, F& nc) {
                 c = hn::CopySign(c, like);
@@ -383,14 +314,28 @@ private:
         return at;
     }
 
+    /// The nearer of the position on the point's own ray and the table's start: near the surface the first is right, deep inside
+    /// and beside a sharp edge the second.
+    HWY_NOINLINE FootLanes nearer_start(const HeldLanes& point) const
+    {
+        FootLanes own = foot_at(sq_, point.own);
+        const FootLanes seed =
+            foot_at(sq_, table_start(point.unit, {view_.seeds.data(), view_.seed_count, view_.seeds_mirrored != 0}));
+        const V3 to_own = minus(own.at.point, point.q), to_seed = minus(seed.at.point, point.q);
+        const M nearer = hn::Lt(dot(to_seed, to_seed), dot(to_own, to_own));
+        return {blend(nearer, seed.position, own.position),
+                {blend(nearer, seed.at.point, own.at.point), blend(nearer, seed.at.normal, own.at.normal)},
+                own.miss};
+    }
+
     /// The foot from the table's start; where no basin holds that, from the search.
     template <class Record>
     HWY_INLINE FootLanes newton_foot(const HeldLanes& point, M active, I& flags, Record record) const
     {
-        FoundLanes found{point.q, polished_foot(sq_, point.q, nearer_start(point), active, {}, record), flags};
-        settle(active, found, record);
-        flags = found.flags;
-        return found.foot;
+        FootLanes foot = polished_foot(sq_, point.q, nearer_start(point), active, {}, record);
+        const M failed = hn::AndNot(hn::Le(foot.miss, proven_), active);
+        if (any(failed)) start_again(point, failed, foot, flags, record);
+        return foot;
     }
 
     /// Layer 2 compares a sample's distances, that of the point and that of the map: those of the nearest sample.

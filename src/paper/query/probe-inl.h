@@ -9,7 +9,6 @@
 
 #include "paper/query/job.h"
 #include "paper/query/part-inl.h"
-#include "paper/query/pending-inl.h"
 #include "query/probe/contacts-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -61,6 +60,68 @@ struct PointQueue {
     }
     HWY_INLINE I slots(std::size_t first) const { return hn::LoadU(di, slot + first); }
     HWY_INLINE M present(std::size_t first) const { return hn::FirstN(df, count - first); }
+};
+
+/// Answers of one part whose closest-point steps are to come: only whole vectors take them, however few lanes of a vector need
+/// any.
+class PendingAnswers {
+public:
+    std::size_t count = 0;
+    std::int32_t slot[2 * k_lanes];
+
+    HWY_INLINE void add(const PartAnswerLanes& a, I slots, M which)
+    {
+        each(a, [&](const F& value, std::size_t i) { pack(value, which, field_[i] + count); });
+        pack(a.flags, which, flags_[0] + count);
+        pack(a.shown_flags, which, flags_[1] + count);
+        pack(slots, which, slot + count);
+        count += count_of(which);
+    }
+    [[nodiscard]] HWY_INLINE PartAnswerLanes first() const
+    {
+        PartAnswerLanes a;
+        a.contact = hn::Not(none());
+        each(a, [&](F& value, std::size_t i) { value = hn::LoadU(df, field_[i]); });
+        a.flags = hn::LoadU(di, flags_[0]);
+        a.shown_flags = hn::LoadU(di, flags_[1]);
+        return a;
+    }
+    /// So that the vector holds answers: the first one again.
+    void fill_up()
+    {
+        const auto fill = [&](auto* values) { std::fill(values + count, values + std::max(count, hn::Lanes(df)), values[0]); };
+        for (auto& values : field_) fill(values);
+        for (auto& values : flags_) fill(values);
+        fill(slot);
+    }
+    /// Lets the first vector go.
+    HWY_INLINE void drop()
+    {
+        const std::size_t lanes = hn::Lanes(df);
+        count -= std::min(count, lanes);
+        const auto down = [&](auto* values) {
+            for (std::size_t i = 0; i < count; ++i) values[i] = values[lanes + i];
+        };
+        for (auto& values : field_) down(values);
+        for (auto& values : flags_) down(values);
+        down(slot);
+    }
+
+private:
+    template <class Answer, class Visit>
+    static HWY_INLINE void each(Answer& a, Visit visit)
+    {
+        std::size_t i = 0;
+        for (auto* arc : {&a.shown.position.latitude, &a.shown.position.longitude})
+            for (auto* value : {&arc->c, &arc->s, &arc->nc, &arc->ns}) visit(*value, i++);
+        for (auto* v : {&a.shown.at.point, &a.shown.at.normal, &a.surface, &a.normal})
+            for (auto* value : {&v->x, &v->y, &v->z}) visit(*value, i++);
+        visit(a.shown_distance, i++);
+        visit(a.depth, i++);
+    }
+
+    float field_[22][2 * k_lanes];
+    std::int32_t flags_[2][2 * k_lanes];
 };
 
 class PaperKernel {
@@ -176,74 +237,53 @@ private:
                 if ((state & PointStates::k_surface) == 0) states_.key[s] = INFINITY;
                 open_slots_[open_++] = static_cast<std::int32_t>(s);
             }
-        std::fill_n(open_slots_ + open_, k_lanes, 0);  // read with the last vector
         for (std::size_t i = 0; i < model_.parts.size() && open_ > 0; ++i) seek_on(i);
     }
     void seek_on(std::size_t index)
     {
         const float* sphere = model_.parts[index].sphere;
-        about_.count = 0;
-        for (std::size_t first = 0; first < open_; first += hn::Lanes(df)) {
-            const I slots = hn::LoadU(di, open_slots_ + first);
-            const V3 p = position_of(slots), d = minus(p, {set(sphere[0]), set(sphere[1]), set(sphere[2])});
+        held_.count = 0;
+        for (std::size_t k = 0; k < open_; ++k) {
+            const auto s = static_cast<std::size_t>(open_slots_[k]);
             // Below no surface: of the parts that are about the point.
-            const F far = set(0.5f * sphere[3]), key = hn::GatherIndex(df, states_.key, slots);
-            const F reach = hn::Add(set(sphere[3]), smaller(key, far));
-            const F square = mul_add(d.z, d.z, mul_add(d.x, d.x, hn::Mul(d.y, d.y)));
-            const M near = hn::And(hn::FirstN(df, open_ - first), hn::Lt(square, hn::Mul(reach, reach)));
-            if (any(near)) about_.add(p, slots, near);
+            const float reach = sphere[3] + std::min(states_.key[s], 0.5f * sphere[3]);
+            const Vec3f d = Vec3f{states_.x[s], states_.y[s], states_.z[s]} - model::vec3(sphere);
+            if (norm_sq(d) < reach * reach) held_.slot[held_.count++] = open_slots_[k];
         }
-        if (about_.count == 0) return;
-        about_.fill_up();
+        if (held_.count == 0) return;
+        held_.fill_up();
         const MapView view = map_of(paper_.model, index);
         const PartLanes part(view, paper_.options, job_.clusters == 0 ? nullptr : &arcs_);
-        if (!part.has_surface_seeds()) return;
-        if (job_.clusters > 0) seeds_.forget();
-        for (std::size_t first = 0; first < about_.count; first += hn::Lanes(df)) {
-            const I at = about_.slots(first);
-            const V3 p = about_.position(first);
+        for (std::size_t first = 0; first < held_.count; first += hn::Lanes(df)) {
+            const I at = held_.slots(first);
+            const V3 p = position_of(at);
             PartAnswerLanes a;
-            const M nearer = nearer_surface(part, p, {at, about_.present(first)}, a);
-            if (any(nearer)) seek_later(part, index, a, {at, nearer});
+            const M nearer = hn::And(held_.present(first), part.nearer_surface(p, hn::GatherIndex(df, states_.key, at), a));
+            if (any(nearer)) seek_later(part, index, a, at, nearer);
         }
-        seek(part, index, true);
-    }
-
-    struct Seekers {
-        I slots;
-        M present;
-    };
-    /// Looks on a part's map for a surface that is nearer to points than the one that is known. Returns the lanes that have one.
-    HWY_NOINLINE M nearer_surface(const PartLanes& part, const V3& p, const Seekers& seekers, PartAnswerLanes& a)
-    {
-        const F within = hn::GatherIndex(df, states_.key, seekers.slots);
-        const I cells = part.surface_cells(p);
-        if (job_.clusters == 0) {
-            a = part.seed_surface(cells);
-        } else if (any(hn::AndNot(seeds_.known(cells), seekers.present))) {
-            a = part.seed_surface(cells);
-            seeds_.add(a, cells, seekers.present);
-        } else {
-            const M near = hn::And(seekers.present, hn::Lt(length(minus(seeds_.surface(cells), p)), within));
-            if (!any(near)) return near;
-            a = seeds_.answer(cells);
-        }
-        return hn::And(seekers.present, PartLanes::is_nearer(p, within, a));
+        seek_rest(part, index);
     }
 
     /// Closest-point steps of a vector of answers, now or with those to come.
-    HWY_INLINE void seek_later(const PartLanes& part, std::size_t index, const PartAnswerLanes& a, const Seekers& seekers)
+    HWY_INLINE void seek_later(const PartLanes& part, std::size_t index, const PartAnswerLanes& a, I slots, M which)
     {
-        seeks_.add(a, seekers.slots, seekers.present);
-        if (seeks_.is_whole()) seek(part, index, false);
+        pending_.add(a, slots, which);
+        if (pending_.count >= hn::Lanes(df)) seek_pending(part, index);
     }
-    HWY_NOINLINE void seek(const PartLanes& part, std::size_t index, bool all)
+    HWY_INLINE void seek_rest(const PartLanes& part, std::size_t index)
     {
-        seeks_.take(all, [&](PartAnswerLanes a, I slots, M present) HWY_ATTR {
-            const V3 p = position_of(slots);
-            part.seek_nearest(p, present, a);
-            speak(part, p, a, {present, none()}, {slots, index});
-        });
+        if (pending_.count == 0) return;
+        pending_.fill_up();
+        seek_pending(part, index);
+    }
+    HWY_NOINLINE void seek_pending(const PartLanes& part, std::size_t index)
+    {
+        const V3 p = position_of(hn::LoadU(di, pending_.slot));
+        const M present = hn::FirstN(df, pending_.count);
+        PartAnswerLanes a = pending_.first();
+        part.seek_nearest(p, present, a);
+        speak(part, p, a, {present, none()}, {pending_.slot, index});
+        pending_.drop();
     }
 
     /// One part about the points that are not known to be free.
@@ -267,11 +307,12 @@ private:
             if (near[c] != 0) collect(part, sphere, c);
         if (in_box_.count == 0) return;
         in_box_.fill_up();
+        held_.count = 0;
         for (std::size_t first = 0; first < in_box_.count; first += hn::Lanes(df)) hold(part, first, index);
-        find_feet(part, index, true);
-        while (approaches_.count > 0) go_on(part, index, true);
-        answer(part, index, true);
-        seek(part, index, true);
+        if (paper_.options.layer == Layer::One) return;
+        held_.fill_up();
+        for (std::size_t first = 0; first < held_.count; first += hn::Lanes(df)) answer(part, first, index);
+        seek_rest(part, index);
     }
 
     static HWY_INLINE M in_sphere(const float* sphere, const V3& p)
@@ -315,66 +356,36 @@ private:
         const I slots = in_box_.slots(first);
         each_lane(held, [&](std::size_t i) { states_.state[in_box_.slot[first + i]] |= PointStates::k_held; });
         if (paper_.options.layer != Layer::One) {
-            held_.add(point, slots, held);
-            if (held_.is_whole()) find_feet(part, index, false);
+            held_.add(point.q, slots, held);
             return;
         }
         PartAnswerLanes a = part.layer_one(position_of(slots), point);
         // The deepest part speaks: the union's surface is outside every part that holds the point.
-        note(a, hn::Neg(a.foot_distance), a.foot_distance, {held, none()}, {slots, index});
+        note(a, hn::Neg(a.foot_distance), a.foot_distance, {held, none()}, {in_box_.slot + first, index});
     }
 
-    /// The feet of points that the part holds, or by Newton's method the starts towards them.
-    HWY_NOINLINE void find_feet(const PartLanes& part, std::size_t index, bool all)
+    HWY_NOINLINE void answer(const PartLanes& part, std::size_t first, std::size_t index)
     {
-        held_.take(all, [&](const HeldLanes& point, I slots, M present) HWY_ATTR {
-            if (part.is_newton()) {
-                const F zero = hn::Zero(df);
-                approaches_.add({point.q, part.nearer_start(point), {zero, zero}}, slots, present);
-            } else {
-                FoundLanes found{point.q, {}, hn::Zero(di)};
-                found.foot = part.foot(point, hn::Not(none()), found.flags);
-                answer(part, found, {slots, present}, index);
-            }
-        });
-        while (approaches_.is_whole()) go_on(part, index, false);
-    }
-    /// Most feet are found within two trials; the points that need more fill vectors again.
-    HWY_NOINLINE void go_on(const PartLanes& part, std::size_t index, bool all)
-    {
-        constexpr int k_trials = 2;
-        approaches_.take(all, [&](ApproachLanes at, I slots, M present) HWY_ATTR {
-            M open = present;
-            at.foot = part.tried(at.q, at.foot, open, at.done, k_trials);
-            if (any(open)) approaches_.add(at, slots, open);
-            feet_.add(at, slots, hn::AndNot(open, present));
-            if (feet_.is_whole()) answer(part, index, false);
-        });
-    }
-    HWY_NOINLINE void answer(const PartLanes& part, std::size_t index, bool all)
-    {
-        feet_.take(all, [&](const ApproachLanes& at, I slots, M present) HWY_ATTR {
-            FoundLanes found{at.q, at.foot, hn::Zero(di)};
-            part.settle(present, found);
-            answer(part, found, {slots, present}, index);
-        });
-    }
-    HWY_NOINLINE void answer(const PartLanes& part, const FoundLanes& found, const Seekers& points, std::size_t index)
-    {
-        const V3 p = position_of(points.slots);
+        HeldLanes point;
+        point.q = held_.position(first);
+        point.unit = part.shape().to_unit(point.q);
+        (void)holds(part.shape(), point);
+        const M present = held_.present(first);
+        const V3 p = position_of(held_.slots(first));
         M seeks;
-        PartAnswerLanes a = part.along_foot(p, found, hn::Not(none()), seeks);
-        seeks = hn::And(seeks, points.present);
-        if (any(seeks)) seek_later(part, index, a, {points.slots, seeks});
-        const M witness = paper_.pruning ? hn::And(points.present, is_witness(a)) : none();
-        speak(part, p, a, {hn::AndNot(seeks, hn::And(points.present, a.contact)), witness}, {points.slots, index});
+        PartAnswerLanes a = part.along_foot(p, point, hn::Not(none()), seeks);
+        seeks = hn::And(seeks, present);
+        if (any(seeks)) seek_later(part, index, a, held_.slots(first), seeks);
+        speak(part, p, a,
+              {hn::AndNot(seeks, hn::And(present, a.contact)), paper_.pruning ? hn::And(present, is_witness(a)) : none()},
+              {held_.slot + first, index});
     }
 
     struct Verdicts {
         M contact, witness;
     };
     struct Speaker {
-        I slots;
+        const std::int32_t* slots;
         std::size_t part;
     };
     /// Smooths contacts, where that is asked for, and notes them.
@@ -389,9 +400,7 @@ private:
     /// where it is the same in two parts, the one may take over from the other without a step of force.
     HWY_NOINLINE void note(const PartAnswerLanes& a, F key, F depth, const Verdicts& verdicts, const Speaker& speaker)
     {
-        HWY_ALIGN std::int32_t slots[k_lanes];
-        hn::Store(speaker.slots, di, slots);
-        each_lane(verdicts.witness, [&](std::size_t i) { states_.state[slots[i]] |= PointStates::k_free; });
+        each_lane(verdicts.witness, [&](std::size_t i) { states_.state[speaker.slots[i]] |= PointStates::k_free; });
         if (!any(verdicts.contact)) return;
         HWY_ALIGN float keys[k_lanes], depths[k_lanes], x[k_lanes], y[k_lanes], z[k_lanes];
         hn::Store(key, df, keys);
@@ -401,7 +410,7 @@ private:
         hn::Store(a.normal.z, df, z);
         const std::uint64_t surfaces = bits_of(has_surface(a));
         each_lane(verdicts.contact, [&](std::size_t i) {
-            const auto s = static_cast<std::size_t>(slots[i]);
+            const auto s = static_cast<std::size_t>(speaker.slots[i]);
             std::uint8_t& state = states_.state[s];
             const auto part = static_cast<std::int16_t>(speaker.part);
             if ((surfaces >> i & 1u) != 0 && ((state & PointStates::k_surface) == 0 || keys[i] < states_.key[s])) {
@@ -427,15 +436,11 @@ private:
     std::size_t clusters_ = 0;
     std::size_t cluster_first_[k_clusters], cluster_size_[k_clusters];
     float cluster_centre_[3][k_clusters], cluster_radius_[k_clusters];
-    PointQueue in_box_;
-    PendingPoints<HeldValues> held_;
-    PendingPoints<ApproachValues> approaches_, feet_;
-    PendingPoints<AnswerValues> seeks_;
-    SeedSurfaces seeds_;
-    GridArcs arcs_;
+    PointQueue in_box_, held_;
+    PendingAnswers pending_;
     std::size_t open_ = 0;  // contacts
     std::int32_t open_slots_[PointStates::k_capacity];
-    PointQueue about_;  // those that a part may have a surface near
+    GridArcs arcs_;
 };
 
 }  // namespace
