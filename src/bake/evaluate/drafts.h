@@ -50,6 +50,8 @@ public:
     /// Goes on with another draft, which outlives the calls that follow. Its parts have the charts of the drafts before.
     void begin(const model::ModelView& draft);
     /// The figures of layer 3 that evaluate() gives for so many points; those about certain verdicts and layer 1 are left out.
+    /// Depths and normals differ where a map shows surface that the mesh has not, nearer than the mesh's (16 of 6,000 points on a
+    /// block with crossing holes in 23 parts): the search ends before it.
     /// points: no fewer than since begin, at most the samples'.
     [[nodiscard]] Evaluation first(std::uint32_t points);
 

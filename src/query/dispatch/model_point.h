@@ -16,7 +16,8 @@ namespace sqmap::query {
 [[nodiscard]] ModelContact query_in_model(const model::ModelView& model, Vec3f point, const QueryOptions& options) noexcept;
 
 /// Layer Three by the maps of a model without a locator, as query_in_model answers, but for made-up surface. near: the distance
-/// of the surface by another source; where the maps agree with it the search is shorter. Model space.
+/// of the surface by another source; where the maps agree with it the search is shorter, and what another map shows nearer by
+/// mistake is missed. Model space.
 /// @pre the point is finite, the model has central maps
 [[nodiscard]] ModelContact query_unlocated_near(const model::ModelView& model, Vec3f point, float near) noexcept;
 
