@@ -20,8 +20,8 @@ HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {
 namespace {
 
-/// Pairs by their gaps, in buckets of equal width up to a limit: those of one bucket come out in no order, which costs a few more
-/// visits and saves the third of the time that a heap takes, since most pairs are never taken out.
+/// Pairs by their gaps, in buckets of equal width up to a limit. Pairs of one bucket come out in no order, which costs a few more
+/// visits; keeping a heap in order costs more, since the search never takes most pairs out.
 class GapBuckets {
 public:
     GapBuckets() { std::fill(std::begin(head_), std::end(head_), k_none); }
