@@ -1,13 +1,24 @@
 // Lists what clashes in a building: each pair of elements that overlap, with the least translation that parts them and the volume
-// that both claim. usage: node 14_building.mjs FILE.ifc [TOLERANCE in metres]       npm install web-ifc sqmap
+// that both claim. usage: node 14_building.mjs FILE.ifc [TOLERANCE in metres]       npm install web-ifc sqmap-0.2.0.tgz
 import {readFileSync} from "node:fs";
 import {load, SqmapError} from "sqmap";
 import {IfcAPI} from "web-ifc";
 
 const [file, tolerance = 0.001] = process.argv.slice(2);
+function stop(why) {
+  console.error(why);
+  process.exit(1);
+}
+if (file === undefined || !(Number(tolerance) >= 0)) stop("usage: node 14_building.mjs FILE.ifc [TOLERANCE in metres]");
 const sqmap = await load(), ifc = new IfcAPI();
 await ifc.Init();
-const building = ifc.OpenModel(readFileSync(file));
+let building = -1, fault = "it has no elements";
+try {
+  building = ifc.OpenModel(readFileSync(file));
+} catch (error) {
+  fault = error.message;
+}
+if (building < 0) stop(`${file} cannot be read as IFC: ${fault}`);
 
 /** The triangles of an element, in metres. */
 function meshOf({geometries}) {

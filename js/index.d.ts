@@ -83,6 +83,32 @@ export interface Body {
   model?: Model;  // of the same mesh; without it nothing is found that is in it as a whole
   pose?: Pose;    // from the mesh's frame to that of the poses
 }
+/** How the vertices of two bodies are queried, each in the other's model. */
+export interface PairOptions {
+  layer?: Layer;        // default 3
+  tolerance?: number;   // of "auto"
+  margin?: number;      // the surfaces are moved out by so much
+  firstOnly?: boolean;  // stop at the first contact
+}
+/** A vertex of one body in the other, in the frame of the poses. */
+export interface PairContact {
+  onA: number[]; onB: number[];  // onB = onA - depth normal
+  normal: number[];              // unit, the direction in which b leaves a
+  depth: number;
+  index: number;                 // of the vertex in its body's probe
+  part: number;                  // of the other body's model
+  vertexOf: "a" | "b";
+  certain: number;               // 1: the verdict is proven
+  isMutual: boolean;             // seen from both sides
+  status: number;
+}
+/** Vertices of two bodies in each other. */
+export interface PairContacts {
+  contacts: PairContact[];
+  found: number;       // in both directions, before those seen twice were merged
+  status: number;
+  edgeLength: number;  // edges no longer that cross the other surface have an end among the contacts; 0: edges are missed
+}
 /** Which complete contacts are wanted. */
 export interface ContactOptions {
   perRegion?: number;   // of a region the deepest is kept and those that span the largest area; default 0: all
@@ -275,6 +301,8 @@ export interface Sqmap {
   /** Prepares points that touch models. With the triangles of a closed mesh, as model.mesh has them, it has complete contacts too.
    *  @throws SqmapError with the triangle that is open, turned round or inside out */
   probe(points: Rows, triangles?: Triangles): Probe;
+  /** Vertices of each body in the other's model; in one direction alone where the other body has no model. */
+  pair(a: Body, b: Body, options?: PairOptions): PairContacts;
   /** Contacts of two closed meshes, none missed: vertices in the other body's model, edges against edges, faces. */
   contacts(a: Body, b: Body, options?: ContactOptions): SurfaceContacts;
   /** The volume that two closed meshes share, exact from their triangles. */

@@ -58,6 +58,7 @@ function object(value, element) {
 }
 
 const querySettings = ["layer", "tolerance", "margin", "smooth", "pose"];
+const pairSettings = ["layer", "tolerance", "margin", "firstOnly"];
 const contactSettings = ["perRegion", "firstOnly"];
 const bakeSettings = ["targetError", "band", "thickness", "maxParts", "repair", "projection", "surface", "exact", "keepInput", "unit",
                       "solid", "gap", "wrapTolerance", "source", "progress"];
@@ -534,6 +535,17 @@ class Sqmap {
     return within(this.#library, (c) => new Probe(
       this.#library, c.handle((at) => c.run("sqmap_make_solid_probe", c.mesh(xyz, corners), at)), xyz.length / 3, corners.length / 3),
                   argumentOfMesh);
+  }
+  pair(a, b, options = {}) {
+    return this.#ofBodies(a, b, (c, bodies) => {
+      const list = c.struct("pairList");
+      c.run("sqmap_query_pair", bodies, c.options(settings(options, pairSettings)), this.#space(c, a, b), list);
+      const {contacts, count, ...rest} = c.members("pairList", list);
+      return {contacts: Array.from({length: count}, (_, i) => {
+        const {vertexOf, isMutual, ...row} = c.members("pairContact", contacts + i * structs.pairContact.bytes);
+        return {...row, vertexOf: vertexOf === 0 ? "a" : "b", isMutual: isMutual !== 0};
+      }), ...rest};
+    });
   }
   contacts(a, b, options = {}) {
     return this.#ofBodies(a, b, (c, bodies) => {

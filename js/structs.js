@@ -33,6 +33,9 @@ export const structs = {
   closest: layout("closest:pointer distance:pointer triangle:pointer"),
   bodies: layout(`modelA:u64 probeA:u64 poseA:pointer modelB:u64 probeB:u64 poseB:pointer`),
   body: layout("model:u64 probe:u64 pose:pointer", false),
+  pairContact: layout(`onA:f64[3] onB:f64[3] normal:f32[3] depth:f32 index:u32 part:i16 vertexOf:u8 certain:u8 isMutual:u8
+    status:u8`, false),
+  pairList: layout("contacts:pointer count:size found:size status:u32 edgeLength:f64"),
   contactOptions: layout("perRegion:u32 isFirstOnly:i32"),
   surfaceContact: layout(`onA:f64[3] onB:f64[3] normal:f32[3] depth:f32 featureA:u8 featureB:u8 indexA:u32 indexB:u32 region:u32
     partA:i16 partB:i16 certain:u8 status:u8`, false),

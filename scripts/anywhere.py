@@ -203,7 +203,9 @@ def door_wasm(cases):
     said += compare_bakes(cases, "wasm", lambda model, mesh, *options: run("node", PROGRAMS / "bake.mjs", package, mesh, model, *options))
     for test in ("package_test", "arguments"):
         said += run("node", PROGRAMS / f"{test}.mjs", package).splitlines()[-1:]
-    return [*said, *run("node", PROGRAMS / "guide_test.mjs", package, ROOT / "docs/guide/javascript.md").splitlines()[-1:]]
+    said += run("node", PROGRAMS / "guide_test.mjs", package, ROOT / "docs/guide/javascript.md").splitlines()[-1:]
+    return [*said, *run("node", PROGRAMS / "building_test.mjs", package, ROOT / "build/readers/node_modules/web-ifc",
+                        ROOT / "examples/14_building.mjs").splitlines()[-1:]]
 
 
 def can_build_page():

@@ -122,11 +122,10 @@ void answer(const Batch& batch, const sqmap_query_options& o, const sqmap_distan
     // One thread allocates nothing.
     const std::size_t together = threads > 1 ? std::clamp(count / threads, k_batch, k_widest_batch) : k_batch;
     const auto work = [&](parallel::Slice slice) {
-        // Not set to defaults first.
+        // Not set to defaults first. Emscripten's standard library lacks make_unique_for_overwrite.
         alignas(query::SignedDistance) std::byte few[k_batch * sizeof(query::SignedDistance)];
         std::unique_ptr<std::byte[]> many;
-        if (slice.count > k_batch)
-            many = std::make_unique_for_overwrite<std::byte[]>(slice.count * sizeof(query::SignedDistance));
+        if (slice.count > k_batch) many.reset(new std::byte[slice.count * sizeof(query::SignedDistance)]);
         std::byte* const memory = many ? many.get() : few;
         const std::span<query::SignedDistance> answers{reinterpret_cast<query::SignedDistance*>(memory), slice.count};
         how(batch.points.subspan(slice.first, slice.count), answers);

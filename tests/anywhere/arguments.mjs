@@ -67,7 +67,7 @@ function wrong(type, name, method) {
   if (type === "Pose[]") return [null, 5, "x", true, {}, [5], [identity.slice(0, 9)], [new Array(16).fill(2)]];
   if (type === "Triangles") return [...shapes, [[0, 1, 99]], [[0, 1, -1]], [[0, 1, 1.5]], [[0, 1, NaN]], [[0, 1, 2]]];
   if (type === "Body") return [null, 5, "x", {}, ...wrong("Model").map((m) => ({...body, model: m})), {...body, model: null}, {...body, place: identity},
-    ...[...wrong("Probe"), probe, undefined].map((p) => ({...body, probe: p})), ...wrong("Pose").map((p) => ({...body, pose: p}))];
+    ...[...wrong("Probe"), ...(method === "pair" ? [] : [probe]), undefined].map((p) => ({...body, probe: p})), ...wrong("Pose").map((p) => ({...body, pose: p}))];
   if (type === "Rows") return [...shapes, ...notFinite, ...(method === "probe" ? [[]] : [])];
   if (type === "Pose") return poses;
   if (type === "number") return numbers;

@@ -168,12 +168,16 @@ check("a proxy stays on the surface while the device is pressed in", () => {
 const shifted = (x, y, z) => [1, 0, 0, x, 0, 1, 0, y, 0, 0, 1, z, 0, 0, 0, 1];
 const near = (found, expected, error = 1e-9) => assert.ok(Math.abs(found - expected) <= error, `${found}, not ${expected}`);
 /** A bar of 6 x 1 x 1 along axis 0 or 1, stood on one of its long edges: another is its ridge, at a height of sqrt(1/2). */
-function bar(axis) {
+function barMesh(axis) {
   const {vertices, triangles} = box(1), c = Math.SQRT1_2;
-  return sqmap.probe(vertices.map(([x, y, z]) => {
+  return {triangles, vertices: vertices.map(([x, y, z]) => {
     const across = (c * (y - z)) / 2, up = (c * (y + z)) / 2;
     return axis === 0 ? [3 * x, across, up] : [-across, 3 * x, up];
-  }), triangles);
+  })};
+}
+function bar(axis) {
+  const {vertices, triangles} = barMesh(axis);
+  return sqmap.probe(vertices, triangles);
 }
 check("ridges that cross have a contact, edge on edge, with its witness points", () => {
   const a = {probe: bar(0)}, b = {probe: bar(1), pose: shifted(0.3, 0.2, 2 * Math.SQRT1_2 - 0.01)};
@@ -188,6 +192,35 @@ check("ridges that cross have a contact, edge on edge, with its witness points",
   [0, 0, 1].forEach((x, k) => near(c.normal[k], x, 1e-7));
   near(sqmap.separation(a, b, [0, 0, 2]).distance, 0.01);
   assert.equal(sqmap.contacts(a, {...b, pose: shifted(0.3, 0.2, 2 * Math.SQRT1_2 + 1e-9)}).contacts.length, 0);
+});
+check("vertices of a pair are found on both sides, and the result says which edges cannot be missed", () => {
+  const probe = sqmap.probe(model.mesh.vertices), a = {model, probe}, b = {model, probe, pose: shifted(0.03, 0.05, 1.96)};
+  const found = sqmap.pair(a, b, {layer: "exact"});
+  assert.deepEqual([found.status, found.edgeLength], [0, 0]);
+  assert.deepEqual(new Set(found.contacts.map((c) => c.vertexOf)), new Set(["a", "b"]));
+  for (const {onA, onB, normal, depth, index, vertexOf} of found.contacts) {
+    onB.forEach((x, k) => near(x, onA[k] - depth * normal[k], 1e-6));
+    const own = [...model.mesh.vertices.slice(3 * index, 3 * index + 3)];
+    (vertexOf === "a" ? onA : onB).forEach((x, k) => near(x, own[k] + (vertexOf === "a" ? 0 : b.pose[4 * k + 3]), 1e-6));
+  }
+  near(Math.max(...found.contacts.map((c) => c.depth)), 0.04, 1e-6);
+  assert.ok(found.found >= found.contacts.length && sqmap.pair(a, b, {firstOnly: true}).found < found.found);
+  const {found: one} = sqmap.pair({probe}, b, {layer: "exact"}), {found: other} = sqmap.pair(a, {probe, pose: b.pose}, {layer: "exact"});
+  assert.deepEqual([one > 0, other > 0, one + other], [true, true, found.found]);
+  const apart = {...b, pose: shifted(0.03, 0.05, 2.1)}, {contacts, edgeLength} = sqmap.pair(a, apart, {margin: 0.2});
+  assert.equal(sqmap.pair(a, apart).contacts.length, 0);
+  assert.ok(contacts.length > 0 && edgeLength > 0.3999 && edgeLength < 0.4, `${edgeLength}`);
+  probe.close();
+});
+check("a margin of half the longest edge finds ridges that cross between their vertices", () => {
+  const barAt = (axis, pose) => {
+    const model = sqmap.bake(barMesh(axis));
+    return {model, probe: sqmap.probe(model.mesh.vertices), pose};
+  };
+  const a = barAt(0), b = barAt(1, shifted(0.3, 0.2, 2 * Math.SQRT1_2 - 0.01));
+  assert.equal(sqmap.pair(a, b, {layer: "exact"}).found, 0);
+  const {found, edgeLength} = sqmap.pair(a, b, {layer: "exact", margin: 3.1});  // edges are at most 6.08 long
+  assert.ok(found > 0 && edgeLength > 6.1, `${found} contacts, ${edgeLength}`);
 });
 const cube = {model, probe: sqmap.probe(model.mesh.vertices, model.mesh.triangles)}, cubeAt = (...at) => ({...cube, pose: shifted(...at)});
 check("a probe counts its points and triangles", () => assert.deepEqual([cube.probe.count, cube.probe.triangles], [218, 432]));
@@ -236,6 +269,9 @@ check("a pile has the contacts of each of its pairs, also after bodies moved and
 });
 refuses("an open probe", "E_MESH", /^triangles\[\d+\]$/, () => sqmap.probe(box(1).vertices, box(1).triangles.slice(1)));
 refuses("a probe that is inside out", "E_MESH", /^triangles$/, () => sqmap.probe(box(1).vertices, box(1).triangles.map((t) => t.reverse())));
+refuses("a pair without a model", "E_HANDLE", /^a\.model$/, () => sqmap.pair({probe: cube.probe}, {probe: cube.probe}));
+refuses("a pair with an option of contacts", "E_ARGUMENT", /^options\.perRegion$/, () => sqmap.pair(cube, cube, {perRegion: 4}));
+refuses("a margin of a pair that is no number", "E_ARGUMENT", /^options\.margin$/, () => sqmap.pair(cube, cube, {margin: "1"}));
 refuses("a body whose probe has points alone", "E_MISSING", /^b\.probe$/, () => sqmap.contacts(cube, {probe: sqmap.probe([[0, 0, 0]])}));
 
 refuses("a mode that there is not", "E_ARGUMENT", /mode/, () => sqmap.session(model, {mode: "glued"}));

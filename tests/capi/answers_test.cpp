@@ -146,6 +146,13 @@ TEST_F(Capi, ProbesAndPairsHaveTheBitsOfTheLibrary)
         EXPECT_EQ(pairs.contacts[i].depth, pair.contacts[i].depth);
         EXPECT_EQ(pairs.contacts[i].is_mutual != 0, pair.contacts[i].mutual);
     }
+    EXPECT_EQ(pairs.edge_length, 0);
+    sqmap_query_options wider{};
+    wider.size = sizeof wider;
+    wider.margin = 0.1;
+    ASSERT_EQ(sqmap_query_pair(&bodies, &wider, workspace, &pairs), SQMAP_OK);
+    EXPECT_GT(pairs.edge_length, 0.199);
+    EXPECT_EQ(pairs.edge_length, query::query_pair(touched, collider, {.query = {.margin = 0.1}}, space).edge_length);
     EXPECT_EQ(sqmap_close_probe(handle), SQMAP_OK);
     EXPECT_EQ(sqmap_close_workspace(workspace), SQMAP_OK);
     expect_refused(sqmap_query_probe(&bodies, nullptr, &list), SQMAP_E_HANDLE, "bodies.a.probe");

@@ -349,7 +349,11 @@ class Bodies(unittest.TestCase):
         self.assertGreater(deepest["normal"][0], 0.9)
         np.testing.assert_allclose(deepest["on_a"] - deepest["depth"] * deepest["normal"], deepest["on_b"], atol=1e-5)
         apart = sqmap.query_pair(sqmap.Body(model, probe), sqmap.Body(model, probe, moved(2.5, 0, 0)))
-        self.assertEqual((len(apart.contacts), apart.found), (0, 0))
+        self.assertEqual((len(apart.contacts), apart.found, apart.edge_length), (0, 0, 0))
+        near = sqmap.query_pair(sqmap.Body(model, probe), sqmap.Body(model, probe, moved(2.1, 0, 0)), margin=0.2)
+        self.assertGreater(len(near.contacts), 0)
+        self.assertAlmostEqual(near.edge_length, 0.4, delta=1e-4)  # twice the margin, less what rounding takes
+        self.assertLess(near.edge_length, 0.4)
 
     def test_no_contact_of_edges_is_missed(self):
         """Two bars of square section that cross on their ridges, 0.1 deep: no vertex is in the other one."""
