@@ -42,6 +42,49 @@ CutSurface::CutSurface(const mesh::Mesh& m) : mesh(m), graph(mesh::dual_graph(m)
         }
 }
 
+CutSurface::CutSurface(const mesh::Mesh& m, const CutSurface& whole, std::span<const std::uint32_t> triangles) : mesh(m)
+{
+    for (const std::uint32_t t : triangles) {
+        area.push_back(whole.area[t]);
+        total_area += whole.area[t];
+        edge_length.push_back(whole.edge_length[t]);
+        edge_concavity.push_back(whole.edge_concavity[t]);
+        std::array<std::uint32_t, 3>& neighbours = graph.neighbours.emplace_back(whole.graph.neighbours[t]);
+        for (std::uint32_t& o : neighbours) {
+            const auto it = std::lower_bound(triangles.begin(), triangles.end(), o);
+            o = it != triangles.end() && *it == o ? static_cast<std::uint32_t>(it - triangles.begin()) : mesh::k_no_triangle;
+        }
+    }
+}
+
+namespace {
+
+/// Triangles of a mesh as one of their own.
+mesh::Mesh mesh_of(const mesh::Mesh& whole, std::span<const std::uint32_t> triangles)
+{
+    std::vector<std::uint32_t> number(whole.vertices.size(), 0);
+    for (const std::uint32_t t : triangles)
+        for (const std::uint32_t v : whole.triangles[t]) number[v] = 1;
+    mesh::Mesh part;
+    for (std::uint32_t v = 0; v < number.size(); ++v) {
+        if (number[v] == 0) continue;
+        number[v] = static_cast<std::uint32_t>(part.vertices.size());
+        part.vertices.push_back(whole.vertices[v]);
+    }
+    for (const std::uint32_t t : triangles) {
+        const mesh::Triangle& corners = whole.triangles[t];
+        part.triangles.push_back({number[corners[0]], number[corners[1]], number[corners[2]]});
+    }
+    return part;
+}
+
+}  // namespace
+
+PartSurface::PartSurface(const CutSurface& whole, std::span<const std::uint32_t> triangles)
+    : mesh_(mesh_of(whole.mesh, triangles)), surface_(mesh_, whole, triangles)
+{
+}
+
 namespace {
 
 class MaximumFlow {
@@ -50,8 +93,8 @@ public:
 
     void add_edge(std::uint32_t a, std::uint32_t b, double there, double back)
     {
-        arcs_.push_back({b, there});
-        arcs_.push_back({a, back});
+        added_.push_back({b, 0, there});
+        added_.push_back({a, 0, back});
     }
 
     /// Nodes that the source still reaches once the flow is maximal.
@@ -59,19 +102,20 @@ public:
     {
         sort_arcs();
         std::vector<int> level;
+        std::vector<std::uint32_t> queue, next, path;
         while (true) {
             level.assign(nodes_, -1);
             level[source] = 0;
-            std::vector<std::uint32_t> queue{source};
-            for (std::size_t i = 0; i < queue.size(); ++i)
-                for (const auto a : arcs_from(queue[i]))
-                    if (arcs_[a].capacity > tolerance && level[arcs_[a].to] < 0) {
-                        level[arcs_[a].to] = level[queue[i]] + 1;
-                        queue.push_back(arcs_[a].to);
+            queue.assign(1, source);
+            for (std::size_t i = 0; i < queue.size() && level[sink] < 0; ++i)  // what is as far as the sink leads nowhere
+                for (const Arc& arc : arcs_from(queue[i]))
+                    if (arc.capacity > tolerance && level[arc.to] < 0) {
+                        level[arc.to] = level[queue[i]] + 1;
+                        queue.push_back(arc.to);
                     }
             if (level[sink] < 0) break;
-            std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
-            std::vector<std::uint32_t> path;
+            next.assign(first_.begin(), first_.end() - 1);
+            path.clear();
             std::uint32_t at = source;
             while (true) {
                 if (at == sink) {
@@ -80,7 +124,7 @@ public:
                     std::size_t keep = path.size();
                     for (std::size_t i = path.size(); i-- > 0;) {
                         arcs_[path[i]].capacity -= push;
-                        arcs_[path[i] ^ 1].capacity += push;
+                        arcs_[arcs_[path[i]].back].capacity += push;
                         if (arcs_[path[i]].capacity <= tolerance) keep = i;
                     }
                     path.resize(keep);
@@ -89,10 +133,10 @@ public:
                 }
                 bool moved = false;
                 for (; next[at] < first_[at + 1]; ++next[at]) {
-                    const auto a = order_[next[at]];
-                    if (arcs_[a].capacity > tolerance && level[arcs_[a].to] == level[at] + 1) {
-                        path.push_back(a);
-                        at = arcs_[a].to;
+                    const Arc& arc = arcs_[next[at]];
+                    if (arc.capacity > tolerance && level[arc.to] == level[at] + 1) {
+                        path.push_back(next[at]);
+                        at = arc.to;
                         moved = true;
                         break;
                     }
@@ -111,27 +155,32 @@ public:
 
 private:
     struct Arc {
-        std::uint32_t to;
+        std::uint32_t to, back;  ///< node; number of the arc that leads back
         double capacity;
     };
     /// By the node that they leave, each node's as they were added.
     void sort_arcs()
     {
         first_.assign(nodes_ + 1, 0);
-        for (std::size_t a = 0; a < arcs_.size(); ++a) ++first_[arcs_[a ^ 1].to + 1];
+        for (std::size_t a = 0; a < added_.size(); ++a) ++first_[added_[a ^ 1].to + 1];
         for (std::size_t v = 0; v < nodes_; ++v) first_[v + 1] += first_[v];
-        order_.resize(arcs_.size());
+        arcs_.resize(added_.size());
         std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
-        for (std::uint32_t a = 0; a < arcs_.size(); ++a) order_[next[arcs_[a ^ 1].to]++] = a;
+        for (std::size_t a = 0; a < added_.size(); a += 2) {
+            const std::uint32_t there = next[added_[a + 1].to]++, back = next[added_[a].to]++;
+            arcs_[there] = {added_[a].to, back, added_[a].capacity};
+            arcs_[back] = {added_[a + 1].to, there, added_[a + 1].capacity};
+        }
     }
-    std::span<const std::uint32_t> arcs_from(std::uint32_t node) const
+    std::span<const Arc> arcs_from(std::uint32_t node) const
     {
-        return std::span(order_).subspan(first_[node], first_[node + 1] - first_[node]);
+        return std::span(arcs_).subspan(first_[node], first_[node + 1] - first_[node]);
     }
 
     std::size_t nodes_;
-    std::vector<std::uint32_t> first_, order_;  ///< numbers of arcs by node
-    std::vector<Arc> arcs_;                     ///< in pairs: the second leads back
+    std::vector<std::uint32_t> first_;  ///< #nodes + 1: of the arcs that leave a node
+    std::vector<Arc> added_;            ///< in pairs: the second leads back
+    std::vector<Arc> arcs_;             ///< the same by node
 };
 
 }  // namespace
@@ -179,12 +228,13 @@ double mean_concavity(const CutSurface& s, std::span<const std::uint32_t> triang
     return length > 0 ? concave / length : 0.0;
 }
 
-double ellipsoid_volume(const mesh::Mesh& mesh, std::span<const std::uint32_t> triangles)
+double ellipsoid_volume(const CutSurface& s, std::span<const std::uint32_t> triangles)
 {
+    const mesh::Mesh& mesh = s.mesh;
     double total = 0;
     Vec3d mean{};
     for (const auto t : triangles) {
-        const double w = mesh::triangle_area(mesh, t);
+        const double w = s.area[t];
         total += w;
         mean += w * mesh::triangle_centroid(mesh, t);
     }
@@ -196,7 +246,7 @@ double ellipsoid_volume(const mesh::Mesh& mesh, std::span<const std::uint32_t> t
         c[3] += w * v.y * v.y, c[4] += w * v.y * v.z, c[5] += w * v.z * v.z;
     };
     for (const auto t : triangles) {
-        const double w = mesh::triangle_area(mesh, t) / (12 * total);
+        const double w = s.area[t] / (12 * total);
         Vec3d sum{};
         for (const auto v : mesh.triangles[t]) {
             add(w, mesh.vertices[v] - mean);
@@ -220,6 +270,13 @@ double ellipsoid_volume(const mesh::Mesh& mesh, std::span<const std::uint32_t> t
             farthest = std::max(farthest, m);
         }
     return std::sqrt(det) * std::pow(farthest / det, 1.5);
+}
+
+std::vector<std::uint32_t> all_triangles(const CutSurface& s)
+{
+    std::vector<std::uint32_t> all(s.area.size());
+    std::iota(all.begin(), all.end(), 0u);
+    return all;
 }
 
 }  // namespace sqmap::decompose

@@ -14,6 +14,8 @@ namespace sqmap::decompose {
 /// Data of the mesh that every cut needs, computed once.
 struct CutSurface {
     explicit CutSurface(const mesh::Mesh& m);
+    /// A part of a surface. m: its triangles, see PartSurface.
+    CutSurface(const mesh::Mesh& m, const CutSurface& whole, std::span<const std::uint32_t> triangles);
     [[nodiscard]] double area_of(std::span<const std::uint32_t> triangles) const
     {
         return std::accumulate(triangles.begin(), triangles.end(), 0.0,
@@ -28,12 +30,24 @@ struct CutSurface {
     std::vector<std::array<double, 3>> edge_length, edge_concavity;
 };
 
-[[nodiscard]] inline double area_of(const CutSurface& surface, std::span<const std::uint32_t> triangles)
-{
-    double sum = 0;
-    for (const std::uint32_t t : triangles) sum += surface.area[t];
-    return sum;
-}
+/// A part as a surface of its own, its triangles and vertices in the order of the whole: cuts and borders inside the part are the
+/// same, and cost what the part's size costs, not the whole's.
+class PartSurface {
+public:
+    /// triangles: in increasing order.
+    PartSurface(const CutSurface& whole, std::span<const std::uint32_t> triangles);
+    PartSurface(const PartSurface&) = delete;
+    PartSurface& operator=(const PartSurface&) = delete;
+    PartSurface(PartSurface&&) = delete;
+    PartSurface& operator=(PartSurface&&) = delete;
+    ~PartSurface() = default;
+
+    [[nodiscard]] const CutSurface& surface() const { return surface_; }
+
+private:
+    mesh::Mesh mesh_;
+    CutSurface surface_;
+};
 
 /// The place of a cut, in the units of a field over the triangles.
 struct CutBand {
@@ -54,7 +68,9 @@ struct CutBand {
                                     const std::vector<std::uint8_t>& near, double radius);
 
 /// Volume (up to a constant factor) of the ellipsoid with the axes of inertia of the triangles that encloses them.
-[[nodiscard]] double ellipsoid_volume(const mesh::Mesh& mesh, std::span<const std::uint32_t> triangles);
+[[nodiscard]] double ellipsoid_volume(const CutSurface& surface, std::span<const std::uint32_t> triangles);
+
+[[nodiscard]] std::vector<std::uint32_t> all_triangles(const CutSurface& surface);
 
 /// The input of the printed cuts.
 struct PrintedCuts {

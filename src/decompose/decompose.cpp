@@ -397,7 +397,7 @@ private:
                 const std::uint32_t other = b.part_a == fragment ? b.part_b : b.part_a;
                 auto both = triangles[other];
                 both.insert(both.end(), triangles[fragment].begin(), triangles[fragment].end());
-                const double loss = ellipsoid_volume(mesh_, both) - ellipsoid_volume(mesh_, triangles[other]);
+                const double loss = ellipsoid_volume(surface_, both) - ellipsoid_volume(surface_, triangles[other]);
                 if (loss < least) {
                     least = loss;
                     into = other;

@@ -12,7 +12,6 @@
 #include <map>
 #include <numbers>
 #include <numeric>
-#include <optional>
 #include <span>
 #include <utility>
 
@@ -42,7 +41,8 @@ struct Sides {
 /// The surface beside a border up to a distance, each triangle with the edge of the border that is nearest in its part.
 class Surroundings {
 public:
-    explicit Surroundings(const CutSurface& surface) : surface_(surface), distance_(surface.area.size(), k_unreached)
+    explicit Surroundings(const CutSurface& surface)
+        : surface_(surface), distance_(surface.area.size(), k_unreached), edge_of_(surface.area.size())
     {
         for (std::uint32_t t = 0; t < surface.area.size(); ++t) centre_.push_back(mesh::triangle_centroid(surface.mesh, t));
     }
@@ -53,10 +53,10 @@ public:
         std::vector<double> area(border.size(), 0.0);
         std::vector<std::pair<double, std::uint32_t>> heap;
         std::vector<std::uint32_t> touched;
-        std::map<std::uint32_t, std::uint32_t> edge_of;  // of a triangle: its nearest edge; several edges of one share theirs
         for (std::uint32_t e = 0; e < border.size(); ++e) {
             const std::uint32_t t = border[e].triangle[side];
-            if (!edge_of.try_emplace(t, e).second) continue;
+            if (distance_[t] == 0) continue;  // several edges of a triangle share its surroundings
+            edge_of_[t] = e;
             distance_[t] = 0;
             touched.push_back(t);
             heap.emplace_back(0.0, t);
@@ -67,7 +67,7 @@ public:
             const auto [d, t] = heap.back();
             heap.pop_back();
             if (d > distance_[t]) continue;
-            const std::uint32_t e = edge_of.at(t);
+            const std::uint32_t e = edge_of_[t];
             const mesh::Triangle& tri = surface_.mesh.triangles[t];
             const std::vector<Vec3d>& v = surface_.mesh.vertices;
             normal[e] += cross(v[tri[1]] - v[tri[0]], v[tri[2]] - v[tri[0]]);
@@ -79,7 +79,7 @@ public:
                 if (to > reach || to >= distance_[o]) continue;
                 if (distance_[o] == k_unreached) touched.push_back(o);
                 distance_[o] = to;
-                edge_of[o] = e;
+                edge_of_[o] = e;
                 heap.emplace_back(to, o);
                 std::push_heap(heap.begin(), heap.end(), std::greater<>());
             }
@@ -87,7 +87,7 @@ public:
         for (const std::uint32_t t : touched) distance_[t] = k_unreached;
         Sides out;
         for (const BorderEdge& edge : border) {
-            const std::uint32_t e = edge_of.at(edge.triangle[side]);
+            const std::uint32_t e = edge_of_[edge.triangle[side]];
             out.normal.push_back(sqmap::normalized(normal[e]));
             out.centre.push_back(area[e] > 0 ? centre[e] / area[e] : centre_[edge.triangle[side]]);
         }
@@ -97,7 +97,8 @@ public:
 private:
     const CutSurface& surface_;
     std::vector<Vec3d> centre_;
-    std::vector<double> distance_;  ///< scratch, k_unreached between calls
+    std::vector<double> distance_;        ///< scratch, k_unreached between calls
+    std::vector<std::uint32_t> edge_of_;  ///< scratch: the nearest edge of a triangle that was reached
 };
 
 /// The borders between parts, by pair.
@@ -148,29 +149,28 @@ void join(std::map<Pair, Bend>& bends, std::uint32_t a, std::uint32_t b)
 /// Finds the most concave cut of each part, and keeps it: other cuts leave it as it is.
 class CreaseFinder {
 public:
-    CreaseFinder(const mesh::Mesh& mesh, const CreaseOptions& options)
-        : surface_(mesh), surroundings_(surface_), options_(options)
-    {
-    }
+    CreaseFinder(const mesh::Mesh& mesh, const CreaseOptions& options) : surface_(mesh), options_(options) {}
 
     /// Makes the most concave cut if it is accepted, else forgets it; false where none is concave enough.
     bool cut(Partition& partition, const std::function<bool(const Partition&)>& accept)
     {
         Found* deepest = nullptr;
-        std::optional<Partition> best;
+        PartCut best{0, {}, {}, CutKind::Error, least_area()};
         for (std::uint32_t part = 0; part < partition.part_count; ++part) {
-            const std::vector<std::uint32_t> triangles = triangles_of(partition, part);
-            if (!found_.contains(triangles)) found_[triangles] = found_in(partition, part, triangles);
-            Found& found = found_.at(triangles);
+            const auto [it, is_new] = found_.try_emplace(triangles_of(partition, part));
+            Found& found = it->second;
+            if (is_new) found = found_in(it->first);
             if (!(found.bend > (deepest != nullptr ? deepest->bend : options_.least_bend))) continue;
-            Partition next = partition;
-            if (!is_cut_in_two(next, part, triangles, found.near)) continue;
             deepest = &found;
-            best = std::move(next);
+            best.part = part;
+            best.triangles = it->first;
         }
-        if (!best) return false;
-        if (accept(*best))
-            partition = std::move(*best);
+        if (deepest == nullptr) return false;
+        best.near = deepest->near;
+        Partition next = partition;
+        apply_cut(surface_, next, best);
+        if (accept(next))
+            partition = std::move(next);
         else
             deepest->bend = 0;
         return true;
@@ -184,42 +184,25 @@ private:
 
     [[nodiscard]] double least_area() const { return options_.least_area * surface_.total_area; }
 
-    [[nodiscard]] bool is_cut_in_two(Partition& partition, std::uint32_t part, std::span<const std::uint32_t> triangles,
-                                     std::span<const std::uint8_t> near) const
-    {
-        return apply_cut(surface_, partition, {part, triangles, near, CutKind::Error, least_area()}) == 2;
-    }
-
-    Found found_in(const Partition& partition, std::uint32_t part, std::span<const std::uint32_t> triangles)
+    /// Candidates are judged on the part alone.
+    [[nodiscard]] Found found_in(std::span<const std::uint32_t> triangles) const
     {
         Found best;
         if (surface_.area_of(triangles) < 2 * least_area()) return best;
-        for (CandidateCut& candidate : candidate_cuts(surface_, triangles, {partition.part_of_triangle, part}, least_area())) {
-            Partition next = partition;
-            if (!is_cut_in_two(next, part, triangles, candidate.near)) continue;
-            const double bend = bend_of(surroundings_, border_in(next, part, triangles), next.part_of_triangle).mean();
+        const PartSurface part(surface_, triangles);
+        const CutSurface& own = part.surface();
+        const std::vector<std::uint32_t> all = all_triangles(own);
+        Surroundings surroundings(own);
+        for (CandidateCut& candidate : candidate_cuts(own, least_area())) {
+            Partition halves{std::vector<std::uint32_t>(all.size(), 0), 1, {}};
+            if (apply_cut(own, halves, {0, all, candidate.near, CutKind::Error, least_area()}) != 2) continue;
+            const double bend = bend_of(surroundings, borders_of(own, halves).at({0, 1}), halves.part_of_triangle).mean();
             if (bend > best.bend) best = {bend, std::move(candidate.near)};
         }
         return best;
     }
 
-    /// The border of a part that was cut in two, of these triangles.
-    [[nodiscard]] std::vector<BorderEdge> border_in(const Partition& partition, std::uint32_t part,
-                                                    std::span<const std::uint32_t> triangles) const
-    {
-        std::vector<BorderEdge> border;
-        const std::vector<std::uint32_t>& part_of = partition.part_of_triangle;
-        for (const std::uint32_t t : triangles)
-            for (int e = 0; e < 3; ++e) {
-                const std::uint32_t o = surface_.graph.neighbours[t][e];
-                if (part_of[t] == part && o != mesh::k_no_triangle && part_of[o] + 1 == partition.part_count)
-                    border.push_back({{t, o}, surface_.edge_length[t][e]});
-            }
-        return border;
-    }
-
     CutSurface surface_;
-    Surroundings surroundings_;
     const CreaseOptions& options_;
     std::map<std::vector<std::uint32_t>, Found> found_;  ///< by the part's triangles
 };

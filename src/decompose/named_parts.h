@@ -33,8 +33,8 @@ struct CreaseOptions {
 
 /// Cuts parts where a person would though their bounds need no cut: where a neck or a step of a shaft runs through one. Of the
 /// candidates of Cutter::split the most concave is cut, while there is one that accept(partition after it) takes. partition: of
-/// the mesh's triangles. Any units and frame. The cuts are of kind Error. Cost: that of Cutter::split for each large part, and as
-/// much again. Thread-safe. @throw std::bad_alloc
+/// the mesh's triangles. Any units and frame. The cuts are of kind Error. Cost: that of Cutter::split for each large part.
+/// Thread-safe. @throw std::bad_alloc
 [[nodiscard]] Partition cut_creases(const mesh::Mesh& mesh, Partition partition, const CreaseOptions& options,
                                     const std::function<bool(const Partition&)>& accept);
 

@@ -79,13 +79,6 @@ std::vector<std::vector<std::uint32_t>> pieces_of(const CutSurface& s, std::span
     return pieces;
 }
 
-std::vector<std::uint32_t> all_triangles(const CutSurface& s)
-{
-    std::vector<std::uint32_t> all(s.area.size());
-    std::iota(all.begin(), all.end(), 0u);
-    return all;
-}
-
 }  // namespace
 
 std::vector<std::uint32_t> triangles_of(const Partition& partition, std::uint32_t part)

@@ -27,16 +27,15 @@ struct PartCut {
 /// was cut, the partition is unchanged).
 std::uint32_t apply_cut(const CutSurface& surface, Partition& partition, const PartCut& cut);
 
-/// A cut that one part may have, near a level of a geodesic distance from an extreme of the part.
+/// A cut that a surface may have, near a level of a geodesic distance from one of its extremes.
 struct CandidateCut {
     double score;                    ///< weighs gain, the depth of the crease and the cut's length; the greatest is the best
     double gain;                     ///< see Split
-    std::vector<std::uint8_t> near;  ///< #triangles of the part: the side that each is on
+    std::vector<std::uint8_t> near;  ///< #triangles: the side that each is on
 };
 
-/// Some 50 cuts that leave at least least_area on either side. region: the part. Cost: O(n log n) in the mesh, 50 times.
-[[nodiscard]] std::vector<CandidateCut> candidate_cuts(const CutSurface& surface, std::span<const std::uint32_t> triangles,
-                                                       GeodesicSolver::Region region, double least_area);
+/// Some 50 cuts of a part that leave at least least_area on either side. Cost: O(n log n) in the part, 50 times.
+[[nodiscard]] std::vector<CandidateCut> candidate_cuts(const CutSurface& part, double least_area);
 
 /// Joins b to a; the last label moves into the gap.
 void apply_merge(const CutSurface& surface, Partition& partition, std::uint32_t a, std::uint32_t b);

@@ -12,34 +12,30 @@ namespace sqmap::decompose {
 
 namespace {
 
-double cut_length(const CutSurface& s, std::span<const std::uint32_t> triangles, const std::vector<std::uint8_t>& near)
+double cut_length(const CutSurface& s, const std::vector<std::uint8_t>& near)
 {
-    std::vector<std::uint8_t> side(s.area.size(), 2);
-    for (std::size_t i = 0; i < triangles.size(); ++i) side[triangles[i]] = near[i];
     double length = 0;
-    for (const auto t : triangles)
+    for (std::uint32_t t = 0; t < s.area.size(); ++t)
         for (int e = 0; e < 3; ++e) {
             const std::uint32_t o = s.graph.neighbours[t][e];
-            if (o != mesh::k_no_triangle && o > t && side[o] != 2 && side[o] != side[t]) length += s.edge_length[t][e];
+            if (o != mesh::k_no_triangle && o > t && near[o] != near[t]) length += s.edge_length[t][e];
         }
     return length;
 }
 
-/// Geodesic distances of a part's triangles from its extremes, and the difference of the first two: its level sets bisect them.
-std::vector<std::vector<double>> fields_of(const CutSurface& s, std::span<const std::uint32_t> triangles,
-                                           GeodesicSolver::Region region)
+/// Geodesic distances of triangles from a surface's extremes, and the difference of the first two: its level sets bisect them.
+std::vector<std::vector<double>> fields_of(const CutSurface& s)
 {
     const mesh::Mesh& mesh = s.mesh;
-    const double area = s.area_of(triangles);
-    // Extremes: the vertex farthest from the part's centroid, then farthest-point sampling.
+    // Extremes: the vertex farthest from the centroid, then farthest-point sampling.
     GeodesicSolver geodesics(mesh);
     Vec3d centre{};
-    for (const auto t : triangles) centre += s.area[t] * mesh::triangle_centroid(mesh, t);
-    centre = centre / area;
-    std::uint32_t extreme = mesh.triangles[triangles.front()][0];
+    for (std::uint32_t t = 0; t < s.area.size(); ++t) centre += s.area[t] * mesh::triangle_centroid(mesh, t);
+    centre = centre / s.total_area;
+    std::uint32_t extreme = mesh.triangles[0][0];
     double farthest = -1;
-    for (const auto t : triangles)
-        for (const auto v : mesh.triangles[t])
+    for (const mesh::Triangle& t : mesh.triangles)
+        for (const auto v : t)
             if (const double d = norm(mesh.vertices[v] - centre); d > farthest) {
                 farthest = d;
                 extreme = v;
@@ -48,7 +44,7 @@ std::vector<std::vector<double>> fields_of(const CutSurface& s, std::span<const 
     std::vector<double> field, nearest(mesh.vertices.size(), k_unreached);
     std::vector<std::vector<double>> fields;
     for (int k = 0; k < k_extremes; ++k) {
-        geodesics.run({&extreme, 1}, field, k_unreached, region);
+        geodesics.run({&extreme, 1}, field);
         fields.push_back(at_triangles(mesh, field));
         farthest = -1;
         for (const auto v : geodesics.reached()) {
@@ -60,17 +56,16 @@ std::vector<std::vector<double>> fields_of(const CutSurface& s, std::span<const 
         }
     }
     fields.push_back(fields[0]);
-    for (const auto t : triangles) fields.back()[t] = fields[0][t] - fields[1][t];
+    for (std::size_t t = 0; t < s.area.size(); ++t) fields.back()[t] = fields[0][t] - fields[1][t];
     return fields;
 }
 
-/// Calls consider(near) with the best cut near each of a field's levels that divide the part's area evenly.
+/// Calls consider(near) with the best cut near each of a field's levels that divide the area evenly.
 template <class Consider>
-void cut_at_levels(const CutSurface& s, std::span<const std::uint32_t> triangles, std::span<const double> field,
-                   Consider&& consider)
+void cut_at_levels(const CutSurface& s, std::span<const double> field, Consider&& consider)
 {
     constexpr int k_levels = 12;
-    const double area = s.area_of(triangles);
+    const std::vector<std::uint32_t> triangles = all_triangles(s);
     std::vector<std::pair<double, double>> sorted;
     for (const auto t : triangles)
         if (field[t] < k_unreached) sorted.emplace_back(field[t], s.area[t]);
@@ -80,9 +75,9 @@ void cut_at_levels(const CutSurface& s, std::span<const std::uint32_t> triangles
     int next = 1;
     for (const auto& [value, a] : sorted) {
         below += a;
-        if (next >= k_levels || below < area * next / k_levels) continue;
+        if (next >= k_levels || below < s.total_area * next / k_levels) continue;
         const double extent = sorted.back().first - sorted.front().first;
-        const double radius = area / (2 * std::numbers::pi * extent);
+        const double radius = s.total_area / (2 * std::numbers::pi * extent);
         consider(best_cut(s, triangles, field, {value, 0.5 * extent / k_levels, radius}));
         ++next;
     }
@@ -90,31 +85,25 @@ void cut_at_levels(const CutSurface& s, std::span<const std::uint32_t> triangles
 
 }  // namespace
 
-std::vector<CandidateCut> candidate_cuts(const CutSurface& s, std::span<const std::uint32_t> triangles,
-                                         GeodesicSolver::Region region, double least)
+std::vector<CandidateCut> candidate_cuts(const CutSurface& s, double least)
 {
-    const mesh::Mesh& mesh = s.mesh;
     std::vector<CandidateCut> cuts;
-    if (triangles.size() < 4) return cuts;
-    const double area = s.area_of(triangles);
-    const double whole = ellipsoid_volume(mesh, triangles);
+    if (s.area.size() < 4) return cuts;
+    const std::vector<std::uint32_t> triangles = all_triangles(s);
+    const double whole = ellipsoid_volume(s, triangles);
     if (whole <= 0) return cuts;
     const auto consider = [&](std::vector<std::uint8_t> near) {
         std::vector<std::uint32_t> a, b;
-        double area_a = 0;
-        for (std::size_t i = 0; i < triangles.size(); ++i) {
-            (near[i] ? a : b).push_back(triangles[i]);
-            if (near[i]) area_a += s.area[triangles[i]];
-        }
-        if (area_a < least || area - area_a < least) return;
-        const double gain = 1 - (ellipsoid_volume(mesh, a) + ellipsoid_volume(mesh, b)) / whole;
-        const double smaller = std::min(area_a, area - area_a);
-        const double length = cut_length(s, triangles, near);
+        for (const std::uint32_t t : triangles) (near[t] ? a : b).push_back(t);
+        const double area_a = s.area_of(a), area_b = s.total_area - area_a;
+        if (area_a < least || area_b < least) return;
+        const double gain = 1 - (ellipsoid_volume(s, a) + ellipsoid_volume(s, b)) / whole;
+        const double length = cut_length(s, near);
         const double concavity = mean_concavity(s, triangles, near, length / (2 * std::numbers::pi));
-        const double score = gain + 0.3 * concavity - 0.1 * length / std::sqrt(4 * std::numbers::pi * smaller);
+        const double score = gain + 0.3 * concavity - 0.1 * length / std::sqrt(4 * std::numbers::pi * std::min(area_a, area_b));
         cuts.push_back({score, gain, std::move(near)});
     };
-    for (const auto& field : fields_of(s, triangles, region)) cut_at_levels(s, triangles, field, consider);
+    for (const auto& field : fields_of(s)) cut_at_levels(s, field, consider);
     return cuts;
 }
 
@@ -128,7 +117,8 @@ Split Cutter::split(const Partition& partition, std::uint32_t part, const Decomp
     out.partition = partition;
     const auto triangles = triangles_of(partition, part);
     const double least = options.minimum_part_area * s.total_area;
-    const std::vector<CandidateCut> cuts = candidate_cuts(s, triangles, {partition.part_of_triangle, part}, least);
+    const PartSurface own(s, triangles);
+    const std::vector<CandidateCut> cuts = candidate_cuts(own.surface(), least);
     if (cuts.empty()) return out;
     const auto best = std::max_element(cuts.begin(), cuts.end(),
                                        [](const CandidateCut& l, const CandidateCut& r) { return l.score < r.score; });

@@ -111,7 +111,7 @@ public:
     ~Cutter();
 
     /// Cuts a part where the pieces' bounding ellipsoids of inertia shrink most and the crease is deepest, for the length
-    /// of the cut. Cost: O(n log n) in the mesh, times the number of candidate cuts (about 50).
+    /// of the cut. Cost: O(n log n) in the part, times the number of candidate cuts (about 50), and O(n) in the mesh.
     /// The pieces keep the labels of the part and of part_count onwards: other parts keep their labels.
     [[nodiscard]] Split split(const Partition& partition, std::uint32_t part, const DecomposeOptions& options = {}) const;
 

@@ -7,17 +7,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 
 namespace sqmap::decompose {
 namespace {
-
-std::vector<std::uint32_t> all_triangles(const mesh::Mesh& m)
-{
-    std::vector<std::uint32_t> all(m.triangles.size());
-    std::iota(all.begin(), all.end(), 0u);
-    return all;
-}
 
 double weight_of(const CutSurface& s, const std::vector<std::uint8_t>& near, double radius)
 {
@@ -37,7 +29,7 @@ TEST(BestCut, IsTheLeastOfAllCutsOfASmallBand)
     for (std::uint32_t t = 0; t < m.triangles.size(); ++t)
         field.push_back(mesh::triangle_centroid(m, t).z + 0.3 * mesh::triangle_centroid(m, t).x);
     const double level = 0.1, band = 0.5, radius = 1;
-    const auto near = best_cut(s, all_triangles(m), field, {level, band, radius});
+    const auto near = best_cut(s, all_triangles(s), field, {level, band, radius});
     std::vector<std::uint32_t> free;
     std::vector<std::uint8_t> trial(field.size());
     for (std::uint32_t t = 0; t < field.size(); ++t) {
@@ -63,7 +55,7 @@ TEST(BestCut, OfADumbbellIsAroundTheBar)
     const CutSurface s(m);
     std::vector<double> field;
     for (std::uint32_t t = 0; t < m.triangles.size(); ++t) field.push_back(mesh::triangle_centroid(m, t).z);
-    const auto near = best_cut(s, all_triangles(m), field, {1.2, 1.1, 0.35});
+    const auto near = best_cut(s, all_triangles(s), field, {1.2, 1.1, 0.35});
     for (std::uint32_t t = 0; t < near.size(); ++t)
         for (int e = 0; e < 3; ++e)
             if (near[s.graph.neighbours[t][e]] != near[t])
@@ -77,7 +69,7 @@ TEST(MeanConcavity, TellsACreaseFromARidge)
 {
     const mesh::Mesh m = mesh::dumbbell();
     const CutSurface s(m);
-    const auto all = all_triangles(m);
+    const auto all = all_triangles(s);
     const auto cut_at = [&](double z) {
         std::vector<std::uint8_t> near;
         for (const auto t : all) near.push_back(mesh::triangle_centroid(m, t).z < z);
@@ -88,16 +80,51 @@ TEST(MeanConcavity, TellsACreaseFromARidge)
     EXPECT_LT(cut_at(1.8), 0.05);  // the ball's equator
 }
 
+TEST(PartSurface, HasTheWholesEdgesButForItsBorder)
+{
+    const mesh::Mesh m = mesh::dumbbell();
+    const CutSurface whole(m);
+    std::vector<std::uint32_t> upper, number(m.triangles.size(), mesh::k_no_triangle);
+    for (std::uint32_t t = 0; t < m.triangles.size(); ++t)
+        if (mesh::triangle_centroid(m, t).z > 0.5) {
+            number[t] = static_cast<std::uint32_t>(upper.size());
+            upper.push_back(t);
+        }
+    const PartSurface part(whole, upper);
+    const CutSurface& own = part.surface();
+    ASSERT_EQ(own.mesh.triangles.size(), upper.size());
+    EXPECT_LT(own.mesh.vertices.size(), m.vertices.size());
+    EXPECT_EQ(own.total_area, whole.area_of(upper));
+    std::size_t on_border = 0;
+    for (std::uint32_t t = 0; t < upper.size(); ++t) {
+        EXPECT_EQ(mesh::triangle_centroid(own.mesh, t), mesh::triangle_centroid(m, upper[t]));
+        for (int e = 0; e < 3; ++e) {
+            const std::uint32_t across = number[whole.graph.neighbours[upper[t]][e]];
+            EXPECT_EQ(own.graph.neighbours[t][e], across);
+            on_border += across == mesh::k_no_triangle ? 1 : 0;
+            EXPECT_EQ(own.edge_length[t][e], whole.edge_length[upper[t]][e]);
+            EXPECT_EQ(own.edge_concavity[t][e], whole.edge_concavity[upper[t]][e]);
+        }
+    }
+    EXPECT_GT(on_border, 0u);
+}
+
+double volume_of(const mesh::Mesh& m)
+{
+    const CutSurface s(m);
+    return ellipsoid_volume(s, all_triangles(s));
+}
+
 TEST(EllipsoidVolume, DoesNotTurnWithTheMeshAndGrowsWithItsCube)
 {
     const mesh::Mesh m = mesh::ellipsoid({1, 2, 3}, 3);
-    const double volume = ellipsoid_volume(m, all_triangles(m));
+    const double volume = volume_of(m);
     mesh::Mesh turned = m;
     for (Vec3d& v : turned.vertices) v = 2.0 * Vec3d{0.6 * v.x - 0.8 * v.y, 0.8 * v.x + 0.6 * v.y, v.z} + Vec3d{5, 6, 7};
-    EXPECT_NEAR(ellipsoid_volume(turned, all_triangles(turned)) / volume, 8, 1e-9);
+    EXPECT_NEAR(volume_of(turned) / volume, 8, 1e-9);
     // A ball is its own ellipsoid of inertia: half the radius, an eighth of the volume.
     const mesh::Mesh ball = mesh::sphere(1, 3), half = mesh::sphere(0.5, 3);
-    EXPECT_NEAR(ellipsoid_volume(half, all_triangles(half)) / ellipsoid_volume(ball, all_triangles(ball)), 0.125, 1e-9);
+    EXPECT_NEAR(volume_of(half) / volume_of(ball), 0.125, 1e-9);
 }
 
 }  // namespace
