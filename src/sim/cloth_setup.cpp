@@ -116,6 +116,7 @@ void Cloth::State::add_threads(const Garment& garment)
         if (edge.count == 2 && fabric.bend > 0)
             add_hinge(garment, {ends[0], ends[1], edge.opposite[0], edge.opposite[1]}, longest);
     }
+    spread_hinges();
     body->randomizeConstraints();  // a sweep in the order of the weave would pull to one side
     diagonal.resize(static_cast<std::size_t>(body->m_links.size()));
     for (std::size_t l = 0; l < diagonal.size(); ++l) {
@@ -143,6 +144,19 @@ void Cloth::State::add_hinge(const Garment& garment, const std::array<std::uint3
     if (!std::isfinite(c01 + c02 + c03 + c04)) return;  // a triangle without area bends with its neighbours
     Hinge& hinge = hinges.emplace_back(Hinge{node, {}, {{}, static_cast<float>(give)}});
     for (std::size_t k = 0; k < 4; ++k) hinge.weight[k] = static_cast<float>(weight[k]);
+}
+
+void Cloth::State::spread_hinges()
+{
+    // In the order of the weave each hinge waits for the nodes of the last one; the processor solves several at a time that lie
+    // far apart.
+    constexpr std::size_t k_apart = 16;
+    std::vector<Hinge> spread;
+    spread.reserve(hinges.size());
+    const std::size_t rows = (hinges.size() + k_apart - 1) / k_apart;
+    for (std::size_t row = 0; row < rows; ++row)
+        for (std::size_t i = row; i < hinges.size(); i += rows) spread.push_back(hinges[i]);
+    hinges = std::move(spread);
 }
 
 void Cloth::State::add_mass(const Garment& garment)

@@ -76,6 +76,8 @@ struct Cloth::State {
     void add_threads(const Garment& garment);
     /// The bending across an edge, in a pattern that is flat.
     void add_hinge(const Garment& garment, const std::array<std::uint32_t, 4>& node, bool diagonal_edge);
+    /// Orders the hinges so that neighbours in the list share no node.
+    void spread_hinges();
     void add_mass(const Garment& garment);
     void add_seams(const Garment& garment);
     /// A number for each node; nodes that are sewn together have the same.

@@ -11,8 +11,9 @@ namespace {
 constexpr std::size_t k_at_once = 512;  ///< points of a query
 // In thicknesses: how far above the surface a point is left, and the most that it is moved at once.
 constexpr double k_leaves = 0.1, k_farthest = 4, k_shallow = 2;
-constexpr int k_rounds = 3,
-              k_passes = 4;  ///< points near moved nodes are queried again, those that were inside until they are out
+// Points near moved nodes are queried again until none is inside, those that were inside more often. Between two surfaces that
+// nearly meet a node is pushed to and fro a while.
+constexpr int k_rounds = 12, k_passes = 4;
 
 }  // namespace
 
@@ -21,7 +22,7 @@ Settling::Settling(std::span<const std::array<std::uint32_t, 3>> triangles, std:
       owned_(triangles.size()),
       samples_(nodes + 7 * triangles.size()),
       moved_(nodes),
-      near_(nodes),
+      touches_(nodes),
       thickness_(thickness)
 {
     std::map<std::array<std::uint32_t, 2>, std::size_t> owner;
@@ -71,8 +72,9 @@ std::size_t Settling::pass(const SettlingNodes& nodes, const Collider& collider)
             if ((c.status & query::k_no_surface) != 0 || !(c.depth > 0)) continue;
             const Sample s = samples_[first + c.index];
             // Far in, a triangle that nothing touches may have gone through from the other side.
-            if (c.depth > k_shallow * thickness_ && near_[s.node[0]] < 2 && near_[s.node[1]] < 2 && near_[s.node[2]] < 2 &&
-                moved_[s.node[0]] == 0 && moved_[s.node[1]] == 0 && moved_[s.node[2]] == 0 && s.node[0] != s.node[1])
+            const auto free = [&](std::uint32_t v) { return touches_[v] == 0 && moved_[v] == 0; };
+            if (c.depth > k_shallow * thickness_ && s.node[0] != s.node[1] && free(s.node[0]) && free(s.node[1]) &&
+                free(s.node[2]))
                 continue;
             double give = 0;
             for (std::size_t k = 0; k < 3; ++k)
@@ -98,24 +100,25 @@ std::size_t Settling::run(const SettlingNodes& nodes, std::span<const Collider> 
     std::fill(moved_.begin(), moved_.end(), std::uint8_t{0});
     for (const InteriorSpace& s : nodes.held)
         for (const std::uint32_t v : s.nodes) moved_[v] = 1;
-    // Something thin may be within a triangle beside those whose nodes touch.
-    for (std::size_t v = 0; v < near_.size(); ++v) near_[v] = moved_[v] != 0 || norm_sq(nodes.normals[v]) > 0 ? 2 : 0;
-    for (const auto& t : triangles_)
-        if (near_[t[0]] > 1 || near_[t[1]] > 1 || near_[t[2]] > 1)
-            for (const std::uint32_t v : t) near_[v] = std::max(near_[v], std::uint8_t{1});
-    for (int round = 0; round < k_rounds; ++round)
+    for (std::size_t v = 0; v < touches_.size(); ++v) touches_[v] = moved_[v] != 0 || norm_sq(nodes.normals[v]) > 0 ? 1 : 0;
+    std::size_t last = 1;
+    for (int round = 0; round < k_rounds && last > 0; ++round) {
+        last = 0;
         for (const Collider& collider : colliders) {
             if (collider.model == nullptr || collider.skin == nullptr) continue;
             count_ = 0;
-            const auto concerned = [&](std::uint32_t v) { return moved_[v] != 0 || (round == 0 && near_[v] != 0); };
+            // All at first: a finger may be within a triangle whose nodes, and those beside them, touch nothing.
+            const auto concerned = [&](std::uint32_t v) { return round == 0 || moved_[v] != 0; };
             for (std::uint32_t v = 0; v < nodes.at.size(); ++v)
-                if (round == 0 || moved_[v] != 0) samples_[count_++] = {{v, v, v}, {1, 0, 0}};
+                if (concerned(v)) samples_[count_++] = {{v, v, v}, {1, 0, 0}};
             for (std::size_t t = 0; t < triangles_.size(); ++t) {
                 const auto& n = triangles_[t];
                 if (concerned(n[0]) || concerned(n[1]) || concerned(n[2])) add_triangle(t);
             }
-            for (int i = 0; i < k_passes && count_ > 0; ++i) moved += pass(nodes, collider);
+            for (int i = 0; i < k_passes && count_ > 0; ++i) last += pass(nodes, collider);
         }
+        moved += last;
+    }
     return moved;
 }
 

@@ -49,8 +49,8 @@ private:
     std::vector<std::uint8_t> owned_;  ///< of each triangle: bit k where the edge from its corner k is counted with it
     std::vector<Sample> samples_;
     std::size_t count_ = 0;
-    std::vector<std::uint8_t> moved_;  ///< of each node: whether this run has moved it
-    std::vector<std::uint8_t> near_;   ///< of each node: 2 where it touches, 1 beside
+    std::vector<std::uint8_t> moved_;    ///< of each node: whether this run has moved it
+    std::vector<std::uint8_t> touches_;  ///< of each node, as the run begins
     std::unique_ptr<query::SkinWorkspace> workspace_;
     std::vector<Vec3d> points_;  ///< of the workspace
     std::vector<std::uint8_t> active_;

@@ -10,11 +10,12 @@ import { folder, GL, launch, openPage, run, sqmap, start, test, until } from './
 
 const { ORCA } = process.env, spoken = path.join(folder, 'orca.txt');
 if (ORCA) {
-  // Its own log is written late; a customization lets it write each line at once.
+  // Its own log is written late; a customization lets it write each line at once. It has no voice: where there is no sound, the
+  // synthesizer stops answering, and Orca waits for it without end.
   fs.mkdirSync(path.join(folder, 'orca'));
-  fs.writeFileSync(path.join(folder, 'orca/orca-customizations.py'), `import orca.debug as d\nd.debugLevel = d.LEVEL_INFO\nd.debugFile = open(${JSON.stringify(spoken)}, "w", buffering=1)\n`);
+  fs.writeFileSync(path.join(folder, 'orca/orca-customizations.py'), `import orca.debug as d, orca.speech as s\nd.debugLevel = d.LEVEL_INFO\nd.debugFile = open(${JSON.stringify(spoken)}, "w", buffering=1)\ns.init = lambda: None\n`);
   const reader = spawn(ORCA, { stdio: 'ignore', env: { ...process.env, XDG_DATA_HOME: folder, XDG_CONFIG_HOME: folder } });
-  process.on('exit', () => reader.kill());
+  process.on('exit', () => reader.kill('SIGKILL'));
   for (let k = 0; !fs.existsSync(spoken) || !/SPEECH OUTPUT/.test(fs.readFileSync(spoken, 'utf8')); ++k) {
     assert.ok(k < 300 && reader.exitCode === null, 'Orca does not speak');
     await new Promise((resolve) => { setTimeout(resolve, 200); });
@@ -57,11 +58,21 @@ const hears = async (form, since, patience = 4000) => {
 };
 // It reads the whole page aloud once it is loaded.
 if (ORCA) for (let before = -1; before !== heard.length; await page.waitForTimeout(3000)) before = heard.length;
+const focusedNode = async () => {
+  const { nodes } = await tree.send('Accessibility.getFullAXTree');
+  return nodes.findLast((n) => !n.ignored && n.properties?.some((p) => p.name === 'focused' && p.value.value === true));
+};
 /// Role and name of what has the focus, as a screen reader has them.
 const focused = async () => {
-  const { nodes } = await tree.send('Accessibility.getFullAXTree');
-  const node = nodes.findLast((n) => !n.ignored && n.properties?.some((p) => p.name === 'focused' && p.value.value === true));
+  const node = await focusedNode();
   return node ? `${node.role.value} ${node.name?.value ?? ''}`.trim() : '';
+};
+/// Presses the space bar until the answer that has the focus is said to be chosen: while the tool still touches, it is STOP.
+const choose = async () => {
+  for (let k = 0; k < 5; ++k) {
+    if ((await focusedNode())?.properties?.some((p) => p.name === 'checked' && String(p.value.value) === 'true')) return;
+    await press('Space');
+  }
 };
 /// A screen reader that is outrun falls silent: its user waits until it has said where the keyboard is.
 const spokenOf = async (since) => { for (let k = 0; ORCA && heard.length === since && k < 40; ++k) await page.waitForTimeout(50); };
@@ -191,12 +202,14 @@ const game = async (participant, turns) => {
     const answers = (await page.locator('#panel').ariaSnapshot()).match(/radio "[^"]+"/g).map((t) => t.slice(7, -1));
     assert.deepEqual([...answers].sort(), [...SHAPES].sort(), 'the answers have names');
     const order = likely(now), mine = order[0]?.[0] ?? SHAPES[0];
-    await press('Space');
+    await choose();
     for (let k = 0; k < answers.length && !(await focused()).endsWith(mine); ++k) await press('ArrowDown');
     await tab(/^button Guess/);
     since = heard.length;
     await press('Enter');
-    const words = await hears(/(Right|Wrong): it (is|was) /, since, 20000), truth = /it (?:is|was) (.*)\.$/.exec(words)[1];
+    const words = await hears(/(Right|Wrong): it (is|was) /, since, 20000);
+    assert.ok(words, `the answer to a guess is not said; the last words: ${heard.slice(-6).join(' | ')}`);
+    const truth = /it (?:is|was) (.*)\.$/.exec(words)[1];
     out.push([truth, mine]);
     const next = order.find(([name]) => name !== mine);
     if (next) margins.push(`${mine} ${order[0][1].toFixed(1)} before ${next[0]} ${next[1].toFixed(1)}`);

@@ -125,7 +125,7 @@ public:
     /// change of speed: for the positions that are shown or written. Contacts of a step are planes, found before the last of its
     /// motion and by options.layer; here the exact layer is queried until nothing is inside, a few times at most. Between two
     /// parts of a body that leave no space something may stay inside. Returns how many points were moved out. No allocation.
-    /// Cost: exact queries of the nodes and of the triangles in contact, about as much as a step.
+    /// Cost: exact queries of the nodes and of points of all triangles, about as much as a step.
     std::size_t settle(std::span<const Collider> colliders) noexcept;
 
     [[nodiscard]] std::size_t size() const noexcept;                                         ///< number of nodes

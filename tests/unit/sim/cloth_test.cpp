@@ -262,6 +262,18 @@ TEST(Cloth, SeamsCloseAreCutAndSewnAgain)
     EXPECT_LT(cloth.gap(1), 0.003);
 }
 
+Garment sleeved(std::uint32_t vertices)
+{
+    return shirt({.collar = {0, 0.1, 0},
+                  .chest = 0.52,
+                  .length = 0.62,
+                  .span = 1.0,
+                  .sleeve = 0.24,
+                  .neck = 0.24,
+                  .gap = 0.14,
+                  .vertices = vertices});
+}
+
 TEST(Cloth, SleevesCloseRoundTheArmsInThem)
 {
     // Both seams at once closed them so that their edges stayed on either side of the arms.
@@ -269,15 +281,7 @@ TEST(Cloth, SleevesCloseRoundTheArmsInThem)
     solid.capsules = {{{-0.7, 0, 0}, {0.7, 0, 0}, 0.043, 0.043}};
     const test::Parsed arms(mesh::polygonized(solid, 0.02));
     const Collider body = still(arms);
-    Cloth cloth(shirt({.collar = {0, 0.1, 0},
-                       .chest = 0.52,
-                       .length = 0.62,
-                       .span = 1.0,
-                       .sleeve = 0.24,
-                       .neck = 0.24,
-                       .gap = 0.14,
-                       .vertices = 4000}),
-                fabric("cotton"));
+    Cloth cloth(sleeved(4000), fabric("cotton"));
     for (int i = 0; i < 300; ++i) cloth.step(k_dt, {&body, 1});
     EXPECT_LT(cloth.gap(0), 0.003);
     EXPECT_LT(cloth.gap(1), 0.003);
@@ -328,15 +332,7 @@ TEST(Cloth, APullOfThirtyNewtonsDoesNotOpenSilk)
 
 TEST(Cloth, APullWhileSeamsAreDrawnTogetherThrowsNothing)
 {
-    Cloth cloth(shirt({.collar = {0, 0.1, 0},
-                       .chest = 0.52,
-                       .length = 0.62,
-                       .span = 1.0,
-                       .sleeve = 0.24,
-                       .neck = 0.24,
-                       .gap = 0.14,
-                       .vertices = 1000}),
-                fabric("cotton"));
+    Cloth cloth(sleeved(1000), fabric("cotton"));
     std::uint32_t status = 0;
     for (int i = 0; i < 120; ++i) {
         if (i == 20) cloth.grasp(40, 0.02, cloth.positions()[40]);
