@@ -83,7 +83,7 @@ HWY_INLINE std::uint32_t in_slab(const CornerRow& corners, const Slab& slab)
 /// Boxes and planes of the triangles of a leaf.
 struct LeafTests {
     BoxRow boxes;
-    float normal[3][k_row], offset[k_row], sides[k_row], product[k_row];
+    HWY_ALIGN_MAX float normal[3][k_row], offset[k_row], sides[k_row], product[k_row];
 
     /// Boxes larger by the margin.
     HWY_INLINE void put_boxes(const CornerRow& corners, F margin)
@@ -199,21 +199,19 @@ private:
         if ((is_moved_ >> i & 1u) != 0) return leaf;
         is_moved_ |= 1u << i;
         move_leaf(job_.b.corners[group * k_row + i], leaf);
-        leaf.slab = moved_slab(Slab(job_.b.slabs[group], i, job_.margin));
+        move_slab(Slab(job_.b.slabs[group], i, job_.margin), leaf.slab);
         return leaf;
     }
-    Slab moved_slab(Slab slab) const
+    void move_slab(const Slab& slab, Slab& to) const
     {
-        Slab out;
         float along = 0;
         for (std::size_t k = 0; k < 3; ++k) {
             const float* r = job_.rotation + 3 * k;
-            out.normal[k] = r[0] * slab.normal[0] + r[1] * slab.normal[1] + r[2] * slab.normal[2];
-            along += out.normal[k] * job_.shift[k];
+            to.normal[k] = r[0] * slab.normal[0] + r[1] * slab.normal[1] + r[2] * slab.normal[2];
+            along += to.normal[k] * job_.shift[k];
         }
-        out.lo = slab.lo + along;
-        out.hi = slab.hi + along;
-        return out;
+        to.lo = slab.lo + along;
+        to.hi = slab.hi + along;
     }
     HWY_NOINLINE void move_leaf(const CornerRow& from, MovedLeaf& to) const
     {

@@ -163,23 +163,22 @@ private:
         const auto self = static_cast<std::uint32_t>(meetings_++);
         workspace_.meetings_[self] = {pair.a, pair.b, 0, depth};
         workspace_.parents_[self] = self;
-        const TriangleTree &tree_a = a_.probe->triangles(), &tree_b = b_.probe->triangles();
-        std::uint32_t edges_a[3], edges_b[3];
-        for (std::uint32_t k = 0; k < 3; ++k) {
-            edges_a[k] = std::min(3 * pair.a + k, tree_a.twin(3 * pair.a + k));
-            edges_b[k] = std::min(3 * pair.b + k, tree_b.twin(3 * pair.b + k));
+        std::uint32_t last_a = 0, last_b = 0;
+        for (std::uint32_t sides = crossing.sides_a; sides != 0; sides &= sides - 1) {
+            last_a = 3 * pair.a + static_cast<std::uint32_t>(std::countr_zero(sides));
+            join(self, key_of(Key::EdgeOfA, edge_of(a_, last_a), pair.b));
         }
-        // Two of the six as a rule, and no telling which: a branch for each would be guessed wrong too often.
-        for (std::uint32_t sides = crossing.sides_a | std::uint32_t{crossing.sides_b} << 3; sides != 0; sides &= sides - 1) {
-            const auto k = static_cast<std::uint32_t>(std::countr_zero(sides));
-            const bool of_a = k < 3;
-            join(self, key_of(of_a ? Key::EdgeOfA : Key::EdgeOfB, of_a ? edges_a[k] : edges_b[k - 3], of_a ? pair.b : pair.a));
+        for (std::uint32_t sides = crossing.sides_b; sides != 0; sides &= sides - 1) {
+            last_b = 3 * pair.b + static_cast<std::uint32_t>(std::countr_zero(sides));
+            join(self, key_of(Key::EdgeOfB, edge_of(b_, last_b), pair.a));
         }
         // In special position an edge meets several sides of the other triangle: then no single pair of edges separates the two.
-        if (std::popcount(crossing.sides_a) != 1 || std::popcount(crossing.sides_b) != 1) return;
-        const auto i = static_cast<std::uint32_t>(std::countr_zero(crossing.sides_a)),
-                   j = static_cast<std::uint32_t>(std::countr_zero(crossing.sides_b));
-        add_edges(self, key_of(Key::EdgePair, edges_a[i], edges_b[j]), 3 * pair.a + i, 3 * pair.b + j);
+        if (std::has_single_bit(crossing.sides_a) && std::has_single_bit(crossing.sides_b)) add_edges(self, last_a, last_b);
+    }
+    /// The number of an edge by one of its half-edges.
+    static std::uint32_t edge_of(const Body& body, std::uint32_t half_edge)
+    {
+        return std::min(half_edge, body.probe->triangles().twin(half_edge));
     }
 
     /// The key's own entry of the table, or the empty one where it would be. The workspace holds tables of 1, 2, 4, ... slots one
@@ -228,11 +227,12 @@ private:
         return {corner(half_edge, 0), corner(half_edge, 1), {corner(half_edge, 2), corner(twin, 2)}};
     }
 
-    void add_edges(std::uint32_t self, std::uint64_t key, std::uint32_t edge_a, std::uint32_t edge_b)
+    void add_edges(std::uint32_t self, std::uint32_t edge_a, std::uint32_t edge_b)
     {
-        if (put(key, self) != self) return;
         const Wedge a = wedge_of(a_.probe->triangles(), edge_a, [&](std::uint32_t i) { return point_a(i); });
         const Wedge b = wedge_of(b_.probe->triangles(), edge_b, [&](std::uint32_t i) { return point_b(i); });
+        if (surely_lack_support(a, b)) return;
+        if (put(key_of(Key::EdgePair, edge_of(a_, edge_a), edge_of(b_, edge_b)), self) != self) return;
         std::optional<Separation> s = separate(a, b);
         if (!s) return;
         s->corner_a = static_cast<int>(edge_a % 3);

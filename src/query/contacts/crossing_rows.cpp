@@ -40,9 +40,10 @@ struct D3 {
 };
 HWY_INLINE D3 step(const D3& from, const D3& to) { return {hn::Sub(to.x, from.x), hn::Sub(to.y, from.y), hn::Sub(to.z, from.z)}; }
 
-/// The sign of a determinant, where double is sure of it.
+/// A determinant, and its sign where double is sure of it.
 struct Sign {
     Where above, below;
+    D value;
 };
 
 /// The products of two vectors, for determinants with a third one.
@@ -63,7 +64,7 @@ struct Products {
         const D permanent =
             hn::Add(hn::Add(hn::Mul(hn::Abs(w.x), size.x), hn::Mul(hn::Abs(w.y), size.y)), hn::Mul(hn::Abs(w.z), size.z));
         const D bound = hn::Mul(hn::Set(dd, k_bound), permanent);
-        return {hn::Gt(det, bound), hn::Lt(det, hn::Neg(bound))};
+        return {hn::Gt(det, bound), hn::Lt(det, hn::Neg(bound)), det};
     }
 };
 
@@ -90,6 +91,13 @@ struct Heights {
     [[nodiscard]] HWY_INLINE Where all_known() const
     {
         return hn::And(known(corner[0]), hn::And(known(corner[1]), known(corner[2])));
+    }
+    /// How far the lowest corner is below the plane, evaluated as depth_along_normals does. normal: the plane's.
+    [[nodiscard]] HWY_INLINE D below(const D3& normal) const
+    {
+        const D sum = hn::Add(hn::Add(hn::Mul(normal.x, normal.x), hn::Mul(normal.y, normal.y)), hn::Mul(normal.z, normal.z)),
+                length = hn::Sqrt(sum), lowest = hn::Min(corner[0].value, hn::Min(corner[1].value, corner[2].value));
+        return hn::Div(hn::Neg(lowest), hn::IfThenElse(hn::Gt(length, hn::Zero(dd)), length, hn::Set(dd, 1.)));
     }
     /// Corner k is alone on its side, where all are known and not all are on one.
     [[nodiscard]] HWY_INLINE Where is_alone(int k) const
@@ -127,9 +135,10 @@ struct Apex {
 
 constexpr int k_bits_b = 8, k_bit_open = 16;  // of a code: sides_a, then sides_b, then that rounding leaves it open
 
-/// The code of a pair in each lane. A line through both planes passes through two sides of either triangle: the signs of these
-/// two pairs of sides are the order of the four positions on it, and a side meets the triangle between whose two it is.
-HWY_NOINLINE Code judge(const Corners& c)
+/// The code of a pair in each lane, and the depth of those whose code is not zero. A line through both planes passes through two
+/// sides of either triangle: the signs of these two pairs of sides are the order of the four positions on it, and a side meets
+/// the triangle between whose two it is.
+HWY_NOINLINE Code judge(const Corners& c, D& depth)
 {
     const Products plane_a(step(c.a[0], c.a[1]), step(c.a[1], c.a[2])), plane_b(step(c.b[0], c.b[1]), step(c.b[1], c.b[2]));
     Heights of_a, of_b;
@@ -141,54 +150,51 @@ HWY_NOINLINE Code judge(const Corners& c)
     if (hn::AllTrue(dd, beside)) return hn::Zero(dc);
 
     const Apex a(of_a, c.a), b(of_b, c.b);
-    const Sign from_from = Products(a.side_from, b.side_from).with(step(a.at, b.at)),
-               from_to = Products(a.side_from, b.side_to).with(step(a.at, b.at)),
-               to_from = Products(a.side_to, b.side_from).with(step(a.at, b.at)),
-               to_to = Products(a.side_to, b.side_to).with(step(a.at, b.at));
+    const D3 between = step(a.at, b.at);
+    const Products from_b(b.side_from, between), to_b(b.side_to, between);
+    const Sign from_from = from_b.with(a.side_from), from_to = to_b.with(a.side_from), to_from = from_b.with(a.side_to),
+               to_to = to_b.with(a.side_to);
     const Where sure = hn::And(hn::And(of_a.all_known(), of_b.all_known()),
                                hn::And(hn::And(known(from_from), known(from_to)), hn::And(known(to_from), known(to_to))));
     const auto meet = [&](const Sign& x, const Sign& y)
                           HWY_ATTR { return hn::AndNot(beside, hn::AndNot(hn::Xor(x.above, y.above), sure)); };
     const Code code = hn::Or(a.bits(meet(from_from, from_to), meet(to_from, to_to)),
                              hn::ShiftLeft<k_bits_b>(b.bits(meet(from_from, to_from), meet(from_to, to_to))));
+    depth = hn::Max(hn::Min(of_b.below(plane_a.cross), of_a.below(plane_b.cross)), hn::Zero(dd));
     const Where open = hn::Not(hn::Or(sure, beside));
     return hn::Or(code, hn::IfThenElseZero(hn::RebindMask(dc, open), hn::Set(dc, std::uint64_t{1} << k_bit_open)));
 }
 
-/// Points of the triangles of a block of pairs as the caller gave them: corner, axis, pair.
+using DIndex = hn::RebindToSigned<DD>;
+constexpr DIndex dindex{};
+
+/// Numbers of the first coordinates of a block of pairs: corner, pair.
 struct CornerBlock {
-    HWY_ALIGN double a[3][3][k_block], b[3][3][k_block];
+    HWY_ALIGN_MAX std::int64_t a[3][k_block], b[3][k_block];
 
     void read(const TriangleTree& tree_a, const TriangleTree& tree_b, std::span<const TrianglePair> pairs)
     {
         for (std::size_t i = 0; i < pairs.size(); ++i) {
             const ProbeTriangle &s = tree_a.triangle(pairs[i].a), &t = tree_b.triangle(pairs[i].b);
             for (std::size_t k = 0; k < 3; ++k) {
-                put(tree_a.point(s[k]), a[k], i);
-                put(tree_b.point(t[k]), b[k], i);
+                a[k][i] = 3 * std::int64_t{s[k]};
+                b[k][i] = 3 * std::int64_t{t[k]};
             }
         }
         // The rest of the last vector repeats the first pair.
         for (std::size_t i = pairs.size(); i % k_pair_lanes != 0; ++i)
-            for (std::size_t k = 0; k < 3; ++k)
-                for (std::size_t axis = 0; axis < 3; ++axis) {
-                    a[k][axis][i] = a[k][axis][0];
-                    b[k][axis][i] = b[k][axis][0];
-                }
-    }
-
-private:
-    static void put(Vec3d p, double (&to)[3][k_block], std::size_t i)
-    {
-        to[0][i] = p.x;
-        to[1][i] = p.y;
-        to[2][i] = p.z;
+            for (std::size_t k = 0; k < 3; ++k) {
+                a[k][i] = a[k][0];
+                b[k][i] = b[k][0];
+            }
     }
 };
 
-HWY_INLINE D3 load(const double (&from)[3][k_block], std::size_t i)
+HWY_INLINE D3 load(const double* coordinates, const std::int64_t* from)
 {
-    return {hn::Load(dd, from[0] + i), hn::Load(dd, from[1] + i), hn::Load(dd, from[2] + i)};
+    const auto at = hn::Load(dindex, from);
+    return {hn::GatherIndex(dd, coordinates, at), hn::GatherIndex(dd, coordinates + 1, at),
+            hn::GatherIndex(dd, coordinates + 2, at)};
 }
 /// In the order of apply().
 HWY_INLINE D3 moved(const Affine& map, const D3& p)
@@ -199,18 +205,6 @@ HWY_INLINE D3 moved(const Affine& map, const D3& p)
         return hn::Add(turned, hn::Set(dd, shift));
     };
     return {row(map.linear.row[0], map.shift.x), row(map.linear.row[1], map.shift.y), row(map.linear.row[2], map.shift.z)};
-}
-
-/// How far a triangle reaches below the plane of another, in the order of depth_along_normals.
-HWY_NOINLINE D below_plane(const D3 (&of)[3], const D3 (&other)[3])
-{
-    const auto dot = [](const D3& p, const D3& q)
-                         HWY_ATTR { return hn::Add(hn::Add(hn::Mul(p.x, q.x), hn::Mul(p.y, q.y)), hn::Mul(p.z, q.z)); };
-    const D3 normal = Products(step(of[0], of[1]), step(of[0], of[2])).cross;
-    const D length = hn::Sqrt(dot(normal, normal)),
-            divisor = hn::IfThenElse(hn::Gt(length, hn::Zero(dd)), length, hn::Set(dd, 1.));
-    const D3 unit{hn::Div(normal.x, divisor), hn::Div(normal.y, divisor), hn::Div(normal.z, divisor)};
-    return hn::Sub(dot(unit, of[0]), hn::Min(dot(unit, other[0]), hn::Min(dot(unit, other[1]), dot(unit, other[2]))));
 }
 
 void search_crossings(const TriangleTree& tree_a, const TriangleTree& tree_b, const Affine& map,
@@ -225,14 +219,13 @@ void search_crossings(const TriangleTree& tree_a, const TriangleTree& tree_b, co
         for (std::size_t i = 0; i < count; i += hn::Lanes(dd)) {
             Corners corners;
             for (int k = 0; k < 3; ++k) {
-                corners.a[k] = load(block.a[k], i);
-                corners.b[k] = moved(map, load(block.b[k], i));
+                corners.a[k] = load(tree_a.coordinates(), block.a[k] + i);
+                corners.b[k] = moved(map, load(tree_b.coordinates(), block.b[k] + i));
             }
-            const Code code = judge(corners);
+            D depth = hn::Zero(dd);
+            const Code code = judge(corners, depth);
             hn::Store(code, dc, codes + i);
-            if (hn::AllTrue(dc, hn::Eq(code, hn::Zero(dc)))) continue;
-            const D depth = hn::Min(below_plane(corners.a, corners.b), below_plane(corners.b, corners.a));
-            hn::StoreU(hn::Max(depth, hn::Zero(dd)), dd, out.depths + first + i);
+            hn::StoreU(depth, dd, out.depths + first + i);
         }
         for (std::size_t i = 0; i < count; ++i) {
             out.crossings[first + i] = {static_cast<std::uint8_t>(codes[i]), static_cast<std::uint8_t>(codes[i] >> k_bits_b)};

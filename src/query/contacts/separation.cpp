@@ -148,6 +148,24 @@ private:
 
 }  // namespace
 
+bool surely_lack_support(const Wedge& a, const Wedge& b) noexcept
+{
+    const Vec3d n = cross(a.to - a.from, b.to - b.from);
+    bool falls = false, rises = false;
+    const auto look = [&](Vec3d down) {
+        const double x = n.x * down.x, y = n.y * down.y, z = n.z * down.z, sum = x + y + z;
+        // Above what double rounds here, and there in the unit normal.
+        const double bound = 1e-14 * (std::abs(x) + std::abs(y) + std::abs(z));
+        falls |= sum > bound;
+        rises |= sum < -bound;
+    };
+    for (int i = 0; i < 2; ++i) {
+        look(a.from - a.beside[i]);
+        look(b.beside[i] - b.from);
+    }
+    return falls && rises;
+}
+
 std::optional<Separation> separate(const Wedge& a, const Wedge& b) noexcept
 {
     const Vec3d da = a.to - a.from, db = b.to - b.from, w = b.from - a.from;
@@ -176,10 +194,13 @@ std::optional<Separation> separate(const Wedge& a, const Wedge& b) noexcept
 
 double depth_along_normals(const TriangleCorners& a, const TriangleCorners& b) noexcept
 {
-    const Vec3d normal_a = normalized(cross(a.b - a.a, a.c - a.a)), normal_b = normalized(cross(b.b - b.a, b.c - b.a));
-    const double below_a = dot(normal_a, a.a) - range_along(normal_a, b).low,
-                 below_b = dot(normal_b, b.a) - range_along(normal_b, a).low;
-    return std::max(std::min(below_a, below_b), 0.);
+    const auto below = [](const TriangleCorners& of, const TriangleCorners& other) {
+        const Vec3d normal = cross(of.b - of.a, of.c - of.b);
+        const auto height = [&](Vec3d p) { return dot(p - of.b, normal); };
+        const double length = norm(normal), lowest = std::min(height(other.a), std::min(height(other.b), height(other.c)));
+        return -lowest / (length > 0 ? length : 1);
+    };
+    return std::max(std::min(below(a, b), below(b, a)), 0.);
 }
 
 Separation separate(const TriangleCorners& a, const TriangleCorners& b) noexcept

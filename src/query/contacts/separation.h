@@ -23,6 +23,10 @@ struct Wedge {
     Vec3d beside[2];
 };
 
+/// True where separate() surely finds nothing: along the lines' common normal the faces fall off both ways, by more than double
+/// rounds. Most pairs of edges that cross are such ones; this takes a fraction of separate()'s time.
+[[nodiscard]] bool surely_lack_support(const Wedge& a, const Wedge& b) noexcept;
+
 /// Nothing where the edges do not support each other: no direction is normal to both from which a's faces fall off one way and
 /// b's the other way, or the lines are not nearest to each other within both edges. Its features are edges.
 [[nodiscard]] std::optional<Separation> separate(const Wedge& a, const Wedge& b) noexcept;

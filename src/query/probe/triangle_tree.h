@@ -35,6 +35,8 @@ public:
     [[nodiscard]] const ProbeTriangle& triangle(std::size_t t) const noexcept { return triangles_[t]; }
     /// The caller's position. @pre it exists
     [[nodiscard]] Vec3d point(std::size_t i) const noexcept { return points_[i]; }
+    /// Coordinates of point 0, then of point 1, and so on. @pre there are points
+    [[nodiscard]] const double* coordinates() const noexcept { return &points_.front().x; }
     /// Half-edge 3 t + k runs from corner k of triangle t to the next one; its twin runs the other way, in the neighbour.
     [[nodiscard]] std::uint32_t twin(std::uint32_t half_edge) const noexcept { return twin_[half_edge]; }
     /// A half-edge that begins at a point; k_no_half_edge where no triangle has the point.
@@ -43,17 +45,18 @@ public:
     /// Holds all points; the points' own frame.
     [[nodiscard]] const Box& box() const noexcept { return box_; }
 
+    // Rows begin where a line of the cache does: a vector that reads of two lines takes twice the time.
     /// Boxes side by side; those after the last one repeat it.
-    struct BoxRow {
+    struct alignas(64) BoxRow {
         float lo[3][k_group], hi[3][k_group];
     };
     /// Slabs that hold leaves, side by side: normal . p is between lo and hi for each corner p from box()'s centre. The normals
     /// are about units, the leaf's mean; zero where it has none.
-    struct SlabRow {
+    struct alignas(64) SlabRow {
         float normal[3][k_group], lo[k_group], hi[k_group];
     };
     /// Corners of the triangles of a leaf, from box()'s centre; those after the last one repeat it.
-    struct CornerRow {
+    struct alignas(64) CornerRow {
         float at[3][3][k_leaf];  ///< corner, axis, triangle
     };
     /// Arrays that the kernels read.
