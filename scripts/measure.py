@@ -118,7 +118,7 @@ points, three quarters of them within 4 % of the surface, one quarter in the bou
 double precision (winding number above 0 is inside, true distance to the boundary).
 
 - **kB**, **kB w/o exact**: size of the model file, and its size without the exact layer's lists and triangles.
-- **bake s**: CPU seconds of the whole bake on one thread, its own measurement included.
+- **bake s**: CPU seconds of the whole bake on one thread, its own measurement included; more beside other work.
 - **contained**: parts whose stored certificate proves that the superquadric holds the part's surface and the caps that
   close it, and triangles found outside every superquadric when checked again.
 - **L1 missed**: points of the solid that layer 1 calls free.
