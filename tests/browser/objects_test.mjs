@@ -96,6 +96,39 @@ test('hidden, an object is neither seen nor touched, and its mark is gone; alone
   assert.deepEqual(await there(), [0, 1]);
 });
 
+test('the line of facts names what is touched, then what is selected, and nothing that is hidden', async () => {
+  const names = (name) => until(page, (n) => document.querySelector('#model-facts').textContent.startsWith(`${n}: `), name);
+  await page.click('#tab-touch');
+  await page.evaluate(() => window.sqmap.world.frame());
+  await settled(page);
+  await feel(page, 1, 0.2);
+  await page.mouse.up();
+  await until(page, () => window.sqmap.frame().contacts === 0);
+  await names('torus');
+  await act('object', 0);
+  await names('dumbbell');
+  await act('hide', 0);
+  await names('torus');
+  await act('hide', 0);
+  await until(page, () => !window.sqmap.facts()[0].hidden);
+  await page.click('#tab-look');
+  await act('alone', 1);
+  await names('torus');
+  await act('alone', 1);
+  await until(page, () => window.sqmap.facts().every((f) => !f.hidden));
+  await page.click('#tab-touch');
+  await page.evaluate(() => window.sqmap.world.frame());
+  await settled(page);
+  await feel(page, 1, 0.2);
+  await page.mouse.up();
+  await act('remove', 0);
+  await until(page, () => window.sqmap.facts().length === 1);
+  await names('torus');
+  await page.click('#take-back');
+  await until(page, () => window.sqmap.facts().length === 2);
+  await names('torus');
+});
+
 test('numbers move an object, with its mark and its surface; its axis turns it', async () => {
   await page.click('#tab-look');
   await act('object', 1);

@@ -82,6 +82,14 @@ TEST(Fitting, DressesPullsPinsAndChanges)
     fitting.send(cloth(Handling::Drag, to));
     const Shot pulled = wait_for(fitting, [](const Shot& s) { return s.held() && s.tension().y > 0.5; });
     ASSERT_FALSE(pulled.v.empty());
+    // However far the pointer goes, the hand pulls with 30 N at most.
+    fitting.send(cloth(Handling::Drag, first.at(low) + Vec3d{0, 0, 3}));
+    const Shot strong = wait_for(fitting, [](const Shot& s) { return s.held() && norm(s.tension()) > 29; });
+    ASSERT_FALSE(strong.v.empty());
+    for (std::uint32_t frame = 1; frame < 6; ++frame)
+        EXPECT_LE(
+            norm(wait_for(fitting, [&](const Shot& s) { return s.v[1] >= strong.v[1] + static_cast<float>(frame); }).tension()),
+            30.01);
     // Pulled into the body, it stays outside, and the body is felt.
     Vec3d middle{};
     for (std::size_t i = 0; i < first.vertices(); ++i) middle += first.at(i) / static_cast<double>(first.vertices());

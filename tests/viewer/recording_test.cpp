@@ -183,7 +183,7 @@ TEST(RecordingFile, WhatIsNoneIsRefused)
     };
     const auto refuses = [&](const std::string& damaged, const std::string& reason) {
         EXPECT_NE(why(damaged).find(reason), std::string::npos) << why(damaged) << "\nwanted: " << reason;
-        EXPECT_TRUE(why(damaged).starts_with("touch.csv: ")) << why(damaged);
+        EXPECT_TRUE(why(damaged).starts_with("touch.csv:")) << why(damaged);
     };
     refuses("x", "not a trace");
     refuses(with("# page 1", "# page 9"), "another version");

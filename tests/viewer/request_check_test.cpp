@@ -62,6 +62,14 @@ TEST(RequestCheck, WantsAnOriginForWhateverActs)
     EXPECT_EQ(admit(head, k_guard), Admission::Granted);
 }
 
+TEST(RequestCheck, TakesNamesOfFilesAsAPageWritesThem)
+{
+    // encodeURIComponent leaves these as they are, and some file is called so.
+    RequestHead head = page_request();
+    head.target = "/api/upload?name=my%20model%20(1)!'*~.obj&token=0123456789abcdef0123456789abcdef";
+    EXPECT_EQ(admit(head, k_guard), Admission::Granted);
+}
+
 TEST(RequestCheck, WantsTheWholeTokenEverywhereButForTheFilesOfThePage)
 {
     RequestHead head = page_request();

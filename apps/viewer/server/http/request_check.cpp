@@ -39,7 +39,7 @@ bool same_token(std::string_view a, std::string_view b) noexcept
 bool is_plain(char c) noexcept
 {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-           std::string_view("/._-?&=%~+").find(c) != std::string_view::npos;
+           std::string_view("/._-?&=%~+!*'()").find(c) != std::string_view::npos;
 }
 
 }  // namespace

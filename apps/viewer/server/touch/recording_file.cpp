@@ -317,8 +317,8 @@ RecordingFile read_recording(const std::string& text, const std::string& name)
     } catch (const TraceError& e) {
         // The user knows the file under its own name.
         std::string what = e.what();
-        if (what.starts_with(file.path().string())) what.replace(0, file.path().string().size(), "it");
-        throw TraceError(name + ": " + what);
+        const std::string path = file.path().string();
+        throw TraceError(what.starts_with(path) ? what.replace(0, path.size(), name) : name + ": " + what);
     }
 }
 

@@ -73,7 +73,9 @@ export function draw(frame: Frame): void {
   else setDent(null);
   world.tool.show(frame, (from, to) => world.inSight(from, to));
   showTag(force);
-  const why = REASONS.filter(([bit]) => (frame.acted & bit) !== 0).map(([, text]) => text);
+  // The last limit acts with the first one and says the same.
+  const acted = frame.acted & 8 ? frame.acted & ~256 : frame.acted;
+  const why = REASONS.filter(([bit]) => (acted & bit) !== 0).map(([, text]) => text);
   const words = !frame.connected ? 'device gone' : frame.faults & 16 ? 'stopped' : frame.faults ? 'no force: the filter found a fault (the computer was busy?). Lift and touch again' :
     frame.contacts > 0 && !frame.engaged && force === 0 ? 'no force yet: lift once, then it comes in gently' :
     frame.contacts > 0 ? `${force.toFixed(2)} N · ${depthWords(frame)} · ${touchedName(frame)}` : 'free';

@@ -1,4 +1,5 @@
 // The first minute: one object large, the others pale behind it, and one invitation, until it is touched.
+import type { ObjectFacts } from './messages';
 import { canvas, hand, invite, purpose, stage, world } from './stage';
 import { saved } from './net';
 import { changed, on, state } from './state';
@@ -14,9 +15,9 @@ export function lookAt(object: number): void {
 
 let invites = !saved;
 
-/// Shows the object with most parts large, since it has most to touch.
+/// Shows the object with most parts large, since it has most to touch; one without triangles, which no pointer finds, only alone.
 export function firstMinute(): void {
-  const rich = state.facts.reduce((best, f, i) => (f.parts.length > (state.facts[best]?.parts.length ?? 0) ? i : best), 0);
+  const parts = (f?: ObjectFacts) => (f?.hasTriangles ? f.parts.length : 0), rich = state.facts.reduce((best, f, i) => (parts(f) > parts(state.facts[best]) ? i : best), 0);
   if (state.facts.length > 1) { world.frameClosely(rich); lookAt(rich); } else world.frame();
   follow();
 }
@@ -24,7 +25,7 @@ export function firstMinute(): void {
 /// Moves the invitation over the point of the object that is highest on the screen.
 function follow(): void {
   const object = Math.max(world.objects.focus, 0);
-  invite.hidden = !invites || !!state.facts[object]?.hidden || state.mode !== 'touch' || state.playing || !state.facts[object];
+  invite.hidden = !invites || !!state.facts[object]?.hidden || state.mode !== 'touch' || state.playing || !state.facts[object]?.hasTriangles;
   if (invite.hidden) return;
   const top = world.highest(object), half = 0.5 * invite.offsetWidth + 8;
   const at = 0.5 * (top.x + 1) * world.size.x, x = Math.min(Math.max(at, half), world.size.x - half);

@@ -49,14 +49,15 @@ let first = true;
 showEmpty();
 
 function scene({ objects, loading, removed }: Scene): void {
-  const before = state.facts, number = (id: number | undefined) => objects.findIndex((f) => f.id === id), selected = before[state.selected?.object ?? -1]?.id, picked = before[state.pick?.object ?? -1];
+  const before = state.facts, number = (id: number | undefined) => objects.findIndex((f) => f.id === id), selected = before[state.selected?.object ?? -1]?.id, picked = before[state.pick?.object ?? -1], touched = before[state.touched]?.id;
   for (const f of objects) {
     const old = before.find((g) => g.id === f.id);
     if (old && old.revision !== f.revision && old.up === f.up) announce(`${f.name}: ${count(f.parts.length)}${f.edited ? ', edited' : ''}.`);
   }
   Object.assign(state, { facts: objects, loading, removed });
   settle();
-  // The selection and the picked point go with their object, whatever its number is now.
+  // The selection, the picked point and the touch go with their object, whatever its number is now.
+  state.touched = number(touched);
   if (state.selected) state.selected = number(selected) < 0 ? null : { ...state.selected, object: number(selected) };
   const own = objects[number(picked?.id)];
   if (state.pick && (!own || own.hidden || own.up !== picked.up)) dropPick();

@@ -47,7 +47,7 @@ export function showProgress(p: Progress): void {
   progressBox.hidden = p.stage === 'done' || p.stage === 'failed' || p.stage === 'cancelled';
   const stages: Record<string, [string, number]> = { decompose: ['cutting into parts', 0.1], fit: ['fitting superquadrics', 0.3], map: ['making maps', 0.5], measure: ['measuring', 0.75], refine: ['refining', 0.85], bones: ['its bones', p.done] };
   const [text, at] = stages[p.stage] ?? [p.stage, 1];
-  progressText.textContent = `Baking ${p.name}: ${text}`;
+  progressText.textContent = `Baking${p.name ? ` ${p.name}` : ''}: ${text}`;
   progressBar.value = p.done >= 1 ? 1 : at;
   if (p.stage === 'done' && p.name !== 'the figure') announce(`${p.name} is baked.`);
 }

@@ -180,7 +180,7 @@ export class Objects {
       if (!s) return;
       const there = !this.hidden && !this.facts[i].hidden && i !== this.inHand, baked = !this.facts[i].edited;
       const chosen = this.dims && this.selected?.object === i ? this.selected.part : -1;
-      s.superquadrics.all.visible = this.withSuperquadrics && there;
+      s.superquadrics.all.visible = there && (this.withSuperquadrics || !this.facts[i].hasTriangles);
       setOpacity(s.superquadrics, (p) => (chosen < 0 || chosen === p ? 0.42 : 0.16));
       s.spheres.all.visible = this.withSpheres && there;
       setOpacity(s.spheres, (p) => (chosen >= 0 && chosen !== p - 1 ? 0 : p === 0 ? 0.35 : 0.6));
@@ -348,10 +348,10 @@ export class Objects {
     void this.paint();
   }
 
-  /// The triangle that is missed, else the one with the largest value of the field that is shown; null: there is no such field.
+  /// The triangle that is missed, else the one with the largest value of the field that is shown, where it is seen; null: there is none.
   worst(): { hit: Hit; value: number } | null {
     let best: { object: number; triangle: number; value: number } | null = null;
-    this.shown.forEach((s, object) => s?.fields.get(this.colourBy)?.forEach((value, triangle) => {
+    this.shown.forEach((s, object) => (this.facts[object].hidden ? null : s)?.fields.get(this.colourBy)?.forEach((value, triangle) => {
       if ((value === MISS || value >= 0) && (!best || (best.value !== MISS && (value === MISS || value > best.value)))) best = { object, triangle, value };
     }));
     const found = best as { object: number; triangle: number; value: number } | null, surface = found && this.shown[found.object]?.surface;
@@ -363,7 +363,7 @@ export class Objects {
   missedNow(): { missed: number; held: boolean } {
     let missed = 0, held = true;
     this.shown.forEach((s, i) => {
-      const own = s?.fields.get('error')?.reduce((n, value) => n + (value === MISS ? 1 : 0), 0) ?? 0;
+      const own = (this.facts[i].hidden ? null : s)?.fields.get('error')?.reduce((n, value) => n + (value === MISS ? 1 : 0), 0) ?? 0;
       missed += own;
       held &&= own === 0 || this.facts[i].exact;
     });

@@ -209,7 +209,7 @@ class Costume {
     if (performance.now() < this.factsDue) return;
     this.factsDue = performance.now() + 250;
     const rows: [string, string][] = [
-      ['Pull', f.held ? `${size.toFixed(1)} N` : 'nothing held'], ['Time', f.speed > 0.97 ? 'as it is' : `slowed to ${Math.round(100 * f.speed)} %: the cloth costs more than this computer has`],
+      ['Pull', f.held ? `${size.toFixed(1)} N${Math.hypot(...f.tension) > 29.9 ? ', the most a hand pulls here' : ''}` : 'nothing held'], ['Time', f.speed > 0.97 ? 'as it is' : `slowed to ${Math.round(100 * f.speed)} %: the cloth costs more than this computer has`],
       ['A step', `${f.stepMs.toFixed(1)} ms of CPU time, ${f.contacts} contacts`], ['Fastest', `${f.fastest.toFixed(2)} m/s`], ['Pinned', `${f.pinned} vertices`]];
     if (f.status & 1) rows.push(['Trouble', 'a vertex was lost: put back']);
     this.facts.replaceChildren(...rows.flatMap(([k, v]) => [h('dt', {}, k), h('dd', {}, v)]));

@@ -21,12 +21,12 @@ export function cureDetails(f: ObjectFacts): string {
   return `From the file to the mesh: ${way(c.input_to_result)}. From the mesh to the file: ${way(c.result_to_input)}.`;
 }
 
-/// The object that the line is about: in Touch the one that was touched last, else the selected, the one that is drawn large, or the
-/// only one.
+/// The object that the line is about, of those that are shown: in Touch the one that was touched since something was selected, else the
+/// selected, the one that is drawn large, or the only one.
 function subject(): ObjectFacts | undefined {
   if (state.playing) return undefined;
-  const touched = state.mode === 'touch' ? state.facts[state.touched] : undefined;
-  return touched ?? state.facts[state.selected?.object ?? -1] ?? state.facts[world.objects.focus] ?? (state.facts.length === 1 ? state.facts[0] : undefined);
+  const shown = state.facts.filter((f) => !f.hidden), of = [state.mode === 'touch' ? state.touched : -1, state.selected?.object ?? -1, world.objects.focus].map((i) => state.facts[i]);
+  return of.find((f) => f && !f.hidden) ?? (shown.length === 1 ? shown[0] : undefined);
 }
 /// Points that layer 3 decided wrongly when the bake measured it: those nearer to the surface than 0.5 % of the size do not count.
 function wrong(all: ObjectFacts[]): string {
@@ -35,19 +35,19 @@ function wrong(all: ObjectFacts[]): string {
   const held = all.every((g) => g.exact || g.measured.missed + g.measured.false === 0);
   return `, layer 3 missed ${missed} and made up ${made} of ${sum((g) => g.measured.points).toLocaleString('en')} points${held ? ', which touch by exact triangles holds' : ''}`;
 }
-/// Layer and force that answer the touch.
-function answering(): string {
-  const { layer, paperForce } = state.settings, by = layer === 'tool' ? 'the tool’s own layer' : layer === 'exact' ? 'exact triangles' : layer === 'auto' || layer === 'gate' ? `layer by ${layer}` : `layer ${layer}`;
+/// Layer and force that answer the touch of these objects.
+function answering(all: ObjectFacts[]): string {
+  const { layer, paperForce, tool } = state.settings, by = layer === 'tool' ? (tool === 'ball' && !paperForce && all.every((f) => f.exact) ? 'exact triangles' : 'layer 3') : layer === 'exact' ? 'exact triangles' : layer === 'auto' || layer === 'gate' ? `layer by ${layer}` : `layer ${layer}`;
   return ` · touched by ${by}${paperForce ? ' and the paper’s force' : ''}`;
 }
 /// Shows the facts of one object, else of all.
 function showFactsLine(): void {
   factsLine.hidden = state.mode === 'dress' || state.facts.length === 0;
   const f = subject();
-  const all = f ? [f] : state.facts, certified = all.every((g) => g.parts.every((p) => p.certified));
-  const total = count(all.reduce((n, g) => n + g.parts.length, 0)), worst = Math.max(...all.map((g) => g.measured.depthP99));
+  const shown = state.facts.filter((g) => !g.hidden), all = f ? [f] : shown.length ? shown : state.facts, certified = all.every((g) => g.parts.every((p) => p.certified));
+  const total = count(all.reduce((n, g) => n + g.parts.length, 0)), most = (of: string) => digits(Math.max(...all.map((g) => g.measured[of])), 2);
   factsLine.textContent = all.some((g) => g.edited) ? `${f ? `${f.name}: ` : `${all.length} models: `}${total}, edited: bake them to know bytes and errors` :
-    `${f ? `${f.name}: ` : `${all.length} models: `}${total} · ${bytes(all.reduce((n, g) => n + g.bytes.total, 0))} · ${certified ? '✓ certified to hold the surface' : '✗ not all certified'} · 99 % of depths measured within ${digits(worst, 2)} % of ${all.length > 1 ? 'their' : 'its'} size${wrong(all)}${state.mode === 'touch' ? answering() : ''}`;
+    `${f ? `${f.name}: ` : `${all.length} models: `}${total} · ${bytes(all.reduce((n, g) => n + g.bytes.total, 0))} · ${certified ? '✓ certified to hold the surface' : '✗ not all certified'} · 99 % of depths measured within ${most('depthP99')} % of ${all.length > 1 ? 'their' : 'its'} size, the worst of ${all.reduce((n, g) => n + g.measured.points, 0).toLocaleString('en')} off by ${most('depthMax')} %${all.every((g) => g.hasTriangles) ? '' : ' · without triangles: superquadrics are drawn'}${wrong(all)}${state.mode === 'touch' ? answering(all) : ''}`;
 }
 
 on(['scene', 'selected', 'playing', 'touched', 'status', 'mode', 'focus'], showFactsLine);

@@ -5,6 +5,7 @@ import { announce, digits, h } from '../dom';
 import { vector } from '../geometry';
 import type { ObjectFacts, Up } from '../messages';
 import { link } from '../net';
+import { trouble } from '../notices';
 import { canvas, world } from '../stage';
 import { on, state } from '../state';
 import { choice } from './controls';
@@ -58,7 +59,9 @@ export function moveFields(f: ObjectFacts): HTMLElement {
   const field = (axis: number) => h('input', { type: 'number', id: `move-${'xyz'[axis]}`, step: '5', value: digits(1000 * f.position[axis], 5), 'aria-label': `${['To the right', 'Upwards', 'To the front'][axis]}, millimetres`,
     onchange: (e: Event) => {
       const to = vector(f.position).setComponent(axis, Number((e.target as HTMLInputElement).value) / 1000);
-      if (to.toArray().every((x) => Math.abs(x) <= 5)) say(to); else announce('A place is at most 5 metres away.', true);
+      if (to.toArray().every((x) => Math.abs(x) <= 5)) { say(to); return; }
+      (e.target as HTMLInputElement).value = digits(1000 * f.position[axis], 5);
+      trouble(`${f.name} stays where it is: a place is at most 5000 mm away.`);
     } });
   const up = choice<Up>('Upwards', [['x', 'x of its file'], ['y', 'y of its file'], ['z', 'z of its file']], f.up, (axis) => { link.say({ say: 'turn', object: indexOf(f.id), up: axis }); announce(`${f.name}: ${axis} points upwards.`); }, 'up-axis');
   return h('div', { class: 'move', role: 'group', 'aria-label': `Move ${f.name}` },

@@ -16,6 +16,7 @@ export const mapCard = card('Map of the part', map.element, check('Grey, as in F
 /// Selects a part, or an object where part is -1; object -1: nothing.
 export function select(object: number, part: number): void {
   state.selected = object < 0 ? null : { object, part };
+  if (object >= 0 && !state.frame?.contacts) state.touched = -1;  // what is selected now is meant, not what was touched before
   world.objects.select(object, part);
   changed('selected');
 }

@@ -26,6 +26,7 @@ function hide(object: number, yes: boolean): void {
 function alone(object: number): void {
   const is = state.facts.every((f, i) => f.hidden === (i !== object));
   state.facts.forEach((_, i) => hide(i, !is && i !== object));
+  if (!is && !world.sees(object)) world.frame(object, world.direction());
   announce(is ? 'All objects are shown.' : `${state.facts[object].name} alone is shown.`);
 }
 
