@@ -66,7 +66,7 @@ static int is_deeper(const void* a, const void* b)
 }
 
 /// Keeps at most `limit` of the contacts, deepest first: one of those that are close to one another and point the same way. The
-/// distance that counts as close grows until they are few enough.
+/// distance that counts as close grows until they are few enough, and once it is that of all of them, so does the angle.
 static int thinned(Found* contacts, int count, int limit)
 {
     qsort(contacts, (size_t)count, sizeof *contacts, is_deeper);
@@ -78,7 +78,10 @@ static int thinned(Found* contacts, int count, int limit)
             lo[k] = fmin(lo[k], contacts[i].on_a[k]);
             hi[k] = fmax(hi[k], contacts[i].on_a[k]);
         }
-    for (double close = 0.02 * sqrt(distance_sq(lo, hi));; close *= 1.5) {
+    const double extent = sqrt(distance_sq(lo, hi));
+    float alike = 0.9f;  // cosine
+    for (double close = 0.02 * extent;; close *= 1.5) {
+        if (close > extent) alike -= 0.2f;
         Found kept[mjMAXCONPAIR];
         int n = 0;
         for (int i = 0; i < count && n <= limit; ++i) {
@@ -86,8 +89,8 @@ static int thinned(Found* contacts, int count, int limit)
             for (int j = 0; j < n && is_new; ++j) {
                 const float* a = contacts[i].normal;
                 const float* b = kept[j].normal;
-                is_new =
-                    distance_sq(contacts[i].on_a, kept[j].on_a) > close * close || a[0] * b[0] + a[1] * b[1] + a[2] * b[2] < 0.9f;
+                is_new = distance_sq(contacts[i].on_a, kept[j].on_a) > close * close ||
+                         a[0] * b[0] + a[1] * b[1] + a[2] * b[2] < alike;
             }
             if (is_new && n == limit) ++n;  // too many
             if (is_new && n < limit) kept[n++] = contacts[i];

@@ -1,4 +1,5 @@
-// Two bars in MuJoCo whose ridges cross between their vertices: contacts of vertices have none, complete ones the depth.
+// Two bars in MuJoCo whose ridges cross between their vertices: contacts of vertices have none, complete ones the depth. Two
+// balls that overlap far: of hundreds of contacts as many as were asked for, the deepest among them.
 #include "sqmap_mujoco.h"
 
 #include <math.h>
@@ -37,17 +38,74 @@ static int contacts_at(const mjModel* m, mjData* d, int is_complete, double heig
     return d->ncon;
 }
 
+/// Two unit balls with a vertex at either pole, the upper one free.
+static void write_balls(FILE* file)
+{
+    enum { k_rings = 16, k_around = 32 };
+    const double pi = 3.14159265358979323846;
+    fputs("<mujoco><asset><mesh name='ball' vertex='0 0 1 0 0 -1", file);
+    for (int i = 1; i < k_rings; ++i)
+        for (int j = 0; j < k_around; ++j) {
+            const double down = pi * i / k_rings, around = 2 * pi * j / k_around;
+            fprintf(file, " %.9f %.9f %.9f", sin(down) * cos(around), sin(down) * sin(around), cos(down));
+        }
+    fputs(
+        "'/></asset><worldbody><geom type='mesh' mesh='ball'/><body><freejoint/><geom type='mesh' mesh='ball'/></body>"
+        "</worldbody></mujoco>",
+        file);
+}
+
+static mjModel* load(const char* path)
+{
+    char why[1000] = "";
+    mjModel* m = mj_loadXML(path, NULL, why, sizeof why);
+    if (m == NULL) fprintf(stderr, "%s\n", why);
+    return m;
+}
+
+/// The depth of the deepest of the balls' contacts, at most so many of them; the upper ball's pole is 0.4 below the lower one's.
+static double depth_of_balls(const mjModel* m, mjData* d, int max_contacts)
+{
+    const int limit = max_contacts > 0 ? max_contacts : mjMAXCONPAIR;
+    const sqmap_mujoco_options options = {.size = sizeof options, .is_complete = 1, .max_contacts = max_contacts};
+    sqmap_mujoco* override = NULL;
+    expect(sqmap_mujoco_install(m, &options, &override) == SQMAP_OK, "the balls are baked");
+    mj_resetData(m, d);
+    d->qpos[2] = 1.6;
+    mj_forward(m, d);
+    sqmap_mujoco_remove(override);
+    expect(d->ncon >= 1 && d->ncon <= limit, "no more contacts are kept than were asked for");
+    double deepest = 0;
+    for (int i = 0; i < d->ncon; ++i) deepest = fmax(deepest, -d->contact[i].dist);
+    printf("at most %d: %d contacts, depth %.6f\n", limit, d->ncon, deepest);
+    return deepest;
+}
+
+static void try_balls(const char* path)
+{
+    FILE* file = fopen(path, "w");
+    if (file != NULL) write_balls(file);
+    mjModel* m = file != NULL && fclose(file) == 0 ? load(path) : NULL;
+    expect(m != NULL, "the balls' file is read");
+    if (m == NULL) return;
+    mjData* d = mj_makeData(m);
+    const double all = depth_of_balls(m, d, 0);
+    expect(d->ncon > 10, "the contacts kept are spread over the balls");
+    const double few = depth_of_balls(m, d, 7), one = depth_of_balls(m, d, 1);
+    expect(fabs(all - 0.4) < 0.02, "the poles are 0.4 deep");
+    expect(few == all && one == all, "the deepest contact is kept");
+    mj_deleteData(d);
+    mj_deleteModel(m);
+}
+
 int main(int argc, char** argv)
 {
     if (argc != 2) return 64;
+    try_balls(argv[1]);
     FILE* file = fopen(argv[1], "w");
     if (file == NULL || fputs(xml, file) < 0 || fclose(file) != 0) return 1;
-    char why[1000] = "";
-    mjModel* m = mj_loadXML(argv[1], NULL, why, sizeof why);
-    if (m == NULL) {
-        fprintf(stderr, "%s\n", why);
-        return 1;
-    }
+    mjModel* m = load(argv[1]);
+    if (m == NULL) return 1;
     mjData* d = mj_makeData(m);
     expect(contacts_at(m, d, 0, 1.9) == 0, "no vertex of crossed bars is in the other one");
     expect(contacts_at(m, d, 1, 2.1) == 0, "bars that are apart have no contact");
