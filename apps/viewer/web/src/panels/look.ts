@@ -192,7 +192,7 @@ canvas.addEventListener('keydown', (e) => {
   if (turns[e.key]) { world.turn(...turns[e.key]); sayView(); }
   else if (e.key === '+' || e.key === '=') world.zoom(0.87);
   else if (e.key === '-') world.zoom(1.15);
-  else if (e.key === 'Home') { lookAt(-1); world.frame(); }
+  else if (e.key === 'Home') { lookAt(-1); world.frame(); announce('All objects are in sight.'); }
   else if (/^[1-9]$/.test(e.key) && VIEWS[Number(e.key) - 1]) lookFrom(Number(e.key) - 1);
   else if (e.key === 'Enter') {
     const hit = world.cast(0, 0);
