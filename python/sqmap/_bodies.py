@@ -19,6 +19,9 @@ def _rows_of(struct: type[ctypes.Structure], formats: dict[str, Any]) -> np.dtyp
                      "offsets": [getattr(struct, name).offset for name in formats], "itemsize": ctypes.sizeof(struct)})
 
 
+_FULL = 8  # SQMAP_FULL
+_MAX_SLOTS = 1 << 24  # of a workspace that a call makes for itself
+
 #: Rows of ProbeContacts.contacts. point: from anchor; index: of the probe's point.
 CONTACT = _rows_of(c.Contact, {"point": ("f4", 3), "normal": ("f4", 3), "depth": "f4", "index": "u4", "part": "i2",
                                "certain": "?", "status": "u1"})
@@ -109,7 +112,7 @@ class SurfaceContacts(NamedTuple):
     found: int            #: kept or not
     meetings: int         #: pairs of triangles that have a point in common
     regions: int          #: of such pairs, each one connected; every one has a contact
-    status: int
+    status: int           #: bits as in Contacts, and 8: the workspace was too small, and contacts are missing; 64: a probe without triangles
 
 
 class FirstTouch(NamedTuple):
@@ -270,12 +273,18 @@ def query_contacts(a: Body, b: Body, workspace: Optional[Workspace] = None, *, p
                    first_only: bool = False) -> SurfaceContacts:
     """Contacts of two closed meshes, none missed: vertices, edges and faces. Both probes need triangles; where a model is None, no
     vertices in it are found. per_region: of a region that many are kept, the deepest and those that span the largest area; 0: all.
+    Without a workspace the call makes one, larger until all contacts fit; one that is given and too small loses contacts (status 8).
     Calls with one workspace take turns."""
     options = c.ContactOptions(per_region=count(per_region, "per_region"), is_first_only=flag(first_only, "first_only"))
     first, second = _with_probes(a, b)
     if workspace is None:
-        with Workspace(max(4096, len(first.probe), len(second.probe))) as own:
-            return query_contacts(a, b, own, per_region=per_region, first_only=first_only)
+        slots = max(4096, len(first.probe), len(second.probe))
+        while True:
+            with Workspace(slots) as own:
+                found = query_contacts(a, b, own, per_region=per_region, first_only=first_only)
+            if not found.status & _FULL or slots >= _MAX_SLOTS:
+                return found
+            slots = min(4 * slots, _MAX_SLOTS)
     instance(workspace, Workspace, "workspace")
     out = c.SurfaceList()
     with _Bodies(first, second) as bodies, workspace.turn, workspace.use("workspace") as handle:

@@ -31,8 +31,15 @@ void Cloth::expect(const query::SkinLattice& lattice)
 std::size_t Cloth::settle(std::span<const Collider> colliders) noexcept
 {
     State& s = *state_;
+    // A pull draws the edges of a seam millimetres apart, and skin would be seen between them.
+    s.settling.begin_seams();
+    for (const State::SeamLinks& seam : s.seams)
+        for (int i = 0; i < seam.count && seam.sewn && seam.age > k_sewing_time; ++i) {
+            const btSoftBody::Link& l = s.body->m_links[seam.first + i];
+            s.settling.join(s.number(l.m_n[0]), s.number(l.m_n[1]));
+        }
     const std::size_t moved = s.settling.run({s.position, s.moving, s.contacts.normals(), s.interiors.all()}, colliders);
-    for (std::size_t i = 0; i < s.position.size() && moved > 0; ++i) s.node(i).m_x = to_bullet(s.position[i]);
+    for (std::size_t i = 0; i < s.position.size(); ++i) s.node(i).m_x = to_bullet(s.position[i]);
     return moved;
 }
 

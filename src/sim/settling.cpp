@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstddef>
 #include <map>
+#include <numeric>
+#include <utility>
 
 namespace sqmap::sim {
 
@@ -22,9 +24,12 @@ Settling::Settling(std::span<const std::array<std::uint32_t, 3>> triangles, std:
       owned_(triangles.size()),
       samples_(nodes + 7 * triangles.size()),
       moved_(nodes),
+      next_(nodes),
+      pinned_(nodes),
       touches_(nodes),
       thickness_(thickness)
 {
+    begin_seams();
     std::map<std::array<std::uint32_t, 2>, std::size_t> owner;
     for (std::size_t t = 0; t < triangles_.size(); ++t)
         for (std::size_t k = 0; k < 3; ++k) {
@@ -42,6 +47,35 @@ void Settling::expect(const query::SkinLattice& lattice)
     active_.resize(k_at_once);
     found_.resize(k_at_once);
     workspace_ = std::make_unique<query::SkinWorkspace>(lattice, points_);
+}
+
+void Settling::begin_seams() noexcept { std::iota(next_.begin(), next_.end(), 0u); }
+
+void Settling::join(std::uint32_t a, std::uint32_t b) noexcept
+{
+    for (std::uint32_t v = next_[a]; v != a; v = next_[v])
+        if (v == b) return;
+    if (a != b) std::swap(next_[a], next_[b]);  // two rings become one
+}
+
+void Settling::close_seams(const SettlingNodes& nodes) noexcept
+{
+    for (std::uint32_t v = 0; v < next_.size(); ++v) pinned_[v] = nodes.mass[v].inverse_mass > 0 ? 0 : 1;
+    for (std::uint32_t v = 0; v < next_.size(); ++v) {
+        Vec3d sum = nodes.at[v], fixed = nodes.at[v];
+        double count = 1;
+        bool first = true, pinned = pinned_[v] != 0;
+        for (std::uint32_t u = next_[v]; u != v; u = next_[u]) {
+            first = first && v < u;
+            sum += nodes.at[u];
+            count += 1;
+            if (pinned_[u] != 0 && !pinned) fixed = nodes.at[u], pinned = true;
+        }
+        if (count == 1 || !first) continue;
+        nodes.at[v] = pinned ? fixed : (1 / count) * sum;
+        pinned_[v] = pinned ? 1 : 0;
+        for (std::uint32_t u = next_[v]; u != v; u = next_[u]) nodes.at[u] = nodes.at[v], pinned_[u] = pinned_[v];
+    }
 }
 
 void Settling::add_triangle(std::size_t triangle) noexcept
@@ -78,13 +112,15 @@ std::size_t Settling::pass(const SettlingNodes& nodes, const Collider& collider)
                 continue;
             double give = 0;
             for (std::size_t k = 0; k < 3; ++k)
-                if (nodes.mass[s.node[k]].inverse_mass > 0) give += static_cast<double>(s.weight[k] * s.weight[k]);
+                if (pinned_[s.node[k]] == 0) give += static_cast<double>(s.weight[k] * s.weight[k]);
             if (!(give > 0)) continue;
             const double push = std::min(c.depth + k_leaves * thickness_, k_farthest * thickness_) / give;
             for (std::size_t k = 0; k < 3; ++k) {
-                if (!(s.weight[k] > 0) || !(nodes.mass[s.node[k]].inverse_mass > 0)) continue;
-                nodes.at[s.node[k]] += (push * static_cast<double>(s.weight[k])) * c.normal;
-                moved_[s.node[k]] = 1;
+                const std::uint32_t v = s.node[k];
+                if (!(s.weight[k] > 0) || pinned_[v] != 0) continue;
+                nodes.at[v] += (push * static_cast<double>(s.weight[k])) * c.normal;
+                moved_[v] = 1;
+                for (std::uint32_t u = next_[v]; u != v; u = next_[u]) nodes.at[u] = nodes.at[v], moved_[u] = 1;
             }
             samples_[kept++] = s;
         }
@@ -96,6 +132,7 @@ std::size_t Settling::pass(const SettlingNodes& nodes, const Collider& collider)
 std::size_t Settling::run(const SettlingNodes& nodes, std::span<const Collider> colliders) noexcept
 {
     std::size_t moved = 0;
+    close_seams(nodes);
     if (workspace_ == nullptr) return moved;
     std::fill(moved_.begin(), moved_.end(), std::uint8_t{0});
     for (const InteriorSpace& s : nodes.held)

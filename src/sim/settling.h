@@ -30,7 +30,12 @@ public:
     /// Allocates for skinned colliders.
     void expect(const query::SkinLattice& lattice);
 
-    /// Returns how many points were moved out. No allocation.
+    /// Forgets what was joined.
+    void begin_seams() noexcept;
+    /// The next run leaves both nodes, and all that were joined to either, in one place.
+    void join(std::uint32_t a, std::uint32_t b) noexcept;
+
+    /// Brings joined nodes together, then returns how many points were moved out of the colliders. No allocation.
     std::size_t run(const SettlingNodes& nodes, std::span<const Collider> colliders) noexcept;
 
 private:
@@ -40,6 +45,8 @@ private:
         std::array<float, 3> weight;
     };
 
+    /// Brings joined nodes to their middle, or to where one of them is pinned; the others are pinned then as well.
+    void close_seams(const SettlingNodes& nodes) noexcept;
     /// Adds the middle of a triangle and two points of each edge that it owns.
     void add_triangle(std::size_t triangle) noexcept;
     /// Queries all samples, moves those that are inside out and keeps them alone. Returns how many they are.
@@ -50,6 +57,8 @@ private:
     std::vector<Sample> samples_;
     std::size_t count_ = 0;
     std::vector<std::uint8_t> moved_;    ///< of each node: whether this run has moved it
+    std::vector<std::uint32_t> next_;    ///< of each node: the next one of a ring of joined ones, itself where it is alone
+    std::vector<std::uint8_t> pinned_;   ///< of each node: it stays, or one that is joined to it
     std::vector<std::uint8_t> touches_;  ///< of each node, as the run begins
     std::unique_ptr<query::SkinWorkspace> workspace_;
     std::vector<Vec3d> points_;  ///< of the workspace

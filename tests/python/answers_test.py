@@ -355,6 +355,35 @@ class Bodies(unittest.TestCase):
         self.assertAlmostEqual(near.edge_length, 0.4, delta=1e-4)  # twice the margin, less what rounding takes
         self.assertLess(near.edge_length, 0.4)
 
+    def test_complete_contacts_without_a_workspace_are_all_there(self):
+        """Two plates of many cells lie on each other, which takes all space of a small workspace, and beside them a bar crosses a bar."""
+        def plate(low, high, bar):
+            n = 20
+            x, y = np.meshgrid(np.linspace(0, 1, n + 1), np.linspace(0, 1, n + 1), indexing="ij")
+            points = [np.stack([x.ravel(), y.ravel(), np.full(x.size, z)], 1) for z in (low, high)]
+            quads = []
+            for i in range(n):
+                for j in range(n):
+                    a, b, c, d = (p * (n + 1) + q for p, q in ((i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)))
+                    quads += [(a, d, c, b), tuple(k + x.size for k in (a, b, c, d))]
+                for p, q in (((i, 0), (i + 1, 0)), ((n, i), (n, i + 1)), ((i + 1, n), (i, n)), ((0, i + 1), (0, i))):
+                    a, b = (u * (n + 1) + v for u, v in (p, q))
+                    quads.append((a, b, b + x.size, a + x.size))
+            corners = np.array([[bar[k][a] for k, a in zip(range(3), (u, v, w))] for u in (0, 1) for v in (0, 1) for w in (0, 1)], float)
+            box = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+            vertices = np.vstack([*points, corners])
+            faces = quads + [tuple(k + 2 * x.size for k in quad) for quad in box]
+            return sqmap.Probe(vertices, np.array([t for a, b, c, d in faces for t in ((a, b, c), (a, c, d))]))
+
+        lower = sqmap.Body(probe=plate(0, 0.1, ((3, 3.2), (0, 1), (0, 0.12))))
+        upper = sqmap.Body(probe=plate(0.1, 0.2, ((2.8, 3.6), (0.4, 0.6), (0.1, 0.2))))
+        found = sqmap.query_contacts(lower, upper)
+        self.assertGreater(found.meetings, 4096)
+        self.assertEqual((found.regions, found.status), (2, 0))
+        self.assertEqual((found.contacts["on_a"][:, 0] > 2).sum(), 4)
+        small = sqmap.query_contacts(lower, upper, sqmap.Workspace(4096))
+        self.assertEqual(small.status & 8, 8)
+
     def test_no_contact_of_edges_is_missed(self):
         """Two bars of square section that cross on their ridges, 0.1 deep: no vertex is in the other one."""
         ends = [(0, -1), (1, 0), (0, 1), (-1, 0)]

@@ -42,9 +42,9 @@ struct BodyTouch {
 
 /// When b, which moves from its pose to another one as between() says, touches a, which rests: with any of its vertices, edges or
 /// faces. Bodies that touch at the beginning, or of which one begins within the other's model, touch at time 0. Never late; early
-/// by at most a thousandth of the motion where the surfaces approach at 8 degrees or steeper. A pose that is not finite: touches
-/// at time 0, status k_not_finite. Without triangles in both probes nothing is tested, status k_no_triangles. Total, noexcept, no
-/// allocation; any number of threads.
+/// by at most a thousandth of the motion where the surfaces approach at 8 degrees or steeper. A pose that is not finite,
+/// or frames 1e150 or more apart: touches at time 0, status k_not_finite. Without triangles in both probes nothing is tested,
+/// status k_no_triangles. Total, noexcept, no allocation; any number of threads.
 /// @pre rotations are proper; models came from model::parse
 /// Cost: the motion is divided so that arcs are straight within that thousandth; for each piece what is near is tested.
 [[nodiscard]] BodyTouch first_touch(const Body& a, const Body& b, const Pose& to) noexcept;

@@ -124,8 +124,9 @@ public:
     /// Moves what is still inside colliders with skins out of them, nodes and points of triangles and edges, without a
     /// change of speed: for the positions that are shown or written. Contacts of a step are planes, found before the last of its
     /// motion and by options.layer; here the exact layer is queried until nothing is inside, a few times at most. Between two
-    /// parts of a body that leave no space something may stay inside. Returns how many points were moved out. No allocation.
-    /// Cost: exact queries of the nodes and of points of all triangles, about as much as a step.
+    /// parts of a body that leave no space something may stay inside. The edges of closed seams are brought together, which a
+    /// pull draws apart. Returns how many points were moved out. No allocation. Cost: exact queries of the nodes and of points of
+    /// all triangles, about as much as a step.
     std::size_t settle(std::span<const Collider> colliders) noexcept;
 
     [[nodiscard]] std::size_t size() const noexcept;                                         ///< number of nodes

@@ -1,6 +1,7 @@
 // The first touch of two bodies: the motion is halved while triangles are within its reach, down to pieces along which points
 // move on chords; in these the elementary queries find the touch of triangles that are near each other.
 #include "candidates.h"
+#include "sqmap/query/clearance.h"
 #include "sqmap/query/contacts.h"
 #include "sqmap/query/first_touch.h"
 #include "sqmap/query/swept.h"
@@ -116,16 +117,6 @@ struct Motion {
     [[nodiscard]] double sag(double share) const { return bend / 8 * share * share * (1 + 1e-6); }
 };
 
-/// True where the bodies touch where they are, or one begins within the other's model.
-bool is_touching(const Body& a, const Body& b)
-{
-    const auto has_inside = [](const Body& touched, const Body& collider) {
-        Contact contact;
-        return query_probe(touched, collider, {.layer = Layer::Exact, .first_only = true}, {&contact, 1}).contacts > 0;
-    };
-    return has_inside(a, b) || has_inside(b, a);
-}
-
 /// Searches the motion for its first touch, earliest first, in pieces of equal duration.
 class MotionSearch {
 public:
@@ -218,7 +209,10 @@ BodyTouch first_touch(const Body& a, const Pose& to_a, const Body& b, const Pose
     if (!is_finite(a.pose) || !is_finite(b.pose) || !is_finite(to_a) || !is_finite(to_b)) return {true, 0, k_not_finite};
     if (a.probe == nullptr || b.probe == nullptr || a.probe->triangle_count() == 0 || b.probe->triangle_count() == 0)
         return {false, 1, k_no_triangles};
-    if (is_touching(a, b)) return {true, 0, k_ok};
+    // Squares of longer ways are infinite.
+    const auto is_far = [](const Pose& from, const Pose& to) { return !(norm(to.translation - from.translation) < 1e150); };
+    if (is_far(a.pose, b.pose) || is_far(to_a, to_b)) return {true, 0, k_not_finite};
+    if (is_within(a, b, 0)) return {true, 0, k_ok};
     return MotionSearch(a, to_a, b, to_b).run();
 }
 

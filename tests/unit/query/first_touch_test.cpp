@@ -195,8 +195,28 @@ TEST(FirstTouchOfBodies, TheTimeIsThatOfTheFirstContact)
     EXPECT_GT(touched, 20);
 }
 
+TEST(FirstTouchOfBodies, BodiesThatCrossAtTheBeginningTouchAtTimeZero)
+{
+    // The needle stands through the plate: its ends and all corners of the plate are outside the other one.
+    const Shell plate(test::box({-1, -1, -0.001}, {1, 1, 0.001}));
+    const Shell needle(
+        test::prism({{0, 0, -0.05}, {1e-4, 0, -0.05}, {0, 1e-4, -0.05}}, {{0, 0, 0.05}, {1e-4, 0, 0.05}, {0, 1e-4, 0.05}}));
+    for (const Vec3d to : {Vec3d{0, 0, 0}, Vec3d{0.3, 0.1, 0}, Vec3d{0, 0, 2}})
+        for (const Vec3d at : {Vec3d{0.111, 0.222, 0}, Vec3d{0.5, -0.5, 0.01}}) {
+            const BodyTouch touch = first_touch(plate.at(), needle.at(test::shifted(at)), test::shifted(at + to));
+            EXPECT_TRUE(touch.touches);
+            EXPECT_EQ(touch.time, 0);
+            EXPECT_EQ(touch.status, k_ok);
+        }
+}
+
 TEST(FirstTouchOfBodies, BadInputHasAStatus)
 {
+    const Shell cube(test::box({-1, -1, -1}, {1, 1, 1}));
+    const BodyTouch jump = first_touch(cube.at(), cube.at(test::shifted({0, 0, 1e154})), test::shifted({0, 0, -1e154}));
+    EXPECT_EQ(jump.status, k_not_finite);
+    EXPECT_TRUE(jump.touches);
+    EXPECT_EQ(jump.time, 0);
     const Shell box(test::box({0, 0, 0}, {1, 1, 1}));
     const Probe points(box.mesh.vertices);
     sqmap::Pose nowhere;

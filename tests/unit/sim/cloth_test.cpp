@@ -288,6 +288,27 @@ TEST(Cloth, SleevesCloseRoundTheArmsInThem)
     EXPECT_LE(penetration(cloth.positions(), cloth.triangles(), {&body, 1}, {.steps = 4}).interiors, 0.001);
 }
 
+TEST(Cloth, AClosedSeamIsShownClosedThoughAPullOpensIt)
+{
+    Cloth cloth(sleeved(1000), fabric("cotton"), {.iterations = 16});
+    for (int i = 0; i < 300; ++i) cloth.step(k_dt, {});
+    cloth.grasp(40, 0.02, cloth.positions()[40]);
+    const Vec3d from = cloth.positions()[40];
+    double open = 0;
+    for (int i = 0; i < 60; ++i) {
+        cloth.drag(from + Vec3d{0, 0.3, 0.004 * i});
+        cloth.step(k_dt, {});
+        open = std::max({open, cloth.gap(0), cloth.gap(1)});
+    }
+    EXPECT_GT(open, 1e-4);
+    cloth.settle({});
+    for (const std::size_t seam : {0u, 1u}) EXPECT_EQ(cloth.gap(seam), 0) << seam;
+    cloth.cut(0);
+    cloth.step(k_dt, {});
+    cloth.settle({});
+    EXPECT_GT(cloth.gap(0), 0);
+}
+
 TEST(Cloth, AToolBearsTheWeightOfWhatItHolds)
 {
     const Fabric f = fabric("denim");

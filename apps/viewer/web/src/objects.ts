@@ -359,15 +359,17 @@ export class Objects {
     return { value: found.value, hit: this.hitOf(found.object, surface, found.triangle, surface.triangle(found.triangle).getMidpoint(new THREE.Vector3())) };
   }
 
-  /// The triangles that layer 3 misses. held: the objects that have some answer touch by their exact triangles.
-  missedNow(): { missed: number; held: boolean } {
-    let missed = 0, held = true;
+  /// The triangles that layer 3 misses, and layer 2 where it is shown beside it. held: the objects that have some answer touch by their exact triangles.
+  missedNow(): { missed: number; held: boolean; second: number } {
+    let missed = 0, held = true, second = 0;
+    const count = (values?: Float32Array) => values?.reduce((n, value) => n + (value === MISS ? 1 : 0), 0) ?? 0;
     this.shown.forEach((s, i) => {
-      const own = (this.facts[i].hidden ? null : s)?.fields.get('error')?.reduce((n, value) => n + (value === MISS ? 1 : 0), 0) ?? 0;
+      const fields = this.facts[i].hidden ? undefined : s?.fields, own = count(fields?.get('error'));
+      if (this.beside === 'layer-2') second += count(fields?.get('error-2'));
       missed += own;
       held &&= own === 0 || this.facts[i].exact;
     });
-    return { missed, held };
+    return { missed, held, second };
   }
 
   fieldAt(object: number, kind: string, triangle: number): number | undefined { return this.shown[object]?.fields.get(kind)?.[triangle]; }

@@ -68,7 +68,7 @@ export class GroundShadow {
     xr.enabled = worn;
     this.renderer.setClearColor(colour, before);
     this.plane.scale.set(2 * half, 1, -2 * half);  // its picture's upper edge is at positive z
-    (this.plane.material as THREE.MeshBasicMaterial).side = THREE.DoubleSide;
+    (this.plane.material as THREE.MeshBasicMaterial).side = THREE.FrontSide;  // from below it would darken what stands on it
     this.plane.position.set(middle.x, ground + 0.0004, middle.z);
   }
 }

@@ -32,8 +32,8 @@ export function showHint(text: string): void { hint.textContent = text; hint.hid
 export const MISSED = '0.5 % of its size or more inside, and layer 3 finds no contact';
 export const HELD = 'Touch by exact triangles holds it.';
 function errorNote(): string {
-  const { missed, held } = world.objects.missedNow();
-  return `Blue: missed (${missed === 0 ? 'none here' : `${missed.toLocaleString('en')} triangle${missed === 1 ? '' : 's'}`}): ${MISSED}.${missed && held ? ` ${HELD}` : ''} Grey: too thin to say.`;
+  const { missed, held, second } = world.objects.missedNow(), count = (n: number) => (n === 0 ? 'none here' : `${n.toLocaleString('en')} triangle${n === 1 ? '' : 's'}`);
+  return `Blue: missed (${sides.hidden ? count(missed) : `layer 3: ${count(missed)}; layer 2: ${count(second)}`}): ${sides.hidden ? MISSED : MISSED.replace('layer 3', 'the layer')}.${missed && held ? ` ${HELD}` : ''} Grey: too thin to say.`;
 }
 const NOTES: Record<string, string> = { difference: '1 % of its size below the surface. Blue: only one finds contact. Grey: neither does. Baked one way alone: its parts.' };
 /// For readers of the paper.

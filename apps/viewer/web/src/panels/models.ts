@@ -42,9 +42,10 @@ function answering(all: ObjectFacts[]): string {
 }
 /// Shows the facts of one object, else of all.
 function showFactsLine(): void {
-  factsLine.hidden = state.mode === 'dress' || state.facts.length === 0;
+  factsLine.hidden = state.mode === 'dress' || state.facts.every((f) => f.hidden);
+  if (factsLine.hidden) return;
   const f = subject();
-  const shown = state.facts.filter((g) => !g.hidden), all = f ? [f] : shown.length ? shown : state.facts, certified = all.every((g) => g.parts.every((p) => p.certified));
+  const all = f ? [f] : state.facts.filter((g) => !g.hidden), certified = all.every((g) => g.parts.every((p) => p.certified));
   const total = count(all.reduce((n, g) => n + g.parts.length, 0)), most = (of: string) => digits(Math.max(...all.map((g) => g.measured[of])), 2);
   factsLine.textContent = all.some((g) => g.edited) ? `${f ? `${f.name}: ` : `${all.length} models: `}${total}, edited: bake them to know bytes and errors` :
     `${f ? `${f.name}: ` : `${all.length} models: `}${total} · ${bytes(all.reduce((n, g) => n + g.bytes.total, 0))} · ${certified ? '✓ certified to hold the surface' : '✗ not all certified'} · 99 % of depths measured within ${most('depthP99')} % of ${all.length > 1 ? 'their' : 'its'} size, the worst of ${all.reduce((n, g) => n + g.measured.points, 0).toLocaleString('en')} off by ${most('depthMax')} %${all.every((g) => g.hasTriangles) ? '' : ' · without triangles: superquadrics are drawn'}${wrong(all)}${state.mode === 'touch' ? answering(all) : ''}`;

@@ -24,7 +24,7 @@ export function select(object: number, part: number): void {
 /// Removes an object; the notice and the list of models take it back.
 export function removeObject(object: number): void {
   const { name } = state.facts[object];
-  select(-1, -1);
+  if (state.selected?.object === object) select(-1, -1);
   link.say({ say: 'remove', object });
   undoable(`${name} is removed.`, () => link.say({ say: 'restore' }));
 }
