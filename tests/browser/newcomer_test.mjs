@@ -47,7 +47,7 @@ test('nothing of the first minute needs scrolling, and each task takes five acti
   await page.selectOption('#colour', 'error');
   await page.waitForSelector('#worst:not([hidden])');
   await settled(page);
-  const told = /^Worst: (missed|[\d.e-]+ %), (.+): show it$/.exec(await page.textContent('#worst'));
+  const told = /^Worst triangle: (missed|[\d.e-]+ %), (.+): show it$/.exec(await page.textContent('#worst'));
   await page.click('#worst');
   const numbers = await page.textContent('#numbers');
   assert.ok(numbers.includes(`Object${told[2]}`) && numbers.includes(`Depth error${told[1]}`), `${told[0]}: ${numbers}`);

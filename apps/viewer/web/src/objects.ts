@@ -314,10 +314,10 @@ export class Objects {
     this.redraw();
   }
 
-  /// The pair of objects of one mesh and both projections that a second view compares: the selected object's, else the first; null
-  /// where there is none.
+  /// The pair of objects of one mesh and both projections that a second view compares: the selected object's, or the first where
+  /// nothing is selected; null where there is none.
   pair(): [number, number] | null {
-    const has = (i: number) => this.facts[i]?.twin !== null && this.facts[i] !== undefined, of = [this.selected?.object ?? -1, this.focus, ...this.facts.keys()].find(has);
+    const has = (i: number) => this.facts[i]?.twin !== null && this.facts[i] !== undefined, of = (this.selected ? [this.selected.object] : [this.focus, ...this.facts.keys()]).find(has);
     return of === undefined ? null : [of, this.facts[of].twin!];
   }
   /// Shows the content of one of two views, or of a single one. Returns the shift from the first view's objects to this view's, m.

@@ -160,7 +160,7 @@ legend.append(worstButton);
 onScale(() => {
   const worst = world.objects.colourBy === 'error' ? world.objects.worst() : null;
   worstButton.hidden = !worst;
-  if (worst) worstButton.textContent = `Worst: ${worst.value === MISS ? 'missed' : `${digits(worst.value)} %`}, ${state.facts[worst.hit.object].name}: show it`;
+  if (worst) worstButton.textContent = `Worst triangle: ${worst.value === MISS ? 'missed' : `${digits(worst.value)} %`}, ${state.facts[worst.hit.object].name}: show it`;
 });
 
 let pressed: { x: number; y: number } | null = null;

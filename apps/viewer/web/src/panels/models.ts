@@ -48,7 +48,7 @@ function showFactsLine(): void {
   const all = f ? [f] : state.facts.filter((g) => !g.hidden), certified = all.every((g) => g.parts.every((p) => p.certified));
   const total = count(all.reduce((n, g) => n + g.parts.length, 0)), most = (of: string) => digits(Math.max(...all.map((g) => g.measured[of])), 2);
   factsLine.textContent = all.some((g) => g.edited) ? `${f ? `${f.name}: ` : `${all.length} models: `}${total}, edited: bake them to know bytes and errors` :
-    `${f ? `${f.name}: ` : `${all.length} models: `}${total} · ${bytes(all.reduce((n, g) => n + g.bytes.total, 0))} · ${certified ? '✓ certified to hold the surface' : '✗ not all certified'} · 99 % of depths measured within ${most('depthP99')} % of ${all.length > 1 ? 'their' : 'its'} size, the worst of ${all.reduce((n, g) => n + g.measured.points, 0).toLocaleString('en')} off by ${most('depthMax')} %${all.every((g) => g.hasTriangles) ? '' : ' · without triangles: superquadrics are drawn'}${wrong(all)}${state.mode === 'touch' ? answering(all) : ''}`;
+    `${f ? `${f.name}: ` : `${all.length} models: `}${total} · ${bytes(all.reduce((n, g) => n + g.bytes.total, 0))} · ${certified ? '✓ certified to hold the surface' : '✗ not all certified'} · 99 % of depths measured within ${most('depthP99')} % of ${all.length > 1 ? 'their' : 'its'} size, the worst of ${all.reduce((n, g) => n + g.measured.points, 0).toLocaleString('en')} points off by ${most('depthMax')} %${all.every((g) => g.hasTriangles) ? '' : ' · without triangles: superquadrics are drawn'}${wrong(all)}${state.mode === 'touch' ? answering(all) : ''}`;
 }
 
 on(['scene', 'selected', 'playing', 'touched', 'status', 'mode', 'focus'], showFactsLine);
