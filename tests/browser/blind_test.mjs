@@ -67,11 +67,14 @@ const focused = async () => {
   const node = await focusedNode();
   return node ? `${node.role.value} ${node.name?.value ?? ''}`.trim() : '';
 };
-/// Presses the space bar until the answer that has the focus is said to be chosen: while the tool still touches, it is STOP.
+/// Presses the space bar until the answer that has the focus is said to be chosen. While the tool still touches, Space is STOP: then
+/// Resume has the focus, and gives it back.
 const choose = async () => {
-  for (let k = 0; k < 5; ++k) {
-    if ((await focusedNode())?.properties?.some((p) => p.name === 'checked' && String(p.value.value) === 'true')) return;
-    await press('Space');
+  for (let k = 0; k < 12; ++k) {
+    const node = await focusedNode(), resumes = /^Resume/.test(node?.name?.value ?? '');
+    if (!resumes && node?.properties?.some((p) => p.name === 'checked' && String(p.value.value) === 'true')) return;
+    await press(resumes ? 'Enter' : 'Space');
+    await page.waitForTimeout(150);
   }
 };
 /// A screen reader that is outrun falls silent: its user waits until it has said where the keyboard is.
