@@ -34,7 +34,7 @@ std::size_t Cloth::settle(std::span<const Collider> colliders) noexcept
     // A pull draws the edges of a seam millimetres apart, and skin would be seen between them.
     s.settling.begin_seams();
     for (const State::SeamLinks& seam : s.seams)
-        for (int i = 0; i < seam.count && seam.sewn && seam.age > k_sewing_time; ++i) {
+        for (int i = 0; i < seam.count && seam.is_closed(); ++i) {
             const btSoftBody::Link& l = s.body->m_links[seam.first + i];
             s.settling.join(s.number(l.m_n[0]), s.number(l.m_n[1]));
         }

@@ -20,6 +20,8 @@ struct Cloth::State {
         std::vector<btScalar> gap;  ///< rest lengths at the time of sewing
         double age = 0;             ///< negative while it waits for the seams before it
         bool carried = true;        ///< hands carry the cloth: its first sewing
+        /// True once its edges are drawn together.
+        [[nodiscard]] bool is_closed() const { return sewn && age >= k_sewing_time; }
     };
     struct Pin {
         std::uint32_t node, collider;
@@ -76,7 +78,7 @@ struct Cloth::State {
     void add_threads(const Garment& garment);
     /// The bending across an edge, in a pattern that is flat.
     void add_hinge(const Garment& garment, const std::array<std::uint32_t, 4>& node, bool diagonal_edge);
-    /// Orders the hinges so that neighbours in the list share no node.
+    /// Orders the hinges so that neighbours in the list lie far apart in the cloth.
     void spread_hinges();
     void add_mass(const Garment& garment);
     void add_seams(const Garment& garment);

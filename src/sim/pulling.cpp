@@ -43,8 +43,7 @@ void Cloth::State::find_pulled()
         if (weak[l] == 0) add(static_cast<int>(l), static_cast<float>(body->m_links[static_cast<int>(l)].m_rl));
     // A seam that is still being drawn together is no thread yet.
     for (const SeamLinks& seam : seams)
-        for (int i = 0; i < seam.count && seam.sewn && seam.age >= k_sewing_time; ++i)
-            add(seam.first + i, static_cast<float>(fabric.thickness));
+        for (int i = 0; i < seam.count && seam.is_closed(); ++i) add(seam.first + i, static_cast<float>(fabric.thickness));
     std::vector<std::vector<std::uint32_t>> neighbours(position.size());
     for (const Pulled& p : all) {
         neighbours[p.near].push_back(p.far);

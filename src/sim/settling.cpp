@@ -144,7 +144,7 @@ std::size_t Settling::run(const SettlingNodes& nodes, std::span<const Collider> 
         for (const Collider& collider : colliders) {
             if (collider.model == nullptr || collider.skin == nullptr) continue;
             count_ = 0;
-            // All at first: a finger may be within a triangle whose nodes, and those beside them, touch nothing.
+            // The first round queries all: a finger may be within a triangle whose nodes, and those beside them, touch nothing.
             const auto concerned = [&](std::uint32_t v) { return round == 0 || moved_[v] != 0; };
             for (std::uint32_t v = 0; v < nodes.at.size(); ++v)
                 if (concerned(v)) samples_[count_++] = {{v, v, v}, {1, 0, 0}};

@@ -1,4 +1,5 @@
-// The last correction before cloth is shown: points of it that are inside skinned colliders are moved out, by the exact layer.
+// The last corrections before cloth is shown: edges of closed seams are brought together, and points that are inside skinned
+// colliders are moved out, by the exact layer.
 #pragma once
 
 #include "interiors.h"
@@ -32,7 +33,7 @@ public:
 
     /// Forgets what was joined.
     void begin_seams() noexcept;
-    /// The next run leaves both nodes, and all that were joined to either, in one place.
+    /// The next run leaves both nodes, and all that were joined to either, at one position.
     void join(std::uint32_t a, std::uint32_t b) noexcept;
 
     /// Brings joined nodes together, then returns how many points were moved out of the colliders. No allocation.

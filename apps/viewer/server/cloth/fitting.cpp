@@ -28,7 +28,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double k_height = 1.75, k_rate = app::k_cloth_rate;  // m, steps a second
 constexpr double k_max_behind = 0.1;                           // s: what is later is left out, and the cloth moves slowly
-constexpr double k_max_pull = 30;                              // N
+constexpr double k_max_pull = 30;                              // N, of the hand on the cloth
 constexpr double k_grip = 0.02, k_pin = 0.02;                  // m about a point that is taken or pinned
 constexpr double k_near_body = 0.06;                           // m: a pin goes into the body up to there, else into the air
 constexpr int k_niceness = 10;                                 // the servo and the page come first
@@ -105,7 +105,7 @@ void Fitting::Work::drag()
     constexpr int k_ticks = 8;
     const app::ToolScene scene = tool->scene(solids, cloth.get(), forces.tip, pointed.translation);
     for (int i = 0; i < k_ticks; ++i) forces = tool->tick(scene, pointed, 1 / (k_rate * k_ticks));
-    // Farther than the strongest pull the hand gives way, as a person's does.
+    // At the greatest pull the hand follows the cloth, as a person's does.
     if (const double pull = norm(forces.cloth); pull > k_max_pull) {
         forces.tip += ((1 - k_max_pull / pull) / app::ClothTool::k_stiffness) * forces.cloth;
         forces.cloth = (k_max_pull / pull) * forces.cloth;

@@ -61,7 +61,7 @@ export function moveFields(f: ObjectFacts): HTMLElement {
       const { value } = e.target as HTMLInputElement, to = vector(f.position).setComponent(axis, value ? Number(value) / 1000 : f.position[axis]);
       if (value && to.toArray().every((x) => Math.abs(x) <= 5)) { say(to); return; }
       (e.target as HTMLInputElement).value = digits(1000 * f.position[axis], 5);
-      trouble(`${f.name} stays where it is: a place is a number of millimetres, 5000 at most.`);
+      trouble(`${f.name} stays where it is: a position is a number of millimetres, 5000 at most.`);
     } });
   const up = choice<Up>('Upwards', [['x', 'x of its file'], ['y', 'y of its file'], ['z', 'z of its file']], f.up, (axis) => { link.say({ say: 'turn', object: indexOf(f.id), up: axis }); announce(`${f.name}: ${axis} points upwards.`); }, 'up-axis');
   return h('div', { class: 'move', role: 'group', 'aria-label': `Move ${f.name}` },
