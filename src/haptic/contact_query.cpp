@@ -40,7 +40,8 @@ void add_surfaces(ZoneTick& tick, std::size_t s, const Pose& pose, query::ProbeR
     const query::Probe *const body = tick.body(s).surface, *const zone = tick.zone.surface;
     if (body == nullptr || zone == nullptr || !tick.state.surfaces || found.contacts >= k_points_suffice) return;
     const std::span<query::Contact> memory = contact_memory(tick.state, s);
-    const query::ContactResult r = query::query_contacts({nullptr, body, {}}, {nullptr, zone, pose}, {}, *tick.state.surfaces);
+    const query::ContactResult r =
+        query::query_contacts({nullptr, body, {}}, {nullptr, zone, pose}, {.supports = false}, *tick.state.surfaces);
     if ((r.status & query::k_full) != 0) tick.report.status |= k_step_full;
     for (const query::SurfaceContact& c : r.contacts) {
         if (found.contacts < memory.size()) memory[found.contacts] = as_contact(c, found.anchor);

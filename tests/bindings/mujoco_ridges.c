@@ -1,5 +1,5 @@
 // Two bars in MuJoCo whose ridges cross between their vertices: contacts of vertices have none, complete ones the depth. Two
-// balls that overlap far: of hundreds of contacts as many as were asked for, the deepest among them.
+// balls that overlap far: of hundreds of contacts as many as were asked for, the deepest among them. Two boxes face on face rest.
 #include "sqmap_mujoco.h"
 
 #include <math.h>
@@ -98,10 +98,45 @@ static void try_balls(const char* path)
     mj_deleteModel(m);
 }
 
+/// Boxes of 0.1 m stand on each other for two seconds, the upper one moved sideways by some amount.
+static void try_boxes(const char* path, double x, double y)
+{
+    FILE* file = fopen(path, "w");
+    if (file != NULL)
+        fprintf(file,
+                "<mujoco><asset><mesh name='box' vertex='0 0 0 .1 0 0 0 .1 0 .1 .1 0 0 0 .1 .1 0 .1 0 .1 .1 .1 .1 .1'/></asset>"
+                "<worldbody><geom type='mesh' mesh='box'/><body pos='%g %g .1'><freejoint/><geom type='mesh' mesh='box'/></body>"
+                "</worldbody></mujoco>",
+                x, y);
+    mjModel* m = file != NULL && fclose(file) == 0 ? load(path) : NULL;
+    expect(m != NULL, "the boxes' file is read");
+    if (m == NULL) return;
+    const sqmap_mujoco_options options = {.size = sizeof options, .is_complete = 1};
+    sqmap_mujoco* override = NULL;
+    expect(sqmap_mujoco_install(m, &options, &override) == SQMAP_OK, "the boxes are baked");
+    mjData* d = mj_makeData(m);
+    double before[7];
+    mj_forward(m, d);
+    for (int i = 0; i < 7; ++i) before[i] = d->qpos[i];
+    while (d->time < 2) mj_step(m, d);
+    double turned = 0;
+    for (int i = 3; i < 7; ++i) turned += before[i] * d->qpos[i];
+    const double degrees = 2 * acos(fmin(fabs(turned), 1)) * 180 / 3.14159265358979323846;
+    const double slid = hypot(d->qpos[0] - before[0], d->qpos[1] - before[1]), sank = before[2] - d->qpos[2];
+    printf("boxes moved by %g, %g: turned %.4f degrees, slid %.6f, sank %.6f, %d contacts\n", x, y, degrees, slid, sank, d->ncon);
+    expect(degrees < 0.2 && slid < 5e-4 && fabs(sank) < 2e-3, "a box on a box stays");
+    sqmap_mujoco_remove(override);
+    mj_deleteData(d);
+    mj_deleteModel(m);
+}
+
 int main(int argc, char** argv)
 {
     if (argc != 2) return 64;
     try_balls(argv[1]);
+    const double offsets[] = {0, 1e-6, 1e-4, 0.03};
+    for (int i = 0; i < 4; ++i)
+        for (int k = 0; k <= i; ++k) try_boxes(argv[1], offsets[i], -offsets[k]);
     FILE* file = fopen(argv[1], "w");
     if (file == NULL || fputs(xml, file) < 0 || fclose(file) != 0) return 1;
     mjModel* m = load(argv[1]);

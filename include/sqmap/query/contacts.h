@@ -19,24 +19,25 @@ inline constexpr std::uint32_t k_unnamed = 0xffffffffu;
 struct SurfaceContact {
     WitnessPair witness{};
     Vec3f normal{};   ///< unit, the direction in which b leaves a; zero with k_no_surface
-    float depth = 0;  ///< >= 0: of a vertex its distance to the other surface; else the least translation along the normal that
-                      ///< separates the two features
+    float depth = 0;  ///< >= 0: of a vertex its distance to the other surface, or to the face that bears it; else the least
+                      ///< translation along the normal that separates the two features
     Feature feature_a = Feature::Face, feature_b = Feature::Face;
     /// A vertex and a face by their numbers in the body's probe, an edge as 3 t + k: from corner k of triangle t to the next one.
     /// k_unnamed: the face that a vertex is below, which the exact layer does not report.
     std::uint32_t index_a = k_unnamed, index_b = k_unnamed;
     std::uint32_t region = k_unnamed;       ///< contacts of one region touch together; k_unnamed: see ContactOptions::per_region
-    std::int16_t part_a = -1, part_b = -1;  ///< of the bodies' models; -1: no model, or one of another mesh
+    std::int16_t part_a = -1, part_b = -1;  ///< of the bodies' models, by the triangle, or the one nearest to it; -1: no model
     bool certain = false;                   ///< the verdict is proven
     std::uint8_t status = k_ok;
 };
 
 /// Options of complete contacts.
 struct ContactOptions {
-    bool first_only = false;  ///< stop at the first contact: a yes or no
-    /// Contacts of a region that are kept: the deepest, then those that span the largest area. 0: all, and vertices have no
-    /// region.
+    bool first_only = false;  ///< one contact, the first that is found: a yes or no
+    /// Contacts of a region that are kept: the deepest, then those that span the largest area. 0: all, and vertices that no face
+    /// bears have no region.
     std::uint32_t per_region = 0;
+    bool supports = true;  ///< corners of what flat faces share; false for whoever tests the vertices otherwise
 };
 
 /// The workspace of complete contacts, made outside the tick: one for each thread that queries.
@@ -89,7 +90,9 @@ struct ContactResult {
 /// the last bit of b_in_a's positions, then the region of such pairs around them has a contact. In this order:
 /// - vertices of b in a's model, then of a in b's, as the exact layer finds them: depth is the distance to the surface;
 /// - edges of a against edges of b, where the edges support each other: both pairs of faces fall off from them;
-/// - of each region that has no pair of edges, the two triangles that are deepest in each other.
+/// - corners of what flat faces that lie on each other share, along the normal of one: vertices over a face, and sides that
+/// cross;
+/// - of each region that has none of the last two, the two triangles that are deepest in each other.
 /// A body without a model has no vertices in it; one whose probe has no triangles meets with vertices alone, and status says
 /// k_no_triangles. Total, noexcept, no allocation, the same bits on every instruction set. Several threads may query the same
 /// bodies, each with its workspace.

@@ -29,7 +29,7 @@ struct TriangleFault {
         NotFinite,    ///< a point is NaN or infinite
         Open,         ///< nothing is on the other side of one of its sides
         TurnedRound,  ///< a neighbour runs along their common side in the same direction: one of both is inverted
-        Inverted,     ///< the solid is inside out: all triangles are clockwise seen from outside
+        Inverted,     ///< a shell is inside out, clockwise seen from outside, and bounds no cavity of others: its first triangle
         TooMany,      ///< more than 2^28 triangles
     };
     Kind kind = Kind::None;
@@ -37,8 +37,8 @@ struct TriangleFault {
     std::uint32_t side = 0;      ///< of Open and TurnedRound: from this corner of the triangle to the next one
 };
 
-/// Nothing where the triangles close a solid that is not inside out; points at the same position count as one. Allocates; cost
-/// n log n.
+/// Nothing where the triangles close solids that are not inside out; points at the same position count as one. Allocates; cost
+/// n log n, and n for each cavity.
 [[nodiscard]] TriangleFault find_fault(std::span<const Vec3d> points, std::span<const ProbeTriangle> triangles);
 
 /// Points prepared once, queried every tick: rigid, or moved as they deform. Near points make a cluster of 16, near clusters

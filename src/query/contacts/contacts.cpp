@@ -4,7 +4,9 @@
 #include "candidates.h"
 #include "crossing_rows.h"
 #include "manifold.h"
+#include "own_part.h"
 #include "separation.h"
+#include "supports.h"
 
 #include "math/union_find.h"
 
@@ -16,19 +18,12 @@ namespace sqmap::query {
 namespace {
 
 /// The kinds of things that keys of the workspace's table name.
-enum class Key : std::uint64_t { EdgeOfA, EdgeOfB, EdgePair, Vertex };
+enum class Key : std::uint64_t { EdgeOfA, EdgeOfB, EdgePair, Vertex, ContactOfEdges, ContactOfVertex };
 
 std::uint64_t key_of(Key kind, std::uint32_t first, std::uint32_t second)
 {
-    static_assert(3 * TriangleTree::k_max < std::size_t{1} << 31);
-    return static_cast<std::uint64_t>(kind) << 62 | std::uint64_t{first} << 31 | second;
-}
-
-/// The part of a triangle, where the probe has the model's triangles.
-std::int16_t part_of(const Body& body, std::uint32_t triangle)
-{
-    const bool is_same = body.model != nullptr && body.model->triangle_part.size() == body.probe->triangle_count();
-    return is_same ? static_cast<std::int16_t>(model::part_of_triangle(*body.model, triangle)) : std::int16_t{-1};
+    static_assert(3 * TriangleTree::k_max < std::size_t{1} << 30);
+    return static_cast<std::uint64_t>(kind) << 60 | std::uint64_t{first} << 30 | second;
 }
 
 Vec3d turned(const Pose& pose, Vec3d direction) { return pose.rotation * direction; }
@@ -61,7 +56,10 @@ public:
         add_vertices(a_, b_, Side::B);
         if (!is_done()) add_vertices(b_, a_, Side::A);
         if (!is_done()) add_meetings();
-        if (!is_done()) finish_regions();
+        if (!is_done()) {
+            if (options_.supports) add_supports();
+            finish_regions();
+        }
         result_.contacts = std::span(workspace_.contacts_).first(count_);
         return result_;
     }
@@ -86,8 +84,12 @@ private:
         const ProbeResult found =
             query_probe(touched, collider, {.layer = Layer::Exact, .first_only = options_.first_only}, workspace_.found_);
         result_.status |= found.status;
-        result_.found += found.contacts - found.written(workspace_.found_).size();
-        for (const Contact& c : found.written(workspace_.found_)) {
+        std::span<const Contact> written = found.written(workspace_.found_);
+        if (options_.first_only)
+            written = written.first(std::min<std::size_t>(written.size(), 1));
+        else
+            result_.found += found.contacts - written.size();
+        for (const Contact& c : written) {
             const Vec3d surface = found.position(c), vertex = surface - static_cast<double>(c.depth) * cast<double>(c.normal);
             const bool of_b = vertex_of == Side::B;
             SurfaceContact contact{.witness = {of_b ? surface : vertex, of_b ? vertex : surface},
@@ -98,6 +100,7 @@ private:
             (of_b ? contact.feature_b : contact.feature_a) = Feature::Vertex;
             (of_b ? contact.index_b : contact.index_a) = c.index;
             (of_b ? contact.part_a : contact.part_b) = c.part;
+            (of_b ? contact.part_b : contact.part_a) = OwnPart(collider).of_vertex(c.index);
             add(contact);
         }
     }
@@ -257,10 +260,61 @@ private:
         c.feature_b = s.feature_b;
         c.index_a = index(s.feature_a, a_, triangle_a, s.corner_a);
         c.index_b = index(s.feature_b, b_, triangle_b, s.corner_b);
-        c.part_a = part_of(a_, triangle_a);
-        c.part_b = part_of(b_, triangle_b);
+        c.part_a = OwnPart(a_).of_triangle(triangle_a);
+        c.part_b = OwnPart(b_).of_triangle(triangle_b);
         c.certain = true;
         return c;
+    }
+
+    /// Adds the corners of what flat faces share that lie on each other: one nearest direction for each vertex, as the exact
+    /// layer reports it, may be that to a side face. A support that another contact already gives is left out.
+    void add_supports()
+    {
+        if (meetings_ == 0) return;
+        const TriangleTree &a = a_.probe->triangles(), &b = b_.probe->triangles();
+        for (std::uint32_t i = 0; i < meetings_; ++i) {
+            const Meeting& m = workspace_.meetings_[i];
+            if ((a.sharp(m.a) | b.sharp(m.b)) == 0) continue;
+            if (supported_ == k_unnamed) {
+                supported_ = static_cast<std::uint32_t>(count_);
+                for (std::uint32_t k = 0; k < supported_; ++k) put(contact_key(workspace_.contacts_[k]), k);
+            }
+            bearing_ = i;
+            find_supports(
+                a, b, b_in_a_, {m.a, m.b},
+                [](void* self, const Support& support) noexcept { static_cast<ContactQuery*>(self)->add_support(support); },
+                this);
+        }
+    }
+    void add_support(const Support& support)
+    {
+        SurfaceContact contact = contact_of(support.separation, support.triangle_a, support.triangle_b);
+        contact.region = bearing_;
+        if (count_ < workspace_.contacts_.size()) {
+            const auto self = static_cast<std::uint32_t>(count_);
+            const std::uint64_t key = contact_key(contact);
+            const std::uint32_t known = put(key, self);
+            if (known != self) {
+                SurfaceContact& other = workspace_.contacts_[known];
+                if (known >= supported_ || dot(other.normal, contact.normal) > 0.9f) {
+                    // Meetings that share a support touch together.
+                    if (other.region == k_unnamed)
+                        other.region = bearing_;
+                    else
+                        join(bearing_, other.region);
+                    return;
+                }
+                entry_of(key).value = self;
+            }
+        }
+        add(contact);
+    }
+    /// A name of the two features of a contact; of vertices in a body the vertex alone.
+    [[nodiscard]] std::uint64_t contact_key(const SurfaceContact& c) const
+    {
+        if (c.feature_b == Feature::Vertex) return key_of(Key::ContactOfVertex, 1, c.index_b);
+        if (c.feature_a == Feature::Vertex) return key_of(Key::ContactOfVertex, 0, c.index_a);
+        return key_of(Key::ContactOfEdges, edge_of(a_, c.index_a), edge_of(b_, c.index_b));
     }
 
     /// Numbers the regions, and gives a contact to those that have no pair of edges: of their pairs of triangles the deepest.
@@ -304,17 +358,17 @@ private:
         }
     }
 
-    /// A node of the union for each contact, behind the meetings: its region's, or for a vertex one of its own that is joined to
-    /// those of vertices along its edges and of the triangles that meet about it.
+    /// A node of the union for each contact, behind the meetings: its region's, or for a vertex that no face bears one of its own
+    /// that is joined to those of vertices along its edges and of the triangles that meet about it.
     void join_vertices()
     {
         const auto first = static_cast<std::uint32_t>(meetings_);
         const std::span<SurfaceContact> contacts = std::span(workspace_.contacts_).first(count_);
         for (std::uint32_t i = 0; i < contacts.size(); ++i) {
             SurfaceContact& c = contacts[i];
-            if (c.region != k_unnamed) continue;
-            workspace_.parents_[first + i] = c.region = first + i;
-            put(vertex_key(c), first + i);
+            if (c.feature_a != Feature::Vertex && c.feature_b != Feature::Vertex) continue;
+            if (c.region == k_unnamed) workspace_.parents_[first + i] = c.region = first + i;
+            put(vertex_key(c), c.region);
         }
         for (std::uint32_t i = 0; i < contacts.size(); ++i)
             if (contacts[i].region == first + i) join_along_edges(contacts[i], first + i);
@@ -405,6 +459,8 @@ private:
     std::size_t slots_ = ContactWorkspace::k_least_slots, used_ = 0;  // of the table
     std::size_t count_ = 0;                                           // contacts kept
     std::size_t meetings_ = 0;                                        // kept
+    std::uint32_t supported_ = k_unnamed;                             // contacts before the first support
+    std::uint32_t bearing_ = 0;                                       // the meeting whose supports are looked for
 };
 
 ContactResult query_contacts(const Body& a, const Body& b, const ContactOptions& options, ContactWorkspace& workspace) noexcept

@@ -100,14 +100,24 @@ std::size_t largest(std::span<const SurfaceContact> contacts, std::size_t first,
 std::size_t keep_spanning(std::span<SurfaceContact> contacts, std::size_t count) noexcept
 {
     if (contacts.size() <= count || count == 0) return std::min(contacts.size(), count);
-    const auto deepest = std::max_element(contacts.begin(), contacts.end(),
-                                          [](const SurfaceContact& a, const SurfaceContact& b) { return a.depth < b.depth; });
+    // Faces that only touch have many that are as deep, at their borders against side faces too: most bear the same way.
+    Vec3f sum{};
+    for (const SurfaceContact& c : contacts) sum = sum + c.normal;
+    const auto deepest =
+        std::max_element(contacts.begin(), contacts.end(), [&](const SurfaceContact& a, const SurfaceContact& b) {
+            return a.depth != b.depth ? a.depth < b.depth : dot(a.normal, sum) < dot(b.normal, sum);
+        });
     std::swap(contacts.front(), *deepest);
-    const PlaneMap planar(contacts.front().witness.on_a, cast<double>(contacts.front().normal));
+    const Vec3f normal = contacts.front().normal;
+    const PlaneMap planar(contacts.front().witness.on_a, cast<double>(normal));
     Outline outline(planar(contacts.front()));
     std::size_t kept = 1;
     for (; kept < std::min(count, Outline::k_max); ++kept) {
-        const std::size_t next = largest(contacts, kept, [&](const SurfaceContact& c) { return outline.gain(planar(c)); });
+        // The contact that bears as the deepest one does comes first of several at one position.
+        const auto gain = [&](const SurfaceContact& c) {
+            return (2 + static_cast<double>(dot(c.normal, normal))) * outline.gain(planar(c));
+        };
+        const std::size_t next = largest(contacts, kept, gain);
         if (next == contacts.size()) break;
         std::swap(contacts[kept], contacts[next]);
         outline.add(planar(contacts[kept]));

@@ -12,6 +12,10 @@
 namespace sqmap::query {
 namespace {
 
+constexpr double k_deepest_beside_end = 4;  ///< depth of two edges, in distances to the nearest end of one
+
+constexpr double k_beside = 0.02;  ///< sine up to which a direction beside a face counts as outwards
+
 /// Parameters of the nearest positions of two lines; false where they are parallel within rounding.
 bool nearest_on_lines(Vec3d w, Vec3d da, Vec3d db, double& s, double& t)
 {
@@ -59,6 +63,14 @@ public:
                 try_axis(unit, outwards, i, j);
                 try_axis(-unit, outwards, i, j);
             }
+        // In one plane they are also separated within it, normal to a side: then no two sides have a direction in common.
+        if (norm_sq(cross(normal_a_, normal_b_)) < 1e-12)
+            for (const TriangleCorners* t : {&a_, &b_})
+                for (int i = 0; i < 3; ++i) {
+                    const Vec3d unit = normalized(cross((*t)[(i + 1) % 3] - (*t)[i], normal_a_));
+                    try_axis(unit, false, -3, -3);
+                    try_axis(-unit, false, -3, -3);
+                }
         return depth_ < std::numeric_limits<double>::infinity();
     }
 
@@ -129,7 +141,7 @@ private:
 
     void try_axis(Vec3d axis, bool outwards, int i, int j)
     {
-        if (!(norm_sq(axis) > 0.5) || (outwards && (dot(axis, normal_a_) < 0 || dot(axis, normal_b_) > 0))) return;
+        if (!(norm_sq(axis) > 0.5) || (outwards && (dot(axis, normal_a_) < -k_beside || dot(axis, normal_b_) > k_beside))) return;
         const double depth = range_along(axis, a_).high - range_along(axis, b_).low;
         if (!(depth < depth_)) return;
         depth_ = depth;
@@ -143,7 +155,7 @@ private:
     const double size_;  // of both
     double depth_ = std::numeric_limits<double>::infinity();
     Vec3d axis_{};
-    int i_ = 0, j_ = 0;  // sides; -1: the normal of a, -2: of b
+    int i_ = 0, j_ = 0;  // sides; -1: the normal of a, -2: of b, -3: within the plane of both
 };
 
 }  // namespace
@@ -189,6 +201,9 @@ std::optional<Separation> separate(const Wedge& a, const Wedge& b) noexcept
     s.depth = std::max(-dot(n, w), 0.);
     s.on_a = a.from + at_a * da;
     s.on_b = s.on_a - s.depth * n;
+    // An edge that ends much nearer than that is left along it: what is there separates both with less.
+    const double to_end = std::min(std::min(at_a, 1 - at_a) * norm(da), std::min(at_b, 1 - at_b) * norm(db));
+    if (s.depth > k_deepest_beside_end * to_end) return {};
     return s;
 }
 

@@ -28,7 +28,8 @@ struct Wedge {
 [[nodiscard]] bool surely_lack_support(const Wedge& a, const Wedge& b) noexcept;
 
 /// Nothing where the edges do not support each other: no direction is normal to both from which a's faces fall off one way and
-/// b's the other way, or the lines are not nearest to each other within both edges. Its features are edges.
+/// b's the other way, or the lines are not nearest to each other within both edges, or four times as deep as one of the edges
+/// goes on from there. Its features are edges.
 [[nodiscard]] std::optional<Separation> separate(const Wedge& a, const Wedge& b) noexcept;
 
 /// The least translation along a normal of one of the two that separates triangles that meet: no less than the least of all.

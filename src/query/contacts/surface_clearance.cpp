@@ -3,6 +3,7 @@
 
 #include "gap_search.h"
 #include "query/probe/triangle_tree.h"
+#include "sqmap/query/distance.h"
 #include "triangle_gap.h"
 
 #include <algorithm>
@@ -107,7 +108,7 @@ private:
         TriangleGap gap = gap_of(a, b);
         const Vec3d v = gap.on_b - gap.on_a;
         double distance = std::sqrt(gap.distance_sq);
-        const double own = distance > 0 ? gap_along(a, b, v / distance, gap.on_a) : 0.;
+        const double own = certain_gap(a, b, gap);
         // Triangles that no direction separates for certain may have a point in common beside their sides.
         if (!(own > rounding_)) {
             const Crossing crossing = crossing_of(a, b);
@@ -149,14 +150,22 @@ private:
     Vec3f nearest_a_{}, nearest_b_{};
 };
 
-/// A point of one body's probe within the other's model, where there is one.
-bool find_inside(const Body& touched, const Body& collider, Vec3d& point)
+/// A point of one body's probe within the other's model, where there is one. gap: surfaces are no nearer, so points within are as
+/// deep. Nearer to the surface than float rounds the exact layer may take a point outside for one within: these are
+/// measured in double.
+bool find_inside(const Body& touched, const Body& collider, double gap, Vec3d& point)
 {
     Contact contact;
     const ProbeResult found = query_probe(touched, collider, {.layer = Layer::Exact, .first_only = true}, {&contact, 1});
     if (found.contacts == 0) return false;
     point = found.position(contact) - static_cast<double>(contact.depth) * cast<double>(contact.normal);
-    return true;
+    if (static_cast<double>(contact.depth) > 1e-6 * (sphere_of(touched).radius + sphere_of(collider).radius)) return true;
+    const TriangleTree& tree = collider.probe->triangles();
+    for (std::size_t i = 0; i < tree.points(); ++i) {
+        point = apply(collider.pose, tree.point(i));
+        if (exact_distance(touched, point).distance < -0.5 * gap) return true;
+    }
+    return false;
 }
 bool has_triangles(const Body& body) { return body.probe != nullptr && body.probe->triangle_count() > 0; }
 
@@ -183,7 +192,7 @@ Clearance clearance(const Body& a, const Body& b) noexcept
     }
     search.run();
     Vec3d common;
-    if (search.distance() > 0 && (find_inside(a, b, common) || find_inside(b, a, common))) {
+    if (search.distance() > 0 && (find_inside(a, b, search.distance(), common) || find_inside(b, a, search.distance(), common))) {
         out.witness = {common, common};
         return out;
     }
@@ -202,7 +211,7 @@ bool is_within(const Body& a, const Body& b, double distance) noexcept
     if (!search.is_measurable()) return false;
     search.run();
     Vec3d common;
-    return search.is_found() || find_inside(a, b, common) || find_inside(b, a, common);
+    return search.is_found() || find_inside(a, b, distance, common) || find_inside(b, a, distance, common);
 }
 
 }  // namespace sqmap::query

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <limits>
 
 namespace sqmap::query {
@@ -61,6 +62,23 @@ double gap_along(const TriangleCorners& a, const TriangleCorners& b, Vec3d direc
         low = std::min(low, dot(direction, b[i] - about));
     }
     return low - high;
+}
+
+double certain_gap(const TriangleCorners& a, const TriangleCorners& b, const TriangleGap& gap) noexcept
+{
+    const Vec3d v = gap.on_b - gap.on_a;
+    const double distance = std::sqrt(gap.distance_sq);
+    if (!(distance > 0)) return 0;
+    double largest = gap_along(a, b, v / distance, gap.on_a);
+    if (largest >= distance * (1 - 1e-8)) return largest;
+    for (int i = 0; i < 4; ++i)
+        for (int j = 0; j < 4; ++j) {
+            // The fourth of either is a side of the other triangle: with its own ones it gives that triangle's normal.
+            const Vec3d side_a = i < 3 ? a[(i + 1) % 3] - a[i] : b.c - b.a, side_b = j < 3 ? b[(j + 1) % 3] - b[j] : a.c - a.a;
+            const Vec3d unit = normalized(cross(side_a, side_b));
+            if (norm_sq(unit) > 0.5) largest = std::max(largest, gap_along(a, b, dot(unit, v) < 0 ? -unit : unit, gap.on_a));
+        }
+    return largest;
 }
 
 Vec3d common_position(const TriangleCorners& a, const TriangleCorners& b, const Crossing& crossing) noexcept

@@ -18,6 +18,10 @@ struct TriangleGap {
 /// How far b is beyond a along a direction, about a position that both are near to; the direction's length is a factor.
 [[nodiscard]] double gap_along(const TriangleCorners& a, const TriangleCorners& b, Vec3d direction, Vec3d about) noexcept;
 
+/// The gap of two triangles that some direction proves: that between the nearest positions, and where that is too short for its
+/// direction to be known, a normal of either or of two sides.
+[[nodiscard]] double certain_gap(const TriangleCorners& a, const TriangleCorners& b, const TriangleGap& gap) noexcept;
+
 /// A position of both triangles. @pre they meet as the crossing says
 [[nodiscard]] Vec3d common_position(const TriangleCorners& a, const TriangleCorners& b, const Crossing& crossing) noexcept;
 

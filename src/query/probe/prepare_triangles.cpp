@@ -1,5 +1,7 @@
 // Constructors of triangles, which allocate: they run outside the frame.
 #include "halves.h"
+#include "math/predicates.h"
+#include "math/union_find.h"
 #include "query/probe/triangle_tree.h"
 #include "sqmap/math/assert.h"
 
@@ -77,13 +79,68 @@ std::vector<std::uint32_t> find_twins(std::span<const SidedEdge> edges, Triangle
     return twin;
 }
 
-double signed_volume(std::span<const Vec3d> points, std::span<const ProbeTriangle> triangles)
+/// Bits of the sides at which the cosine of the angle between both faces' normals is below 0.6.
+std::vector<std::uint8_t> find_sharp_sides(std::span<const Vec3d> points, std::span<const ProbeTriangle> triangles,
+                                           std::span<const std::uint32_t> twin)
 {
-    const Vec3d middle = centre(box_of(points));
-    double sum = 0;
+    std::vector<Vec3d> normals;
     for (const ProbeTriangle& t : triangles)
-        sum += dot(points[t[0]] - middle, cross(points[t[1]] - middle, points[t[2]] - middle));
-    return sum;
+        normals.push_back(normalized(cross(points[t[1]] - points[t[0]], points[t[2]] - points[t[0]])));
+    std::vector<std::uint8_t> sharp(triangles.size());
+    for (std::uint32_t h = 0; h < twin.size(); ++h)
+        if (dot(normals[h / 3], normals[twin[h] / 3]) < 0.6) sharp[h / 3] = static_cast<std::uint8_t>(sharp[h / 3] | 1u << h % 3);
+    return sharp;
+}
+
+/// True where a position is in the solid of other shells: a ray upwards leaves them more often than it enters. A triangle is
+/// above by those of its sides that pass to the right of the position, seen from above.
+bool is_within_others(std::span<const Vec3d> points, std::span<const ProbeTriangle> triangles,
+                      std::span<const std::uint32_t> shell, std::uint32_t own, Vec3d p)
+{
+    int winding = 0;
+    const auto seen = [](Vec3d q) { return Vec2d{q.x, q.y}; };
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
+        if (shell[t] == own) continue;
+        int turns = 0;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Vec3d from = points[triangles[t][k]], to = points[triangles[t][(k + 1) % 3]];
+            if ((from.y <= p.y) == (to.y <= p.y)) continue;
+            const int side = orient2d(seen(from), seen(to), seen(p));
+            if (from.y <= p.y && side > 0) ++turns;
+            if (to.y <= p.y && side < 0) --turns;
+        }
+        if (turns != 0 && turns * orient3d(points[triangles[t][0]], points[triangles[t][1]], points[triangles[t][2]], p) > 0)
+            winding += turns;
+    }
+    return winding > 0;
+}
+
+/// The first triangle of a shell that is inside out and no cavity of others; their number where there is none.
+std::size_t find_inverted(std::span<const Vec3d> points, std::span<const ProbeTriangle> triangles,
+                          std::span<const std::uint32_t> twin)
+{
+    std::vector<std::uint32_t> shell(triangles.size());
+    std::iota(shell.begin(), shell.end(), 0u);
+    for (std::uint32_t h = 0; h < twin.size(); ++h) join(shell, h / 3, twin[h] / 3);
+    struct Volume {
+        double sum = 0, size = 0;
+    };
+    std::vector<Volume> volumes(triangles.size());  // of each shell, at its first triangle
+    for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+        shell[t] = root_of(shell, t);
+        const ProbeTriangle &v = triangles[t], &first = triangles[shell[t]];
+        const Vec3d origin = points[first[0]], a = points[v[0]] - origin, n = cross(points[v[1]] - origin, points[v[2]] - origin);
+        volumes[shell[t]].sum += dot(a, n);
+        volumes[shell[t]].size += norm(a) * norm(points[v[1]] - origin) * norm(points[v[2]] - origin);
+    }
+    for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+        if (shell[t] != t || !(volumes[t].sum < -1e-14 * volumes[t].size)) continue;  // rounding gives a sheet some volume
+        const auto is_within = [&](std::uint32_t corner) {
+            return is_within_others(points, triangles, shell, t, points[corner]);
+        };
+        if (std::none_of(triangles[t].begin(), triangles[t].end(), is_within)) return t;
+    }
+    return triangles.size();
 }
 
 }  // namespace
@@ -98,8 +155,10 @@ TriangleFault find_fault(std::span<const Vec3d> points, std::span<const ProbeTri
             if (!is_finite(points[triangles[t][k]])) return {Kind::NotFinite, t, k};
         }
     TriangleFault fault;
-    find_twins(sorted_edges(points, triangles), fault);
-    if (fault.kind == Kind::None && signed_volume(points, triangles) < 0) fault.kind = Kind::Inverted;
+    const std::vector<std::uint32_t> twin = find_twins(sorted_edges(points, triangles), fault);
+    if (fault.kind != Kind::None) return fault;
+    if (const std::size_t t = find_inverted(points, triangles, twin); t < triangles.size())
+        return {Kind::Inverted, static_cast<std::uint32_t>(t), 0};
     return fault;
 }
 
@@ -112,6 +171,7 @@ TriangleTree::TriangleTree(std::span<const Vec3d> points, std::span<const ProbeT
     twin_ = find_twins(sorted_edges(points, triangles), fault);
     for (std::uint32_t h = 0; h < twin_.size(); ++h)
         if (twin_[h] == k_no_twin) twin_[h] = h;  // against the precondition: an edge with one face
+    sharp_ = find_sharp_sides(points, triangles, twin_);
     from_.assign(points.size(), k_no_half_edge);
     for (std::uint32_t h = 0; h < twin_.size(); ++h) from_[triangles[h / 3][h % 3]] = h;
 

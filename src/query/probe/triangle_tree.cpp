@@ -49,7 +49,7 @@ Boxf box_at(const TriangleTree::BoxRow& row, std::size_t i)
 std::size_t TriangleTree::bytes() const noexcept
 {
     const auto size_of = [](const auto&... values) { return (std::span(values).size_bytes() + ...); };
-    return size_of(points_, triangles_, twin_, from_, numbers_, corners_, leaves_, groups_, slabs_);
+    return size_of(points_, triangles_, twin_, from_, sharp_, numbers_, corners_, leaves_, groups_, slabs_);
 }
 
 void TriangleTree::move(std::span<const Vec3d> points) noexcept

@@ -39,6 +39,8 @@ public:
     [[nodiscard]] const double* coordinates() const noexcept { return &points_.front().x; }
     /// Half-edge 3 t + k runs from corner k of triangle t to the next one; its twin runs the other way, in the neighbour.
     [[nodiscard]] std::uint32_t twin(std::uint32_t half_edge) const noexcept { return twin_[half_edge]; }
+    /// Bit k: the faces along side k of triangle t turned by more than 53 degrees from one to the other in the first positions.
+    [[nodiscard]] std::uint32_t sharp(std::size_t t) const noexcept { return sharp_[t]; }
     /// A half-edge that begins at a point; k_no_half_edge where no triangle has the point.
     [[nodiscard]] std::uint32_t half_edge_from(std::size_t point) const noexcept { return from_[point]; }
     static constexpr std::uint32_t k_no_half_edge = 0xffffffffu;
@@ -81,6 +83,7 @@ private:
     std::vector<Vec3d> points_;
     std::vector<ProbeTriangle> triangles_;
     std::vector<std::uint32_t> twin_, from_;
+    std::vector<std::uint8_t> sharp_;
     std::vector<std::uint32_t> numbers_;
     std::vector<CornerRow> corners_;
     std::vector<BoxRow> leaves_, groups_;

@@ -125,6 +125,34 @@ TEST(Clearance, IsZeroWhereSolidsHaveAPointInCommon)
     EXPECT_GT(clearance(Closed(ball.mesh).at(), small.at()).distance, 0.7);
 }
 
+TEST(Clearance, IsKnownWhereSolidsNearlyTouch)
+{
+    const test::Solid box(test::box({-0.5, -0.5, 0}, {0.5, 0.5, 1})), ball(mesh::sphere(0.5, 3));
+    test::Random random(23);
+    for (int i = 0; i < 60; ++i)
+        for (const double gap : {1e-14, 1e-11, 1e-9, 1e-8, 3e-8, 1e-7, 1e-6}) {
+            const sqmap::Pose frame = test::random_pose(random, 3);
+            const double turn = random.between(0, 6);
+            const test::Solid& upper = i % 2 == 0 ? box : ball;
+            const double foot = gap_of_all(box.mesh, {}, upper.mesh, {}, {0, 0, 1}) + 1;  // of the upper one
+            const sqmap::Pose above{frame.rotation * test::rotation_about({0, 0, 1}, turn),
+                                    apply(frame, {random.between(-0.2, 0.2), random.between(-0.2, 0.2), 1 + gap - foot})};
+            const Clearance c = clearance(box.at(frame), upper.at(above));
+            EXPECT_NEAR(c.distance, gap, 1e-14);
+            EXPECT_LE(c.at_least, gap + 1e-14);
+            EXPECT_GE(c.at_least, (1 - 1e-8) * gap - 3e-13);
+            if (gap < 1e-13) continue;
+            EXPECT_FALSE(is_within(box.at(frame), upper.at(above), 0.5 * gap));
+            // As close, but within.
+            const double part = 1 - 2 * gap;
+            mesh::Mesh smaller = box.mesh;
+            for (Vec3d& v : smaller.vertices) v = part * v + Vec3d{0, 0, gap};
+            const Closed kernel(std::move(smaller));
+            EXPECT_EQ(clearance(box.at(frame), kernel.at(frame)).distance, 0);
+            EXPECT_TRUE(is_within(kernel.at(frame), box.at(frame), 0.25 * gap));
+        }
+}
+
 TEST(Clearance, IsKnownFarAwayAndAtAnySize)
 {
     const Closed cube(test::box({0, 0, 0}, {1, 1, 1})), ball(mesh::sphere(1, 4));

@@ -78,6 +78,35 @@ TEST(TriangleFault, IsNamedWithItsTriangleAndSide)
     EXPECT_EQ(find_fault(wrong.vertices, wrong.triangles).kind, Kind::Inverted);
 }
 
+TEST(TriangleFault, AShellThatIsInsideOutIsNamedUnlessItBoundsACavity)
+{
+    using Kind = TriangleFault::Kind;
+    const auto inverted = [](mesh::Mesh m) {
+        for (mesh::Triangle& t : m.triangles) std::swap(t[0], t[1]);
+        return m;
+    };
+    const auto fault_of = [](const std::vector<mesh::Mesh>& shells) {
+        const mesh::Mesh all = test::joined(shells);
+        return find_fault(all.vertices, all.triangles);
+    };
+    const mesh::Mesh large = test::box({-2, -2, -2}, {2, 2, 2}), hole = inverted(test::box({-1, -1, -1}, {1, 1, 1})),
+                     pearl = mesh::sphere(0.5, 2), beside = inverted(test::moved(mesh::sphere(0.5, 2), {5, 0, 0}));
+    EXPECT_EQ(fault_of({large, hole}).kind, Kind::None);
+    EXPECT_EQ(fault_of({pearl, hole, large}).kind, Kind::None);
+    EXPECT_EQ(fault_of({large, pearl}).kind, Kind::None) << "within another, not inside out";
+    const auto count = [](const mesh::Mesh& m) { return static_cast<std::uint32_t>(m.triangles.size()); };
+    for (const auto& [shells, triangle] :
+         {std::pair{std::vector{large, beside}, count(large)}, std::pair{std::vector{beside, large, hole}, 0u},
+          std::pair{std::vector{large, hole, inverted(pearl)}, count(large) + count(hole)}}) {
+        EXPECT_EQ(fault_of(shells).kind, Kind::Inverted);
+        EXPECT_EQ(fault_of(shells).triangle, triangle);
+    }
+    // At any height beside another one: no ray along an edge or through a corner counts twice.
+    for (const double x : {-3., -2., 0., 1., 2.})
+        for (const double y : {-2., -1., 2.})
+            EXPECT_EQ(fault_of({large, inverted(test::moved(test::box({0, 0, 0}, {1, 1, 1}), {x, y, -7}))}).triangle, 12u);
+}
+
 TEST(TriangleFault, PointsAtOnePositionCountAsOne)
 {
     const mesh::Mesh cube = test::box({0, 0, 0}, {1, 1, 1});
@@ -285,6 +314,43 @@ TEST(SurfaceContacts, VerticesAreThoseOfTheExactPair)
     }
 }
 
+TEST(SurfaceContacts, PartsAreThoseOfTheFeaturesInWhateverOrderAProbeHasItsTriangles)
+{
+    const test::Solid hand(test::small_hand()), ring(test::small_torus());
+    mesh::Mesh shuffled = hand.mesh;
+    std::reverse(shuffled.triangles.begin(), shuffled.triangles.end());
+    for (mesh::Triangle& t : shuffled.triangles) std::rotate(t.begin(), t.begin() + 1, t.end());
+    const Probe other(shuffled.vertices, shuffled.triangles);
+    const auto triangles = static_cast<std::uint32_t>(shuffled.triangles.size());
+    test::Random random(13);
+    std::set<int> parts;
+    for (int i = 0; i < 20; ++i) {
+        const Body a = ring.at(test::random_pose(random, 0.4)), b = hand.at(test::random_pose(random, 0.4));
+        const Queried own = queried(a, b), turned = queried(a, {b.model, &other, b.pose});
+        for (const SurfaceContact& c : own.contacts) {
+            ASSERT_GE(c.part_b, 0);
+            ASSERT_GE(c.part_a, 0);
+            parts.insert(c.part_b);
+            if (c.feature_b == Feature::Vertex) {
+                std::set<std::uint32_t> around;
+                for (std::uint32_t t = 0; t < triangles; ++t)
+                    for (const std::uint32_t v : hand.mesh.triangles[t])
+                        if (v == c.index_b) around.insert(model::part_of_triangle(hand.view, t));
+                EXPECT_TRUE(around.count(static_cast<std::uint32_t>(c.part_b)) == 1);
+            } else if (c.index_b != k_unnamed) {
+                const std::uint32_t t = c.feature_b == Feature::Edge ? c.index_b / 3 : c.index_b;
+                EXPECT_EQ(static_cast<std::uint32_t>(c.part_b), model::part_of_triangle(hand.view, t));
+            }
+        }
+        for (const SurfaceContact& c : turned.contacts)
+            if (c.feature_b != Feature::Vertex && c.index_b != k_unnamed) {
+                const std::uint32_t t = triangles - 1 - (c.feature_b == Feature::Edge ? c.index_b / 3 : c.index_b);
+                EXPECT_EQ(static_cast<std::uint32_t>(c.part_b), model::part_of_triangle(hand.view, t));
+            }
+    }
+    EXPECT_GT(parts.size(), 2u);
+}
+
 TEST(SurfaceContacts, ARegionKeepsItsDeepestContactAndItsArea)
 {
     // Four legs stand on a table top of two triangles, 0.01 deep.
@@ -314,6 +380,71 @@ TEST(SurfaceContacts, ARegionKeepsItsDeepestContactAndItsArea)
     }
 }
 
+/// Area of the convex hull of the contacts that bear b along a direction, seen along it.
+double bearing_area(const std::vector<SurfaceContact>& contacts, const Mat3d& frame)
+{
+    std::vector<Vec2d> points;
+    for (const SurfaceContact& c : contacts) {
+        const Vec3d p = transpose_mul(frame, c.witness.on_a), n = transpose_mul(frame, cast<double>(c.normal));
+        if (n.z > 0.99) points.push_back({p.x, p.y});
+    }
+    std::sort(points.begin(), points.end(), [](Vec2d p, Vec2d q) { return p.x != q.x ? p.x < q.x : p.y < q.y; });
+    double area = 0;
+    for (int side = 0; side < 2; ++side, std::reverse(points.begin(), points.end())) {
+        std::vector<Vec2d> chain;
+        const auto turn = [](Vec2d a, Vec2d b, Vec2d c) { return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x); };
+        for (const Vec2d p : points) {
+            while (chain.size() > 1 && turn(chain[chain.size() - 2], chain.back(), p) <= 0) chain.pop_back();
+            chain.push_back(p);
+        }
+        for (std::size_t i = 1; i < chain.size(); ++i) area += 0.5 * (chain[i - 1].x * chain[i].y - chain[i].x * chain[i - 1].y);
+    }
+    return area;
+}
+
+TEST(SurfaceContacts, ABoxOnABoxIsBorneByTheCornersOfWhatTheyShare)
+{
+    struct Stack {
+        double x, y, size, turn, shared;
+    };
+    const double c = 1 / (1 + std::cos(0.5236) + std::sin(0.5236));
+    const Stack stacks[] = {{0, 0, 1, 0, 1},
+                            {0.3, 0, 1, 0, 0.7},
+                            {0.3, -0.2, 1, 0, 0.56},
+                            {1e-9, -1e-9, 1, 1e-9, 1},
+                            {1e-5, 0, 1, 0, 1},
+                            {0, 0, 0.5, 0, 0.25},
+                            {0.5, 0.1, 0.5, 0, 0.25 * 0.5},
+                            {0.2, 0.1, 0.5, 1e-7, 0.25},
+                            {0, 0, 1, 0.5236, 1 - 2 * c * c * std::sin(0.5236) * std::cos(0.5236)}};
+    test::Random random(21);
+    const test::Solid lower(test::box({-0.5, -0.5, 0}, {0.5, 0.5, 1}));
+    for (const Stack& s : stacks) {
+        const double half = 0.5 * s.size;
+        const test::Solid upper(test::box({-half, -half, 0}, {half, half, s.size}));
+        for (const bool is_raised_turned : {false, true})
+            for (const double depth : {0., 1e-7, 1e-4, 0.01}) {
+                const Mat3d frame = is_raised_turned ? test::rotation_about(random.direction(), 1) : Mat3d{};
+                if (depth == 0 && is_raised_turned) continue;  // rounding parts them
+                const Mat3d tilt = test::rotation_about({1, 0, 0}, 1e-3 * depth);
+                const sqmap::Pose a{frame, {}};
+                const sqmap::Pose b{frame * (tilt * test::rotation_about({0, 0, 1}, s.turn)), frame * Vec3d{s.x, s.y, 1 - depth}};
+                for (const std::uint32_t kept : {0u, s.turn > 0.1 ? 8u : 4u}) {
+                    SCOPED_TRACE(testing::Message()
+                                 << s.x << ' ' << s.size << ' ' << s.turn << " depth " << depth << " kept " << kept);
+                    for (const bool has_models : {true, false}) {
+                        const Body below = has_models ? lower.at(a) : Body{nullptr, &lower.probe, a};
+                        const Body above = has_models ? upper.at(b) : Body{nullptr, &upper.probe, b};
+                        const Queried there = queried(below, above, {.per_region = kept});
+                        EXPECT_GE(bearing_area(there.contacts, frame), 0.9 * s.shared) << has_models;
+                        expect_every_region_has_a_contact(there);
+                        for (const SurfaceContact& found : there.contacts) EXPECT_LE(found.depth, 1.001 * depth + 1e-6);
+                    }
+                }
+            }
+    }
+}
+
 TEST(SurfaceContacts, EveryRegionKeepsAContactWhenReduced)
 {
     const test::Solid hand(test::small_hand()), ring(test::small_torus());
@@ -338,7 +469,8 @@ TEST(SurfaceContacts, FirstOnlySaysWhetherThereIsAny)
     for (int i = 0; i < 40; ++i) {
         const Body a = ring.at(test::random_pose(random, 0.8)), b = hand.at(test::random_pose(random, 0.8));
         const Queried all = queried(a, b), first = queried(a, b, {.first_only = true});
-        EXPECT_EQ(first.contacts.empty(), all.contacts.empty());
+        EXPECT_EQ(first.contacts.size(), all.contacts.empty() ? 0u : 1u);
+        EXPECT_EQ(first.result.found, first.contacts.size());
     }
 }
 
