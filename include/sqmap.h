@@ -517,7 +517,7 @@ SQMAP_API sqmap_code sqmap_query_pair(const sqmap_bodies* bodies, const sqmap_qu
 /// Prepares the vertices of a closed mesh and the triangles between them, which complete contacts need: a probe as
 /// sqmap_make_probe gives it, that knows its triangles besides. Vertices at the same position count as one.
 /// Errors: E_ARGUMENT for a vertex that is not finite or a number that names none; E_MESH for triangles that are open, turned
-/// round or inside out, with the triangle and a cure. Cost: n log n.
+/// round or of a shell that is inside out, with the triangle and a cure. Cost: n log n, and n for each cavity.
 SQMAP_API sqmap_code sqmap_make_solid_probe(const sqmap_mesh* mesh, sqmap_probe* probe);
 
 /// The element of a mesh that takes part in a contact.
@@ -566,15 +566,39 @@ SQMAP_API sqmap_code sqmap_query_contacts(const sqmap_bodies* bodies, const sqma
 /// The first touch of two bodies.
 typedef struct sqmap_touch {
     size_t size;
-    double time;      ///< written: share of the motion, not after the first touch; 1 where there is none
-    int32_t touches;  ///< written: 1 or 0
-    uint32_t status;  ///< written: bits
+    double time;                   ///< written: share of the motion, not after the first touch; 1 where there is none
+    int32_t touches;               ///< written: 1 or 0
+    uint32_t status;               ///< written: bits
+    const sqmap_pose* end_pose_a;  ///< where a moves to, as b does; null: a rests
 } sqmap_touch;
 
-/// When b, which moves from its pose to end_pose in a straight line and about one axis, touches a, which rests; bodies that touch
-/// at the beginning do so at time 0. Never late; early by at most a thousandth of the motion where surfaces approach at 8
-/// degrees or steeper. Errors: as sqmap_query_contacts. Cost: some queries of contacts; no allocation.
+/// When b, which moves from its pose to end_pose in a straight line and about one axis, touches a, which rests or moves to
+/// touch.end_pose_a in the same time; bodies that touch at the beginning do so at time 0. Never late; early by at most a
+/// thousandth of the motion where surfaces approach at 8 degrees or steeper. Errors: as sqmap_query_contacts. Cost: some queries
+/// of contacts; no allocation.
 SQMAP_API sqmap_code sqmap_first_touch(const sqmap_bodies* bodies, const sqmap_pose* end_pose, sqmap_touch* touch);
+
+/// Points and triangles, or edges and edges, that move in straight lines at a steady rate.
+typedef struct sqmap_moving_features {
+    size_t size;
+    const double* start;  ///< 12 count, at time 0: a point and the triangle's corners, or the ends of one edge, then of the other
+    const double* end;    ///< 12 count, at time 1
+    size_t count;
+    int32_t are_edges;  ///< 0: points against triangles; else edges against edges
+    double separation;  ///< touching: at most this far apart
+} sqmap_moving_features;
+
+/// First touches of features, each `count` long; each may be null.
+typedef struct sqmap_touches {
+    size_t size;
+    double* time;      ///< not after the first touch; 1 where there is none
+    uint8_t* touches;  ///< 1 or 0
+} sqmap_touches;
+
+/// When each two features first touch. Never missed nor late, early by 1e-9 where they do not pass at grazing distance; with a
+/// coordinate that is not finite they touch at time 0. Errors: E_ARGUMENT for features.separation below zero or NaN. Cost: a
+/// tenth of a microsecond in the median for two that stay apart, some ten for two that come close; no allocation.
+SQMAP_API sqmap_code sqmap_first_touch_features(const sqmap_moving_features* features, sqmap_touches* touches);
 
 /// The least distance of two solids, in the frame and units of the poses.
 typedef struct sqmap_clearance {
@@ -630,7 +654,7 @@ typedef struct sqmap_pile {
     uint64_t id;
 } sqmap_pile;
 
-/// contacts: the largest number that is kept of a pair in one direction; what is beyond it is counted. Allocates.
+/// contacts: of a pair in one direction, for which there is space at first; it grows where a pair has more. Allocates.
 SQMAP_API sqmap_code sqmap_make_pile(size_t contacts, sqmap_pile* pile);
 /// Closes a handle; {0} is passed over.
 SQMAP_API sqmap_code sqmap_close_pile(sqmap_pile pile);
@@ -644,7 +668,7 @@ SQMAP_API sqmap_code sqmap_remove_body(sqmap_pile pile, uint32_t number);
 typedef struct sqmap_pile_step {
     size_t size;
     const sqmap_pose* pose;  ///< count: pose i of body i; null: all stay
-    size_t count;            ///< bodies from this number on stay
+    size_t count;            ///< bodies from this number on stay; at most one more than the largest number given so far
     uint32_t threads;        ///< 0 and 1: this thread alone. The answers do not depend on it
     uint32_t per_region;     ///< as in sqmap_contact_options
     int32_t is_first_only;   ///< not zero: of each pair the first contact
@@ -656,7 +680,7 @@ typedef struct sqmap_pile_pair {
     size_t first, count;       ///< of the contacts: contacts[first] to contacts[first + count - 1]
     size_t found;              ///< kept or not
     size_t meetings, regions;  ///< as in sqmap_surface_list
-    uint8_t status;            ///< bits
+    uint8_t status;            ///< bits; the bytes behind it are zero
 } sqmap_pile_pair;
 
 /// Contacts of a pile.
@@ -672,8 +696,8 @@ typedef struct sqmap_pile_contacts {
 
 /// Complete contacts of all pairs of bodies that are near each other, to the bit those of each pair alone. Which bodies are near
 /// is kept from one query to the next. step may be null. A body whose pose has a number that is not finite is near nothing, and
-/// the status says so. Errors: E_ARGUMENT for a rotation that is none. Cost: sqmap_query_contacts of each pair, shared by the
-/// threads; allocates where there are more pairs or contacts than ever before.
+/// the status says so. Errors: E_ARGUMENT for a rotation that is none, and for more poses than numbers of bodies. Cost:
+/// sqmap_query_contacts of each pair, shared by the threads; allocates where there are more pairs or contacts than ever before.
 SQMAP_API sqmap_code sqmap_query_pile(sqmap_pile pile, const sqmap_pile_step* step, sqmap_pile_contacts* contacts);
 
 // ---------------------------------------------------------------------------------------------------- forces

@@ -124,7 +124,7 @@ export interface SurfaceContact {
    *  that a vertex is below. */
   indexA: number; indexB: number;
   region: number;                // contacts of one region touch together; -1: a vertex while perRegion is 0
-  partA: number; partB: number;  // of the models; -1: none, and of a vertex
+  partA: number; partB: number;  // of the models; -1: none
   certain: number;               // 1: the verdict is proven
   status: number;
 }
@@ -158,7 +158,7 @@ export interface Separation {
   isExact: boolean;     // both bounds differ by rounding alone
   status: number;
 }
-/** contacts: the largest number that is kept of a pair in one direction; default 4096. */
+/** contacts: of a pair in one direction, for which there is space at first; it grows where a pair has more. Default 4096. */
 export interface PileOptions {
   contacts?: number;
 }
@@ -311,9 +311,9 @@ export interface Sqmap {
   clearance(a: Body, b: Body): Clearance;
   /** True where two bodies are at most so far apart; it stops at the first triangles that are. */
   isWithin(a: Body, b: Body, distance: number): boolean;
-  /** The first touch while a rests and b moves to a pose, in a straight line and about one axis. time: the share of the motion that is
-   *  done by then, never too late; 1 if they do not touch. */
-  firstTouch(a: Body, b: Body, pose: Pose): {touches: boolean; time: number; status: number};
+  /** The first touch while b moves to a pose, in a straight line and about one axis, and a rests or moves to poseA. time: the share of
+   *  the motion that is done by then, never too late; 1 if they do not touch. */
+  firstTouch(a: Body, b: Body, pose: Pose, poseA?: Pose): {touches: boolean; time: number; status: number};
   /** How far b has to be moved to be free of a: along a direction of three numbers to the first gap; without one the shortest
    *  translation that is known, of convex solids the least of all. */
   separation(a: Body, b: Body, direction?: number[]): Separation;

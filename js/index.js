@@ -19,6 +19,7 @@ const ownWords = 2;  // sqmap_words: messages name these options
 const cures = ["", "closed", "wrapped"];
 const solids = new Map([["as-is", 0], ["outer", 1]]);
 const features = ["vertex", "edge", "face"];
+const full = 8;  // SQMAP_FULL: there are more contacts than space for them
 const repairs = new Map([["wrap", 4], ["close", 3], ["safe", 2], ["none", 1]]);
 
 function member(map, value, element) {
@@ -84,7 +85,7 @@ function argumentOf(element) {
 }
 
 /** The same of calls with two bodies, of a probe of triangles and of a pile. */
-const argumentOfBodies = (element) => inMatrix(element).replace(/^bodies\./, "").replace(/^end_pose/, "pose")
+const argumentOfBodies = (element) => inMatrix(element).replace(/^bodies\./, "").replace(/^end_pose/, "pose").replace(/^touch\.end_pose_a/, "poseA")
   .replace(/^separation\.along/, "direction").replace(/^clearance\.within/, "distance");
 const argumentOfMesh = (element) => element.replace(/^mesh\.triangle(s|_count)/, "triangles").replace(/^mesh\.vert(ices|ex_count)/, "points");
 const argumentOfPile = (element) => inMatrix(element).replace(/^step\.pose/, "poses");
@@ -549,10 +550,12 @@ class Sqmap {
   }
   contacts(a, b, options = {}) {
     return this.#ofBodies(a, b, (c, bodies) => {
-      const list = c.struct("surfaceList");
-      c.run("sqmap_query_contacts", bodies, c.struct("contactOptions", c.contactOptions(options)), this.#space(c, a, b), list);
-      const {contacts, count, ...rest} = c.members("surfaceList", list);
-      return {contacts: c.surfaceContacts(contacts, count), ...rest};
+      const list = c.struct("surfaceList"), chosen = c.struct("contactOptions", c.contactOptions(options));
+      for (let least = 4096;; least = 4 * this.#capacity) {
+        c.run("sqmap_query_contacts", bodies, chosen, this.#space(c, a, b, least), list);
+        const {contacts, count, ...rest} = c.members("surfaceList", list);
+        if ((rest.status & full) === 0) return {contacts: c.surfaceContacts(contacts, count), ...rest};
+      }
     });
   }
   overlap(a, b) {
@@ -579,11 +582,11 @@ class Sqmap {
       return c.read("clearance", clearance, "isWithin") !== 0;
     });
   }
-  firstTouch(a, b, pose) {
+  firstTouch(a, b, pose, poseA) {
     return this.#ofBodies(a, b, (c, bodies) => {
-      const touch = c.struct("touch");
+      const touch = c.struct("touch", {endPoseA: c.pose(poseA, "poseA")});
       c.run("sqmap_first_touch", bodies, c.numbers(poseNumbers(pose, "pose")), touch);
-      const {touches, ...rest} = c.members("touch", touch);
+      const {touches, endPoseA: _, ...rest} = c.members("touch", touch);
       return {touches: touches !== 0, ...rest};
     });
   }
@@ -624,9 +627,9 @@ class Sqmap {
   #ofBodies(a, b, action) {
     return within(this.#library, (c) => action(c, c.bodies(a, b)), argumentOfBodies);
   }
-  /** The memory that pairs are computed in, one for all calls: it grows with the largest body. */
-  #space(c, a, b) {
-    const needed = Math.max(4096, a.probe.count, b.probe.count);
+  /** The memory that pairs are computed in, one for all calls: it grows with the largest body and with the most contacts. */
+  #space(c, a, b, least = 4096) {
+    const needed = Math.max(least, a.probe.count, b.probe.count);
     if (needed > this.#capacity) {
       const larger = c.handle((at) => c.run("sqmap_make_workspace", needed, at));
       if (this.#workspace !== 0n) c.run("sqmap_close_workspace", this.#workspace);

@@ -40,7 +40,7 @@ export const structs = {
   surfaceContact: layout(`onA:f64[3] onB:f64[3] normal:f32[3] depth:f32 featureA:u8 featureB:u8 indexA:u32 indexB:u32 region:u32
     partA:i16 partB:i16 certain:u8 status:u8`, false),
   surfaceList: layout("contacts:pointer count:size found:size meetings:size regions:size status:u32"),
-  touch: layout("time:f64 touches:i32 status:u32"),
+  touch: layout("time:f64 touches:i32 status:u32 endPoseA:pointer"),
   clearance: layout(`within:f64 distance:f64 atLeast:f64 onA:f64[3] onB:f64[3] triangleA:u32 triangleB:u32 isWithin:i32 status:u32`),
   overlap: layout("volume:f64 error:f64 status:u32"),
   separation: layout("along:f64[3] distance:f64 atLeast:f64 direction:f64[3] isExact:i32 status:u32"),

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from . import _library, shapes
 from ._bodies import (CONTACT, PAIR_CONTACT, PILE_PAIR, SURFACE_CONTACT, Body, Clearance, FirstTouch, Overlap, PairContacts, Pile,
-                      PileContacts, Probe, ProbeContacts, Separation, SurfaceContacts, Workspace, clearance, first_touch, is_within,
+                      PileContacts, Probe, ProbeContacts, Separation, SurfaceContacts, Workspace, clearance, first_touch, first_touch_features, is_within,
                       overlap, query_contacts, query_pair, query_probe, separation)
 from ._errors import (ArgumentError, Cancelled, ClosedError, Error, FileError, InternalError, MeshError, MissingError, ModelError,
                       NoMemoryError, VersionError)
@@ -31,4 +31,4 @@ __all__ = ["ArgumentError", "Body", "CONTACT", "Cancelled", "Clearance", "Cleara
            "Error", "FORMAT_VERSION", "Facts", "FileError", "FirstTouch", "Force", "HELD", "InternalError", "MeshError", "MissingError", "Model", "ModelError",
            "NoMemoryError", "Overlap", "PAIR_CONTACT", "PILE_PAIR", "PairContacts", "PaperOptions", "Pile", "PileContacts", "Probe", "ProbeContacts", "RESTART", "RESUME", "STOP", "Scene",
            "SURFACE_CONTACT", "Separation", "Session", "Simulation", "Superquadric", "SurfaceContacts", "TAXEL", "TactilePad", "Touch", "VersionError", "Workspace",
-           "bake", "clearance", "first_touch", "is_within", "overlap", "program", "query_contacts", "query_pair", "query_probe", "separation", "shapes"]
+           "bake", "clearance", "first_touch", "first_touch_features", "is_within", "overlap", "program", "query_contacts", "query_pair", "query_probe", "separation", "shapes"]

@@ -69,7 +69,7 @@ class InternalError(Error, RuntimeError):
 _ROTATION, _TRANSLATION = re.compile(r"\.rotation\[(\d)\]$"), re.compile(r"\.translation\[(\d)\]$")
 _NAMES = [(re.compile(pattern), name) for pattern, name in (
     (r"^(points|tool)\.(xyz|count)\b", "points"), (r"^tool$", "points"), (r"^poses\.(pose|count)\b", "poses"),
-    (r"^step\.(pose|count)\b", "poses"), (r"^separation\.along\b", "direction"), (r"^(points|tool|poses|options|simulation|step|tick)\.", ""), (r"^accepts_surface\b", "surface"), (r"^is_smooth\b", "smooth"),
+    (r"^step\.(pose|count)\b", "poses"), (r"^separation\.along\b", "direction"), (r"^end_pose\b", "pose"), (r"^touch\.end_pose_a\b", "pose_a"), (r"^(points|tool|poses|options|simulation|step|tick)\.", ""), (r"^accepts_surface\b", "surface"), (r"^is_smooth\b", "smooth"),
     (r"^has_dead_man\b", "dead_man"), (r"^without_gaps\b", "gaps"), (r"^without_pruning\b", "pruning"),
     (r"\.(rotation|translation)$", ""))]
 _PROBE_NAMES = {"bodies.a.model": "model", "bodies.a.pose": "model_pose", "bodies.b.probe": "probe", "bodies.b.pose": "pose"}

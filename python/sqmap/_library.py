@@ -184,7 +184,16 @@ class PileContacts(Sized):
 
 
 class Touch(Sized):
-    _fields_ = [("size", c_size_t), ("time", c_double), ("touches", c_int32), ("status", c_uint32)]
+    _fields_ = [("size", c_size_t), ("time", c_double), ("touches", c_int32), ("status", c_uint32), ("end_pose_a", POINTER(Pose))]
+
+
+class MovingFeatures(Sized):
+    _fields_ = [("size", c_size_t), ("start", c_void_p), ("end", c_void_p), ("count", c_size_t), ("are_edges", c_int32),
+                ("separation", c_double)]
+
+
+class Touches(Sized):
+    _fields_ = [("size", c_size_t), ("time", c_void_p), ("touches", c_void_p)]
 
 
 class SessionOptions(Sized):
@@ -263,6 +272,7 @@ FUNCTIONS: dict[str, list[Any]] = {
     "sqmap_make_solid_probe": [POINTER(Mesh), POINTER(Handle)],
     "sqmap_query_contacts": [POINTER(Bodies), POINTER(ContactOptions), Handle, POINTER(SurfaceList)],
     "sqmap_first_touch": [POINTER(Bodies), POINTER(Pose), POINTER(Touch)],
+    "sqmap_first_touch_features": [POINTER(MovingFeatures), POINTER(Touches)],
     "sqmap_query_clearance": [POINTER(Bodies), POINTER(Clearance)],
     "sqmap_query_overlap": [POINTER(Bodies), Handle, POINTER(Overlap)],
     "sqmap_query_separation": [POINTER(Bodies), Handle, POINTER(Separation)],

@@ -10,19 +10,33 @@ namespace sqmap::bulk {
 
 /// A thread's own: the space of a pair, and the contacts of all pairs that it has done.
 struct Pile::Worker {
-    explicit Worker(std::size_t capacity) : space(capacity) {}
+    explicit Worker(std::size_t first_capacity) : capacity(first_capacity), space(first_capacity) {}
+
+    /// None is lost: a pair that has more contacts than there is space for is queried again with four times as much.
+    query::ContactResult query(const query::Body& a, const query::Body& b, const query::ContactOptions& options)
+    {
+        for (;;) {
+            const query::ContactResult found = query::query_contacts(a, b, options, space);
+            if ((found.status & query::k_full) == 0 || capacity >= k_max_contacts) return found;
+            capacity *= 4;
+            space = query::ContactWorkspace(capacity);
+        }
+    }
+
+    static constexpr std::size_t k_max_contacts = std::size_t{1} << 28;
 
     /// A pair that has something to say, and where its contacts begin.
     struct Done {
         std::size_t near;  ///< number of the pair
         PilePair pair;
     };
+    std::size_t capacity;
     query::ContactWorkspace space;
     std::vector<query::SurfaceContact> contacts;
     std::vector<Done> done;
 };
 
-Pile::Pile(std::size_t contacts) : capacity_(contacts), scene_(1) {}
+Pile::Pile(std::size_t contacts) : capacity_(std::max<std::size_t>(contacts, 1)), scene_(1) {}
 Pile::~Pile() = default;
 
 query::BodyId Pile::add(const model::ModelView* model, const query::Probe* probe, const Pose& pose)
@@ -50,12 +64,18 @@ PileResult Pile::query(const PileOptions& options)
         worker.done.clear();
         for (std::size_t i = next++; i < near.pairs; i = next++) {
             const query::BodyId a = near_[i].a, b = near_[i].b;
-            const query::ContactResult found =
-                query::query_contacts(scene_.body(a), scene_.body(b), options.contacts, worker.space);
+            const query::ContactResult found = worker.query(scene_.body(a), scene_.body(b), options.contacts);
             if (found.found == 0 && found.status == query::k_ok) continue;
             worker.done.push_back({i,
-                                   {a, b, worker.contacts.size(), found.contacts.size(), found.found, found.meetings,
-                                    found.regions, found.status}});
+                                   {a,
+                                    b,
+                                    worker.contacts.size(),
+                                    found.contacts.size(),
+                                    found.found,
+                                    found.meetings,
+                                    found.regions,
+                                    found.status,
+                                    {}}});
             worker.contacts.insert(worker.contacts.end(), found.contacts.begin(), found.contacts.end());
         }
     });

@@ -49,6 +49,10 @@ bool is_finite_pose_of_body(const sqmap_pose& pose)
 /// Poses of bodies that there are. All are read before one is set.
 void move_bodies(KeptPile& p, const sqmap_pile_step& step)
 {
+    if (step.count > p.kept.size())
+        throw Failure{SQMAP_E_ARGUMENT, "step.count",
+                      "is " + std::to_string(step.count) + ", of " + std::to_string(p.kept.size()) + " bodies",
+                      "give a pose for each number that sqmap_add_body has given, and no more"};
     std::vector<Pose> poses;
     for (std::size_t i = 0; i < step.count; ++i) {
         const sqmap_pose& pose = step.pose[i];

@@ -118,7 +118,8 @@ void refuse_fault(const query::TriangleFault& fault)
             throw Failure{SQMAP_E_MESH, element, "runs as its neighbour does along the side that begins at its corner " + side,
                           "turn one of both round, so that all are counter-clockwise seen from outside"};
         case Kind::Inverted:
-            throw Failure{SQMAP_E_MESH, "mesh.triangles", "are clockwise seen from outside", "swap two corners of each triangle"};
+            throw Failure{SQMAP_E_MESH, element, "is clockwise seen from outside, as all that hang together with it are",
+                          "swap two corners of each of them"};
         case Kind::TooMany:
             throw Failure{SQMAP_E_MESH, "mesh.triangle_count", "is above " + std::to_string(query::TriangleTree::k_max),
                           "give a coarser mesh"};
@@ -267,11 +268,35 @@ sqmap_code sqmap_first_touch(const sqmap_bodies* bodies, const sqmap_pose* end_p
         const Pose end = capi::pose_of(&needed(end_pose, "end_pose"), "end_pose");
         sqmap_touch out = capi::taken(&needed(touch, "touch"), "touch");
         const capi::SolidBodies both(in);
-        const query::BodyTouch found = query::first_touch(both.a, both.b, end);
+        const Pose end_a = out.end_pose_a == nullptr ? both.a.pose : capi::pose_of(out.end_pose_a, "touch.end_pose_a");
+        const query::BodyTouch found =
+            out.end_pose_a == nullptr ? query::first_touch(both.a, both.b, end) : query::first_touch(both.a, end_a, both.b, end);
         out.time = found.time;
         out.touches = found.touches ? 1 : 0;
         out.status = found.status;
         capi::give(touch, out);
+    });
+}
+
+sqmap_code sqmap_first_touch_features(const sqmap_moving_features* features, sqmap_touches* touches)
+{
+    return guarded([&] {
+        const sqmap_moving_features in = capi::taken(&needed(features, "features"), "features");
+        const sqmap_touches out = capi::taken(&needed(touches, "touches"), "touches");
+        const query::TouchOptions how{.separation = in.separation};
+        if (!(how.separation >= 0))
+            throw capi::Failure{SQMAP_E_ARGUMENT, "features.separation", "is below zero or no number", "give a distance from 0"};
+        const double *start = &needed(in.start, "features.start"), *end = &needed(in.end, "features.end");
+        for (std::size_t i = 0; i < in.count; ++i, start += 12, end += 12) {
+            const auto point = [&](int k) {
+                const double *p = start + 3 * k, *q = end + 3 * k;
+                return query::MovingPoint{{p[0], p[1], p[2]}, {q[0], q[1], q[2]}};
+            };
+            const query::Touch found = in.are_edges != 0 ? query::first_touch({point(0), point(1)}, {point(2), point(3)}, how)
+                                                         : query::first_touch(point(0), {point(1), point(2), point(3)}, how);
+            if (out.time != nullptr) out.time[i] = found.time;
+            if (out.touches != nullptr) out.touches[i] = found.touches ? 1 : 0;
+        }
     });
 }
 

@@ -201,6 +201,12 @@ TEST_F(Capi, CompleteContactsAndFirstTouchHaveTheBitsOfTheLibrary)
     const query::BodyTouch expected = query::first_touch(a, {&view(), &probe, from}, to);
     EXPECT_EQ(touch.time, expected.time);
     EXPECT_EQ(touch.touches, 1);
+    const Pose to_a{{}, {3, 0, 0}};
+    const sqmap_pose end_a{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {3, 0, 0}};
+    touch.end_pose_a = &end_a;
+    ASSERT_EQ(sqmap_first_touch(&moving, &end, &touch), SQMAP_OK);
+    EXPECT_EQ(touch.time, query::first_touch(a, to_a, {&view(), &probe, from}, to).time);
+    EXPECT_LT(touch.time, expected.time);
 
     in.triangle_count -= 1;
     sqmap_probe open{};

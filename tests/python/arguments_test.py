@@ -41,7 +41,7 @@ BY_NAME = {
     "points": ROWS, "direction": [*SHAPES, np.zeros(2), np.zeros(3), np.array([0, NAN, 1]), np.array([INF, 0, 0])], "number": [*INTEGERS, 2**32 - 1],
     "targets": [*ROWS, *NOT_FINITE], "normals": [*ROWS, *NOT_FINITE, np.zeros((7, 3))], "query_points": LAST_AXIS,
     "poses": [*SHAPES, np.zeros((4, 4)), np.zeros((2, 3, 3)), *(p[None] for p in POSES[len(SHAPES) + 1:] if np.isfinite(p).all())],
-    "pose": POSES, "model_pose": POSES, "path": PATHS, "data": [5, "text", object(), b"", b"x" * 99, np.zeros((4, 4))[:, ::2]],
+    "pose": POSES, "model_pose": POSES, "pose_a": POSES, **dict.fromkeys(("start", "end"), [*SHAPES, np.zeros((1, 3, 3)), np.zeros((2, 4, 3))]), "separation": [*NUMBERS, -1], "path": PATHS, "data": [5, "text", object(), b"", b"x" * 99, np.zeros((4, 4))[:, ::2]],
     "mesh": [5, object(), (VERTICES,), (VERTICES, TRIANGLES, 1), "there/is/none.off", "a\0b", *((VERTICES, f) for f in FACES),
              *((v, TRIANGLES) for v in [*ROWS, *NOT_FINITE, np.zeros((0, 3))])],
     "vertices": [*ROWS, np.zeros((0, 3)), *NOT_FINITE], "triangles": FACES, "handle": [5, "x", object()],
@@ -115,7 +115,7 @@ class Arguments(unittest.TestCase):
         """Good arguments for the required parameters."""
         known = {"points": VERTICES, "normals": VERTICES, "targets": np.full((5, 3), 2.0), "query_points": VERTICES,
                  "model": self.model, "probe": self.probe, "a": sqmap.Body(self.model, self.probe),
-                 "b": sqmap.Body(self.model, self.probe), "vertices": (VERTICES, TRIANGLES), "mesh": (VERTICES, TRIANGLES),
+                 "b": sqmap.Body(self.model, self.probe), "start": np.zeros((1, 4, 3)), "end": np.zeros((1, 4, 3)), "vertices": (VERTICES, TRIANGLES), "mesh": (VERTICES, TRIANGLES),
                  "data": self.model.to_bytes(), "time": 0.5, "pose": np.eye(4), "distance": 0.5, "body": sqmap.Body(self.model, self.probe), "number": 0,
                  "poses": np.eye(4)[None],
                  "path": self.file if name == "Model.load" else pathlib.Path(self.folder.name, "out.obj")}

@@ -72,6 +72,9 @@ class Bodies(unittest.TestCase):
         self.assertTrue(touch.touches)
         self.assertTrue(0.949 < touch.time <= 0.95, touch.time)
         self.assertFalse(sqmap.first_touch(a, above, moved(0, 0, 0.2)).touches)
+        both = sqmap.first_touch(a, above, moved(0, 0, 1), moved(0, 0, 1))  # each goes half way
+        self.assertTrue(0.949 < both.time <= 0.95, both.time)
+        self.assertFalse(sqmap.first_touch(a, above, moved(0, 0, 0), moved(0, 0, -2)).touches)
         apart = sqmap.clearance(a, above)
         self.assertAlmostEqual(apart.distance, 1.9, delta=1e-12)
         self.assertTrue(1.9 - 1e-12 <= apart.at_least <= apart.distance)
@@ -90,6 +93,40 @@ class Bodies(unittest.TestCase):
         with self.assertRaises(sqmap.MeshError) as raised:
             sqmap.Probe(lower, faces[1:])
         self.assertIn("triangles[", raised.exception.element)
+
+    def test_moving_features_touch_when_they_meet(self):
+        """A point falls on a triangle from height 1, an edge on a crossed one from 2, and both once more beside them."""
+        triangle, edge = [(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(-1, 0, 0), (1, 0, 0)]
+        for edges, still, high in ((False, triangle, [(0.2, 0.2, 1)]), (True, edge, [(0.1, -1, 2), (0.1, 1, 2)])):
+            height = high[0][2]
+            start = np.array([high + still, high + still], float)
+            start[1, :len(high), 0] += 5
+            end = start.copy()
+            end[:, :len(high), 2] -= 4
+            found = sqmap.first_touch_features(start, end, edges)
+            self.assertEqual(found.touches.tolist(), [True, False])
+            self.assertTrue(height / 4 - 1e-9 <= found.time[0] <= height / 4)
+            self.assertEqual(found.time[1], 1)
+            early = sqmap.first_touch_features(start[:1], end[:1], edges, 0.5)
+            self.assertTrue((height - 0.5) / 4 - 1e-9 <= early.time[0] <= (height - 0.5) / 4)
+        start[0, 0, 0] = np.nan
+        self.assertEqual((*sqmap.first_touch_features(start, end, True).time,), (0, 1))
+
+    def test_a_pile_has_space_for_all_contacts(self):
+        """A pair has more than the pile was made for. More poses than there are bodies are refused."""
+        block = sqmap.shapes.box((1, 1, 0.125), segments=20)
+        body = sqmap.Body(probe=sqmap.Probe(block.vertices, block.triangles))
+        with sqmap.Pile(16) as pile:
+            for _ in range(2):
+                pile.add(body)
+            poses = np.array([np.eye(4)] * 2)
+            poses[1, 2, 3] = 0.125
+            found = pile.query(poses)
+            alone = sqmap.query_contacts(body, sqmap.Body(probe=body.probe, pose=poses[1]))
+            self.assertEqual((found.status, found.pairs["found"][0], len(found.contacts)), (0, alone.found, len(alone.contacts)))
+            with self.assertRaises(sqmap.ArgumentError) as raised:
+                pile.query(np.array([np.eye(4)] * 3))
+            self.assertEqual(raised.exception.element, "poses")
 
     def test_a_pile_has_the_contacts_of_each_pair(self):
         model = ball_model()

@@ -120,6 +120,9 @@ class World:
             return c.Simulation(targets=self.array(self.points, float).ctypes.data, count=n)
         if name == "sqmap_body":
             return c.Body(self.open["model"], self.solid, None)
+        if name == "sqmap_moving_features":
+            corners = self.array(self.points, float)  # of one feature
+            return c.MovingFeatures(start=corners.ctypes.data, end=corners.ctypes.data, count=1)
         if name == "sqmap_pile_step":
             return c.PileStep(pose=self.poses(pose_with(0, 1)), count=n)
         if name == "sqmap_poses":
@@ -132,7 +135,7 @@ class World:
             return c.Text(text=ctypes.cast(ctypes.create_string_buffer(8), ctypes.c_char_p), capacity=8)
         own = getattr(c, "".join(word.title() for word in name.split("_")[1:]))
         out = own()
-        if name in ("sqmap_contacts", "sqmap_distances", "sqmap_closest", "sqmap_pose_clearances"):
+        if name in ("sqmap_contacts", "sqmap_distances", "sqmap_closest", "sqmap_pose_clearances", "sqmap_touches"):
             for member, kind in own._fields_:
                 if kind is ctypes.c_void_p:
                     setattr(out, member, space(n, 6))
@@ -239,6 +242,8 @@ class Arguments(unittest.TestCase):
         if function == "sqmap_query_poses":
             return (element.startswith("poses.pose[1]") and math.isnan(row(("clearances", "distance"), ctypes.c_double))
                     and row(("clearances", "status"), ctypes.c_uint8) & 1 == 1)
+        if function == "sqmap_first_touch_features":
+            return element in ("features.start[1]", "features.end[1]") and row(("touches", "time"), ctypes.c_double, 0) == 0
         if function == "sqmap_query_pile":
             return element.startswith("step.pose[1]") and arguments["contacts"].status & 1 == 1
         if element != "points.xyz[1]":
@@ -321,6 +326,9 @@ class Arguments(unittest.TestCase):
     def test_solids(self):
         for at, pose in self.wrong_poses():
             self.refused("sqmap_first_touch", self.good("sqmap_first_touch") | {"end_pose": pose}, f"end_pose.{at}", (1,))
+            arguments = self.good("sqmap_first_touch")
+            arguments["touch"].end_pose_a = ctypes.pointer(pose)
+            self.refused("sqmap_first_touch", arguments, f"touch.end_pose_a.{at}", (1,))
         for within in (-1, float("nan")):
             arguments = self.good("sqmap_query_clearance")
             arguments["clearance"].within = within

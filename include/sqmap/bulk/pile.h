@@ -18,6 +18,7 @@ struct PilePair {
     std::size_t first = 0, count = 0;                          ///< contacts[first, first + count)
     std::size_t found = 0, meetings = 0, regions = 0;          ///< as of query::ContactResult
     std::uint8_t status = query::k_ok;                         ///< bits of Status and ContactStatus
+    std::uint8_t reserved[sizeof(std::size_t) - 1] = {};       ///< zero: equal pairs have equal bytes
 };
 
 /// Contacts of a pile.
@@ -39,7 +40,8 @@ struct PileOptions {
 /// nothing.
 class Pile {
 public:
-    /// contacts: of a pair, as of ContactWorkspace; what is beyond it is counted (k_full).
+    /// contacts: of a pair, as of ContactWorkspace, for which there is space at first; a query of a pair that has more makes
+    /// more.
     explicit Pile(std::size_t contacts = 4096);
     ~Pile();
     Pile(const Pile&) = delete;
@@ -65,7 +67,7 @@ public:
 
 private:
     struct Worker;
-    std::size_t capacity_;
+    std::size_t capacity_;  ///< of a new worker
     query::Scene scene_;
     std::vector<query::ScenePair> near_;
     std::vector<std::unique_ptr<Worker>> workers_;
