@@ -277,7 +277,11 @@ private:
             if ((a.sharp(m.a) | b.sharp(m.b)) == 0) continue;
             if (supported_ == k_unnamed) {
                 supported_ = static_cast<std::uint32_t>(count_);
-                for (std::uint32_t k = 0; k < supported_; ++k) put(contact_key(workspace_.contacts_[k]), k);
+                for (std::uint32_t k = 0; k < supported_; ++k) {
+                    const SurfaceContact& c = workspace_.contacts_[k];
+                    put(contact_key(c), k);
+                    if (c.region != k_unnamed) workspace_.meetings_[root_of(c.region)].contacts = 1;
+                }
             }
             bearing_ = i;
             find_supports(
@@ -290,23 +294,25 @@ private:
     {
         SurfaceContact contact = contact_of(support.separation, support.triangle_a, support.triangle_b);
         contact.region = bearing_;
+        std::uint32_t& has_contact = workspace_.meetings_[root_of(bearing_)].contacts;
         if (count_ < workspace_.contacts_.size()) {
             const auto self = static_cast<std::uint32_t>(count_);
             const std::uint64_t key = contact_key(contact);
             const std::uint32_t known = put(key, self);
             if (known != self) {
                 SurfaceContact& other = workspace_.contacts_[known];
-                if (known >= supported_ || dot(other.normal, contact.normal) > 0.9f) {
-                    // Meetings that share a support touch together.
-                    if (other.region == k_unnamed)
-                        other.region = bearing_;
-                    else
-                        join(bearing_, other.region);
+                const bool is_there = known >= supported_ || dot(other.normal, contact.normal) > 0.9f;
+                if (is_there && has_contact == 1) return;
+                // Regions that meet in a corner have it each.
+                if (is_there && other.region == k_unnamed) {
+                    other.region = bearing_;
+                    has_contact = 1;
                     return;
                 }
-                entry_of(key).value = self;
+                if (!is_there) entry_of(key).value = self;
             }
         }
+        has_contact = 1;
         add(contact);
     }
     /// A name of the two features of a contact; of vertices in a body the vertex alone.
