@@ -517,7 +517,8 @@ SQMAP_API sqmap_code sqmap_query_pair(const sqmap_bodies* bodies, const sqmap_qu
 /// Prepares the vertices of a closed mesh and the triangles between them, which complete contacts need: a probe as
 /// sqmap_make_probe gives it, that knows its triangles besides. Vertices at the same position count as one.
 /// Errors: E_ARGUMENT for a vertex that is not finite or a number that names none; E_MESH for triangles that are open, turned
-/// round or of a shell that is inside out, with the triangle and a cure. Cost: n log n, and n for each cavity.
+/// round or of a shell that is inside out, with the triangle and a cure, and where the diagonal of their box is not from 1e-9 to
+/// 1e12. Cost: n log n, and n for each cavity.
 SQMAP_API sqmap_code sqmap_make_solid_probe(const sqmap_mesh* mesh, sqmap_probe* probe);
 
 /// The element of a mesh that takes part in a contact.

@@ -123,6 +123,9 @@ void refuse_fault(const query::TriangleFault& fault)
         case Kind::TooMany:
             throw Failure{SQMAP_E_MESH, "mesh.triangle_count", "is above " + std::to_string(query::TriangleTree::k_max),
                           "give a coarser mesh"};
+        case Kind::OutOfScale:
+            throw Failure{SQMAP_E_MESH, "mesh.vertices", "have a box whose diagonal is not from 1e-9 to 1e12",
+                          "scale them, and all that they meet"};
         case Kind::None:
         case Kind::OutOfRange:
         case Kind::NotFinite:

@@ -212,6 +212,12 @@ TEST_F(Capi, CompleteContactsAndFirstTouchHaveTheBitsOfTheLibrary)
     sqmap_probe open{};
     EXPECT_EQ(sqmap_make_solid_probe(&in, &open), SQMAP_E_MESH);
     EXPECT_EQ(std::string(sqmap_last_error()->element).rfind("mesh.triangles[", 0), 0u);
+    in.triangle_count += 1;
+    std::vector<double> huge(in.vertices, in.vertices + 3 * in.vertex_count);
+    for (double& x : huge) x *= 1e40;
+    in.vertices = huge.data();
+    EXPECT_EQ(sqmap_make_solid_probe(&in, &open), SQMAP_E_MESH);
+    EXPECT_STREQ(sqmap_last_error()->element, "mesh.vertices");
     EXPECT_EQ(sqmap_close_workspace(workspace), SQMAP_OK);
     EXPECT_EQ(sqmap_close_probe(handle), SQMAP_OK);
 }

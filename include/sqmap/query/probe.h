@@ -31,11 +31,15 @@ struct TriangleFault {
         TurnedRound,  ///< a neighbour runs along their common side in the same direction: one of both is inverted
         Inverted,     ///< a shell is inside out, clockwise seen from outside, and bounds no cavity of others: its first triangle
         TooMany,      ///< more than 2^28 triangles
+        OutOfScale,   ///< the diagonal of their box is below k_least_size or above k_largest_size
     };
     Kind kind = Kind::None;
     std::uint32_t triangle = 0;  ///< which of them; 0 where it is about all
     std::uint32_t side = 0;      ///< of Open and TurnedRound: from this corner of the triangle to the next one
 };
+
+/// Sizes of solids, the diagonals of their boxes, whose triangles are told apart in float, whatever the unit.
+inline constexpr double k_least_size = 1e-9, k_largest_size = 1e12;
 
 /// Nothing where the triangles close solids that are not inside out; points at the same position count as one. Allocates; cost
 /// n log n, and n for each cavity.

@@ -154,6 +154,9 @@ TriangleFault find_fault(std::span<const Vec3d> points, std::span<const ProbeTri
             if (triangles[t][k] >= points.size()) return {Kind::OutOfRange, t, k};
             if (!is_finite(points[triangles[t][k]])) return {Kind::NotFinite, t, k};
         }
+    if (triangles.empty()) return {};
+    if (const double extent = norm(size(box_of(points))); !(extent >= k_least_size && extent <= k_largest_size))
+        return {Kind::OutOfScale, 0, 0};
     TriangleFault fault;
     const std::vector<std::uint32_t> twin = find_twins(sorted_edges(points, triangles), fault);
     if (fault.kind != Kind::None) return fault;

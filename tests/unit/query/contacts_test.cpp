@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <set>
 
@@ -105,6 +106,39 @@ TEST(TriangleFault, AShellThatIsInsideOutIsNamedUnlessItBoundsACavity)
     for (const double x : {-3., -2., 0., 1., 2.})
         for (const double y : {-2., -1., 2.})
             EXPECT_EQ(fault_of({large, inverted(test::moved(test::box({0, 0, 0}, {1, 1, 1}), {x, y, -7}))}).triangle, 12u);
+}
+
+TEST(TriangleFault, SizesAreRefusedWhereContactsWouldBeLost)
+{
+    const mesh::Mesh hand = test::small_hand(), ring = test::small_torus();
+    test::Random random(14);
+    std::vector<std::pair<sqmap::Pose, sqmap::Pose>> poses;
+    for (int i = 0; i < 10; ++i) poses.emplace_back(test::random_pose(random, 0.5), test::random_pose(random, 0.5));
+    std::vector<std::size_t> meetings;
+    // Powers of two change no sign.
+    for (int exponent = 0; exponent <= 140; ++exponent)
+        for (const double scale : {std::ldexp(1, exponent), std::ldexp(1, -exponent)}) {
+            mesh::Mesh a = ring, b = hand;
+            for (mesh::Mesh* m : {&a, &b})
+                for (Vec3d& v : m->vertices) v = scale * v;
+            const double size_a = norm(size(box_of(a.vertices))), size_b = norm(size(box_of(b.vertices)));
+            const auto is_taken = [](double size) { return size >= k_least_size && size <= k_largest_size; };
+            const auto kind = [&](double size) {
+                return is_taken(size) ? TriangleFault::Kind::None : TriangleFault::Kind::OutOfScale;
+            };
+            EXPECT_EQ(find_fault(a.vertices, a.triangles).kind, kind(size_a)) << scale;
+            EXPECT_EQ(find_fault(b.vertices, b.triangles).kind, kind(size_b)) << scale;
+            if (!is_taken(size_a) || !is_taken(size_b)) continue;
+            const Probe probe_a(a.vertices, a.triangles), probe_b(b.vertices, b.triangles);
+            std::vector<std::size_t> found;
+            for (const auto& [pose_a, pose_b] : poses)
+                found.push_back(queried({nullptr, &probe_a, {pose_a.rotation, scale * pose_a.translation}},
+                                        {nullptr, &probe_b, {pose_b.rotation, scale * pose_b.translation}})
+                                    .result.meetings);
+            if (exponent == 0) meetings = found;
+            EXPECT_EQ(found, meetings) << scale;
+        }
+    EXPECT_GT(*std::max_element(meetings.begin(), meetings.end()), 10u);
 }
 
 TEST(TriangleFault, PointsAtOnePositionCountAsOne)
