@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <utility>
 
@@ -18,6 +19,72 @@ constexpr double k_widest_turn = 0.2, k_narrowest_turn = 0.01;  ///< radians
 constexpr int k_sweeps_a_turn = 2;                              ///< over the sides, at most, before turns are halved
 constexpr int k_swaps = 5;
 constexpr int k_squarings = 4;  ///< distances count with their 16th power
+
+/// Every point where three of some planes meet, and which sides do not hold it: the corners that are left when a side is taken
+/// away are read off, and another side in its place changes only what it takes part in.
+class Meetings {
+public:
+    explicit Meetings(std::vector<HalfSpaced> sides) : sides_(std::move(sides))
+    {
+        for (std::uint32_t i = 0; i < sides_.size(); ++i)
+            for (std::uint32_t j = i + 1; j < sides_.size(); ++j)
+                for (std::uint32_t k = j + 1; k < sides_.size(); ++k) meetings_.push_back(meeting(i, j, k));
+    }
+
+    void replace(std::size_t index, const HalfSpaced& side)
+    {
+        sides_[index] = side;
+        const std::uint32_t bit = 1u << index;
+        for (Meeting& m : meetings_)
+            if ((m.of & bit) != 0)
+                m = meeting(m.i, m.j, m.k);
+            else if (m.is_point)
+                m.missed_by = (m.missed_by & ~bit) | (mesh::nearly_holds(side, m.at) ? 0 : bit);
+    }
+
+    /// The sum of power(corner) over the corners that all sides but one have in common, and that side, where it is given, holds.
+    template <class Power>
+    double sum_without(std::size_t index, const HalfSpaced* instead, Power power)
+    {
+        const std::uint32_t bit = 1u << index;
+        double sum = 0;
+        for (Meeting& m : meetings_) {
+            if (!m.is_point || (m.of & bit) != 0 || (m.missed_by & ~bit) != 0) continue;
+            if (instead != nullptr && !(dot(instead->normal, m.at) <= instead->offset)) continue;
+            if (m.power < 0) m.power = power(m.at);
+            sum += m.power;
+        }
+        return sum;
+    }
+
+private:
+    struct Meeting {
+        Vec3d at;
+        double power;                 ///< negative: not known yet
+        std::uint32_t of, missed_by;  ///< bits of sides
+        std::uint8_t i, j, k;
+        bool is_point;
+    };
+
+    [[nodiscard]] Meeting meeting(std::uint32_t i, std::uint32_t j, std::uint32_t k) const
+    {
+        Meeting m{{},
+                  -1,
+                  1u << i | 1u << j | 1u << k,
+                  0,
+                  static_cast<std::uint8_t>(i),
+                  static_cast<std::uint8_t>(j),
+                  static_cast<std::uint8_t>(k),
+                  false};
+        m.is_point = mesh::meet(sides_[i], sides_[j], sides_[k], m.at);
+        if (m.is_point)
+            for (std::size_t s = 0; s < sides_.size(); ++s) m.missed_by |= mesh::nearly_holds(sides_[s], m.at) ? 0u : 1u << s;
+        return m;
+    }
+
+    std::vector<HalfSpaced> sides_;
+    std::vector<Meeting> meetings_;
+};
 
 class SideTurner {
 public:
@@ -76,35 +143,43 @@ private:
 
     void turn_while_better()
     {
+        Meetings meetings(sides_);
         for (double by = k_widest_turn; by >= k_narrowest_turn; by *= 0.5)
             for (int sweep = 0; sweep < k_sweeps_a_turn; ++sweep) {
                 bool is_better = false;
-                for (std::size_t i = 0; i < sides_.size(); ++i) is_better = turn_if_better(i, by) || is_better;
+                for (std::size_t i = 0; i < sides_.size(); ++i) is_better = turn_if_better(meetings, i, by) || is_better;
                 if (!is_better) break;
             }
     }
 
-    bool turn_if_better(std::size_t index, double by)
+    bool turn_if_better(Meetings& meetings, std::size_t index, double by)
     {
         const Vec3d n = sides_[index].normal;
         const Vec3d across = normalized(cross(n, frame_.row[std::abs(dot(n, frame_.row[0])) < 0.6 ? 0 : 1])),
                     third = cross(n, across);
-        const Others others(*this, index);
-        double least = others.sum_with(sides_[index]);
-        std::vector<HalfSpaced> best = sides_;
+        std::vector<HalfSpaced> others = sides_;
+        others.erase(others.begin() + static_cast<std::ptrdiff_t>(index));
+        const auto sum_with = [&](const HalfSpaced& side) {
+            double sum = meetings.sum_without(index, &side, [&](Vec3d p) { return power(p); });
+            for (const Vec3d& p : mesh::corners_on(side, others)) sum += power(p);
+            return sum;
+        };
+        double least = sum_with(sides_[index]);
+        HalfSpaced best = sides_[index];
         for (const Vec3d& to : {across, -across, third, -third}) {
             const HalfSpaced side = touching(normalized(n + by * to));
-            const double sum = others.sum_with(side);
+            const double sum = sum_with(side);
             if (!(sum < least)) continue;
             std::vector<HalfSpaced> turned = sides_;
             turned[index] = side;
             if (!bound_a_solid(turned)) continue;
             least = sum;
-            best = std::move(turned);
+            best = side;
         }
-        const bool is_better = !(best[index] == sides_[index]);
-        sides_ = std::move(best);
-        return is_better;
+        if (best == sides_[index]) return false;
+        sides_[index] = best;
+        meetings.replace(index, best);
+        return true;
     }
 
     /// Gives up the side that is missed least for one that cuts off the farthest corner; false, and all as it was, where that
@@ -115,10 +190,12 @@ private:
         sides_.push_back(across_farthest_corner());
         std::vector<HalfSpaced> best = before;
         double least = std::numeric_limits<double>::infinity();
+        Meetings meetings(sides_);
         for (std::size_t i = 0; i < before.size(); ++i) {
             std::vector<HalfSpaced> fewer = sides_;
             fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(i));
-            if (const double sum = sum_of(fewer); sum < least) {
+            const double sum = meetings.sum_without(i, nullptr, [&](Vec3d p) { return power(p); });
+            if (sum < least && bound_a_solid(fewer)) {
                 least = sum;
                 best = std::move(fewer);
             }
@@ -141,35 +218,6 @@ private:
             }
         return touching(normalized(farthest - nearest.point));
     }
-
-    /// The corners that all sides but one have in common, each with its power.
-    class Others {
-    public:
-        Others(const SideTurner& turner, std::size_t index) : turner_(turner), sides_(turner.sides_)
-        {
-            sides_.erase(sides_.begin() + static_cast<std::ptrdiff_t>(index));
-            for (const Vec3d& p : mesh::polytope_corners(sides_)) corners_.push_back({p, turner.power(p)});
-        }
-
-        /// The sum over the corners of the polytope with one more side.
-        [[nodiscard]] double sum_with(const HalfSpaced& side) const
-        {
-            double sum = 0;
-            for (const auto& [at, power] : corners_)
-                if (dot(side.normal, at) <= side.offset) sum += power;
-            for (const Vec3d& p : mesh::corners_on(side, sides_)) sum += turner_.power(p);
-            return sum;
-        }
-
-    private:
-        struct Corner {
-            Vec3d at;
-            double power;
-        };
-        const SideTurner& turner_;
-        std::vector<HalfSpaced> sides_;
-        std::vector<Corner> corners_;
-    };
 
     const mesh::Mesh& hull_;
     mesh::Bvh bvh_;

@@ -173,7 +173,21 @@ private:
     std::vector<std::uint32_t> facet_from_;  ///< #points: the newest facet whose edge on the horizon starts there
 };
 
-/// The point where three planes meet, by Cramer's rule; false where two of them are parallel or all contain one direction.
+/// True where all half-spaces hold a point, up to rounding. suspect: asked first; the one that does not hold it, as the next
+/// point is often beyond the same one.
+bool all_hold(std::span<const HalfSpaced> sides, Vec3d p, std::size_t& suspect)
+{
+    if (suspect < sides.size() && !nearly_holds(sides[suspect], p)) return false;
+    const auto missed = std::find_if(sides.begin(), sides.end(), [&](const HalfSpaced& side) { return !nearly_holds(side, p); });
+    if (missed == sides.end()) return true;
+    suspect = static_cast<std::size_t>(missed - sides.begin());
+    return false;
+}
+
+}  // namespace
+
+Mesh convex_hull(std::span<const Vec3d> points) { return Quickhull(points).run(); }
+
 bool meet(const HalfSpaced& a, const HalfSpaced& b, const HalfSpaced& c, Vec3d& point)
 {
     const Vec3d bc = cross(b.normal, c.normal), ca = cross(c.normal, a.normal), ab = cross(a.normal, b.normal);
@@ -183,36 +197,30 @@ bool meet(const HalfSpaced& a, const HalfSpaced& b, const HalfSpaced& c, Vec3d& 
     return true;
 }
 
-/// True where all half-spaces hold a point, up to rounding.
-bool all_hold(std::span<const HalfSpaced> sides, Vec3d p)
+bool nearly_holds(const HalfSpaced& side, Vec3d p)
 {
-    const double size = norm(p);
-    return std::all_of(sides.begin(), sides.end(), [&](const HalfSpaced& s) {
-        const double slack = 1e-9 * (std::abs(s.offset) + norm(s.normal) * size);
-        return dot(s.normal, p) <= s.offset + slack;
-    });
+    const double slack = 1e-9 * (std::abs(side.offset) + norm(side.normal) * norm(p));
+    return dot(side.normal, p) <= side.offset + slack;
 }
-
-}  // namespace
-
-Mesh convex_hull(std::span<const Vec3d> points) { return Quickhull(points).run(); }
 
 std::vector<Vec3d> polytope_corners(std::span<const HalfSpaced> sides)
 {
     std::vector<Vec3d> corners;
+    std::size_t suspect = 0;
     for (std::size_t i = 0; i < sides.size(); ++i)
         for (std::size_t j = i + 1; j < sides.size(); ++j)
             for (std::size_t k = j + 1; k < sides.size(); ++k)
-                if (Vec3d p; meet(sides[i], sides[j], sides[k], p) && all_hold(sides, p)) corners.push_back(p);
+                if (Vec3d p; meet(sides[i], sides[j], sides[k], p) && all_hold(sides, p, suspect)) corners.push_back(p);
     return corners;
 }
 
 std::vector<Vec3d> corners_on(const HalfSpaced& side, std::span<const HalfSpaced> sides)
 {
     std::vector<Vec3d> corners;
+    std::size_t suspect = 0;
     for (std::size_t i = 0; i < sides.size(); ++i)
         for (std::size_t j = i + 1; j < sides.size(); ++j)
-            if (Vec3d p; meet(side, sides[i], sides[j], p) && all_hold(sides, p)) corners.push_back(p);
+            if (Vec3d p; meet(side, sides[i], sides[j], p) && all_hold(sides, p, suspect)) corners.push_back(p);
     return corners;
 }
 

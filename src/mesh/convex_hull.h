@@ -19,6 +19,12 @@ namespace sqmap::mesh {
 /// Cost: about n log n; some 5 ms for 10,000 points of a surface.
 [[nodiscard]] Mesh convex_hull(std::span<const Vec3d> points);
 
+/// The point where three planes meet, by Cramer's rule; false where two of them are parallel or all contain one direction.
+[[nodiscard]] bool meet(const HalfSpaced& a, const HalfSpaced& b, const HalfSpaced& c, Vec3d& point);
+
+/// True where a half-space holds a point, up to rounding (1e-9 of both).
+[[nodiscard]] bool nearly_holds(const HalfSpaced& side, Vec3d p);
+
 /// Corners of the convex polytope that half-spaces have in common: every point where three planes meet that all others hold,
 /// each once or several times, up to rounding (some 1e-9 of its size). convex_hull of them is the polytope as a mesh.
 /// Empty where the half-spaces have no point in common.

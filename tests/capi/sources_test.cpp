@@ -87,15 +87,11 @@ TEST(CapiSources, FaceCentresAndContactsNameWhatWasGiven)
     std::mt19937_64 random(3);
     shape::Superquadricd bent{};
     bent.a = {1, 0.6, 0.4};
-    const mesh::Mesh meshes[] = {mesh::sphere(1, 1),
-                                 mesh::sphere(1e-3, 2),
+    const mesh::Mesh meshes[] = {mesh::sphere(1e-3, 2),
                                  mesh::ellipsoid({3, 1, 0.5}, 2),
-                                 mesh::rounded_box({1, 2, 0.5}, 0.2, 2),
                                  mesh::rounded_box({1, 1, 1}, 0.1, 1),
-                                 mesh::torus({.major_segments = 12, .minor_segments = 8}),
                                  mesh::torus({.minor_radius = 0.7, .major_segments = 16, .minor_segments = 10}),
                                  mesh::dumbbell({.segments = 10}),
-                                 mesh::dumbbell({.bar_radius = 0.8, .segments = 14}),
                                  mesh::superquadric_surface(bent, 5)};
     std::size_t named = 0, touched = 0;
     for (const mesh::Mesh& mesh : meshes)
@@ -111,7 +107,8 @@ TEST(CapiSources, FaceCentresAndContactsNameWhatWasGiven)
             sqmap_bake_options options{};
             options.size = sizeof options;
             options.threads = 1;
-            options.target_error = 5;  // of the maps, which answer nothing here
+            options.target_error = 5;  // maps and superquadrics answer nothing here
+            options.max_parts = 1;
             sqmap_model model{};
             ASSERT_EQ(sqmap_bake(&in, &options, &model), SQMAP_OK) << sqmap_last_error()->message;
             sqmap_facts facts{};

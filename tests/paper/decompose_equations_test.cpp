@@ -79,7 +79,7 @@ TEST(Paper, Eq4ProtrusionOfARodFollowsTheSumOfDistancesInClosedForm)
 {
     // Along a thin rod from -h to h the mean distance from z is (h^2 + z^2) / (2 h); its mean over the rod is 2 h / 3.
     const double h = 8;
-    const mesh::Mesh m = mesh::superquadric_surface({.a = {0.15, 0.15, h}, .eps1 = 0.1, .eps2 = 1}, 24);
+    const mesh::Mesh m = mesh::superquadric_surface({.a = {0.15, 0.15, h}, .eps1 = 0.1, .eps2 = 1}, 14);
     decompose::GeodesicSolver geodesics(m);
     const auto p = decompose::protrusion_at_vertices(m, geodesics, {.protrusion = decompose::ProtrusionSum::Exact});
     for (std::size_t v = 0; v < p.size(); ++v) {

@@ -5,6 +5,7 @@ line here. Two answers that are no errors are documented: NaN for a point that i
 
 usage: c_arguments_test.py HEADER"""
 import ctypes
+import itertools
 import math
 import pathlib
 import re
@@ -55,7 +56,7 @@ class World:
     def __init__(self, folder):
         self.folder = pathlib.Path(folder)
         vertices, triangles = ball(2)
-        self.kept = []
+        self.kept, self.places = [], itertools.count()
         self.vertices, self.faces = self.array(vertices), self.array(triangles)
         self.model_file, self.mesh_file = self.folder / "ball.sqmap", self.folder / "ball.off"
         model = sqmap.bake(ball(2))
@@ -142,9 +143,9 @@ class World:
         return out
 
     def body(self):
-        """The number of one in the pile."""
-        out = ctypes.c_uint32()
-        c.call("sqmap_add_body", self.open["pile"], c.Body(c.Handle(0), self.solid, None), out)
+        """The number of a new one in the pile, far from the others: bodies in one place would touch each other everywhere."""
+        out, pose = ctypes.c_uint32(), pose_with(9, 10.0 * next(self.places))
+        c.call("sqmap_add_body", self.open["pile"], c.Body(c.Handle(0), self.solid, ctypes.pointer(pose)), out)
         return out.value
 
     def argument(self, function, kind, name):

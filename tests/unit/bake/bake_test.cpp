@@ -6,32 +6,35 @@
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/solid.h"
 #include "sqmap/query/point.h"
-#include "support/baked_shapes.h"
+#include "support/parsed.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <deque>
 #include <numeric>
 #include <string>
 #include <thread>
+#include <utility>
 
 namespace sqmap::bake {
 namespace {
 
 struct BakedShape {
+    BakedShape(std::string of, const mesh::Mesh& mesh) : name(std::move(of)), baked(mesh) {}
     std::string name;
-    test::Baked baked;
+    test::Parsed baked;
 };
 
-/// Shapes of our own and a camel, baked once for all tests.
-const std::vector<BakedShape>& shapes_and_shared()
+/// Shapes of our own and a camel.
+const std::deque<BakedShape>& shapes_and_shared()
 {
-    static const std::vector<BakedShape> all = [] {
-        std::vector<BakedShape> out;
-        for (const test::Shape& shape : test::small_shapes()) out.push_back({shape.name, test::baked(shape.mesh)});
-        if (const auto mesh = test::shared_mesh("camel_4512.obj")) out.push_back({"camel", test::baked(*mesh)});
+    static const std::deque<BakedShape> all = [] {
+        std::deque<BakedShape> out;
+        for (const test::Shape& shape : test::small_shapes()) out.emplace_back(shape.name, shape.mesh);
+        if (const auto mesh = test::shared_mesh("camel_4512.obj")) out.emplace_back("camel", *mesh);
         return out;
     }();
     if (all.back().name != "camel") test::skip_without("camel_4512.obj");
@@ -55,7 +58,7 @@ TEST(Bake, EveryPointOfTheSolidLiesInASuperquadric)
     test::Random random(1);
     for (const auto& [name, b] : shapes_and_shared()) {
         const model::ModelView view = b.view();
-        const mesh::Solid solid(b.mesh);
+        const mesh::Solid& solid = b.solid();
         const double r = view.header.sphere[3];
         int inside = 0;
         for (int i = 0; i < 6000; ++i) {
@@ -69,15 +72,14 @@ TEST(Bake, EveryPointOfTheSolidLiesInASuperquadric)
     }
 }
 
-void expect_every_triangle_held(const test::Baked& b)
+void expect_every_triangle_held(const model::ModelView& view, const mesh::Mesh& mesh)
 {
-    const model::ModelView view = b.view();
-    for (std::size_t t = 0; t < b.mesh.triangles.size(); ++t) {
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         const model::Part& part = view.parts[model::part_of_triangle(view, t)];
         EXPECT_LE(part.largest_f, 1.f);
         const shape::Superquadricf sq = model::superquadric_of(part);
-        const Vec3d a = b.mesh.vertices[b.mesh.triangles[t][0]], u = b.mesh.vertices[b.mesh.triangles[t][1]] - a,
-                    v = b.mesh.vertices[b.mesh.triangles[t][2]] - a;
+        const Vec3d a = mesh.vertices[mesh.triangles[t][0]], u = mesh.vertices[mesh.triangles[t][1]] - a,
+                    v = mesh.vertices[mesh.triangles[t][2]] - a;
         for (int i = 0; i <= 4; ++i)
             for (int j = 0; i + j <= 4; ++j)
                 ASSERT_LE(shape::implicit(sq, cast<float>(a + 0.25 * i * u + 0.25 * j * v)), 1.f) << "triangle " << t;
@@ -88,7 +90,7 @@ TEST(Bake, EveryTriangleLiesInItsPartsSuperquadric)
 {
     for (const auto& [name, b] : shapes_and_shared()) {
         SCOPED_TRACE(name);
-        expect_every_triangle_held(b);
+        expect_every_triangle_held(b.view(), b.mesh());
     }
 }
 
@@ -98,7 +100,7 @@ TEST(Bake, NoCrossingEscapesTheCertifiedBands)
     test::Random random(2);
     for (const auto& [name, b] : shapes_and_shared()) {
         const model::ModelView view = b.view();
-        const mesh::Bvh bvh(b.mesh);
+        const mesh::Bvh bvh(b.mesh());
         std::vector<mesh::Bvh::Crossing> crossings;
         std::size_t checked = 0;
         for (std::size_t index = 0; index < view.parts.size(); ++index) {
@@ -384,7 +386,7 @@ TEST(BakeOfManyTriangles, ItsPartsAreHeldItsTargetIsMetAndItsBytesAreTheSameOnAn
     const test::Baked b = test::baked(fine, {.threads = 1});
     EXPECT_TRUE(b.result.report.target_met);
     EXPECT_GE(b.result.report.parts.size(), 10u);
-    expect_every_triangle_held(b);
+    expect_every_triangle_held(b.view(), b.mesh);
     EXPECT_EQ(io::serialize(b.result.model), bytes_of(fine, {.threads = 3}));
 }
 

@@ -16,7 +16,7 @@ namespace {
 
 TEST(FrameOffset, AnswersAsEveryPointAskedByItself)
 {
-    const test::Baked central = test::baked(test::small_hand());
+    const test::Parsed central(test::small_hand());
     const test::PaperModel paper(test::small_hand());
     for (const bool is_paper : {false, true}) {
         const model::ModelView view = is_paper ? paper.view() : central.view();
@@ -166,7 +166,7 @@ TEST(FrameOffset, BodiesWithinTheMarginAreAPair)
 
 TEST(FrameOffset, AModelWithoutALocatorIsAskedPointByPoint)
 {
-    const test::Baked b = test::baked(test::small_hand());
+    const test::Parsed b(test::small_hand());
     const model::ModelView view = b.view();
     ASSERT_TRUE(model::has_locator(view));
     model::ModelView bare = view;

@@ -15,7 +15,7 @@ namespace sqmap::query {
 namespace {
 
 /// Pseudo-random points and the awkward ones: vertices, edge midpoints, face centres, a hair beside them, centres, axes.
-std::vector<Vec3d> points_about(const test::Baked& b, std::uint64_t seed)
+std::vector<Vec3d> points_about(const test::Parsed& b, std::uint64_t seed)
 {
     test::Random random(seed);
     std::vector<Vec3d> points;
@@ -23,8 +23,8 @@ std::vector<Vec3d> points_about(const test::Baked& b, std::uint64_t seed)
     const double r = view.header.sphere[3];
     for (int i = 0; i < 1500; ++i) points.push_back(r * random.in_box({-1, -1, -1}, {1, 1, 1}));
     for (int i = 0; i < 1500; ++i) {
-        const mesh::Triangle& t = b.mesh.triangles[random.below(b.mesh.triangles.size())];
-        const Vec3d a = b.mesh.vertices[t[0]], c = b.mesh.vertices[t[1]], d = b.mesh.vertices[t[2]];
+        const mesh::Triangle& t = b.mesh().triangles[random.below(b.mesh().triangles.size())];
+        const Vec3d a = b.mesh().vertices[t[0]], c = b.mesh().vertices[t[1]], d = b.mesh().vertices[t[2]];
         const Vec3d base = i % 4 == 0 ? a : i % 4 == 1 ? 0.5 * (a + c) : (a + c + d) / 3.0;
         const double step = i % 3 == 0 ? 0.0 : i % 3 == 1 ? 1e-4 * r : 0.03 * r;
         points.push_back(base + step * random.direction());
@@ -45,9 +45,9 @@ std::vector<Vec3d> points_about(const test::Baked& b, std::uint64_t seed)
 TEST(Query, PolytopesOnlyFreePointsOfLayerOneThatTheSolidDoesNotHold)
 {
     for (const test::Shape& shape : test::small_shapes()) {
-        const test::Baked b = test::baked(shape.mesh);
+        const test::Parsed b(shape.mesh);
         const model::ModelView view = b.in_model_space();
-        const mesh::Solid solid(b.mesh);
+        const mesh::Solid& solid = b.solid();
         model::ModelView bare = view;
         bare.polytope_ends = {};
         bare.polytope_sides = {};
@@ -90,9 +90,9 @@ TEST(Query, PolytopesOnlyFreePointsOfLayerOneThatTheSolidDoesNotHold)
 TEST(Query, LayersKeepTheirPromisesOnEveryShape)
 {
     for (const test::Shape& shape : test::small_shapes()) {
-        const test::Baked b = test::baked(shape.mesh);
+        const test::Parsed b(shape.mesh);
         const model::ModelView view = b.in_model_space();
-        const mesh::Solid solid(b.mesh);
+        const mesh::Solid& solid = b.solid();
         const double r_max = view.header.r_max, rounding = 1e-5 * r_max;
         std::vector<double> depth_error;
         int certain_by_map = 0, total = 0;
@@ -147,7 +147,7 @@ TEST(Query, LayersKeepTheirPromisesOnEveryShape)
 
 TEST(Query, PointsThatAreNotFiniteOrFarAreFree)
 {
-    const test::Baked b = test::baked(test::small_torus());
+    const test::Parsed b(test::small_torus());
     const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
     for (const Layer layer : {Layer::One, Layer::Two, Layer::Three, Layer::Exact, Layer::Auto, Layer::Gate}) {
         for (const Vec3d p : {Vec3d{nan, 0, 0}, Vec3d{0, inf, 0}, Vec3d{0, 0, -inf}, Vec3d{nan, nan, nan}}) {
@@ -168,7 +168,7 @@ TEST(Query, PointsThatAreNotFiniteOrFarAreFree)
 TEST(Query, LayerOneKnowsTheDepthOfACentre)
 {
     // A sphere's superquadric is about the sphere: its centre is one radius deep, whatever rounding makes of it.
-    const test::Baked b = test::baked(mesh::sphere(1, 3));
+    const test::Parsed b(mesh::sphere(1, 3));
     const model::Part& part = b.view().parts[0];
     for (const float step : {0.f, 1e-9f, 1e-7f, 1e-5f}) {
         const Vec3f centre = model::vec3(part.translation);
@@ -180,7 +180,7 @@ TEST(Query, LayerOneKnowsTheDepthOfACentre)
 
 TEST(Query, ABatchAnswersAsItsPointsDo)
 {
-    const test::Baked b = test::baked(test::small_hand());
+    const test::Parsed b(test::small_hand());
     const std::vector<Vec3d> points = points_about(b, 5);
     std::vector<PointResult> contacts(points.size());
     const model::ModelView view = b.view();
@@ -223,7 +223,7 @@ int check_gate(const model::ModelView& view)
 
 TEST(Query, TheGateChoosesBetweenLayersTwoAndThree)
 {
-    const test::Baked central = test::baked(test::small_hand());
+    const test::Parsed central(test::small_hand());
     model::ModelView bare = central.in_model_space();
     bare.locator = {};
     bare.bricks = {};
@@ -264,7 +264,7 @@ TEST(Query, AutoIsTheCheapestLayerWithinTheTolerance)
 
 TEST(Query, SmoothingChangesDepthAndNormalButNoVerdict)
 {
-    const test::Baked central = test::baked(test::small_hand());
+    const test::Parsed central(test::small_hand());
     const test::PaperModel paper(test::small_hand());
     for (const model::ModelView& view : {central.in_model_space(), paper.in_model_space()}) {
         test::Random random(23);
@@ -299,7 +299,7 @@ TEST(Query, UnitsAndPlaceOfTheMeshDoNotMatter)
     test::Random random(6);
     for (const Position& position : {Position{1e6, {1e8, -1e8, 1e8}}, Position{1e-9, {}}, Position{1, {0, 0, 1000}}}) {
         const mesh::Mesh moved = test::mapped(shape, position.scale, position.shift);
-        const test::Baked b = test::baked(mesh::canonicalized(moved));
+        const test::Parsed b(mesh::canonicalized(moved));
         const model::ModelView view = b.view();
         const mesh::Solid solid(moved);  // in the mesh's own units
         const double r_max = view.header.r_max * view.header.unit;
