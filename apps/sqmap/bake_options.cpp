@@ -138,6 +138,9 @@ void check_together(const BakeSettings& settings)
         throw WrongUsage(k_of_paper_maps[0], "with --subdivisions " + std::to_string(settings.maps.subdivisions) +
                                                  " is finer than a map can be: at most " + std::to_string(paper::k_max_map_rows) +
                                                  " rows and " + std::to_string(paper::k_max_map_columns) + " columns at layer 3");
+    if (const int max = paper::greatest_smoothing_radius(settings.maps); settings.maps.smoothing_radius > max)
+        throw WrongUsage("--smoothing-radius", "is at most " + std::to_string(max) + " for " +
+                                                   std::to_string(settings.maps.grid.rows) + " rows (--grid)");
 }
 
 }  // namespace

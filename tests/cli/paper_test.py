@@ -132,7 +132,8 @@ class Paper(unittest.TestCase):
     def test_what_changes_nothing_or_is_out_of_range_is_told_by_its_option(self):
         for wrong in (("--salient-window", "nan"), ("--hyperbolic-share", "2"), ("--minimum-part", "-1"), ("--max-looseness", "0.5"),
                       ("--max-q2", "2"), ("--smoothing-kernel", "box"), ("--printed-strength", "2"),
-                      ("--grid", "4097x8192", "--projection", "normal", "--subdivisions", "1"), ("--no-locator", "--exact")):
+                      ("--grid", "4097x8192", "--projection", "normal", "--subdivisions", "1"),
+                      ("--smoothing-radius", "4", "--smoothing", "distances", "--grid", "9x16", "--projection", "normal"), ("--no-locator", "--exact")):
             refused = run("bake", "hand.obj", "-o", "no.sqmap", *wrong)
             self.assertEqual(refused.returncode, 64, wrong)
             self.assertIn(wrong[0], refused.stderr)
@@ -252,6 +253,13 @@ class Paper(unittest.TestCase):
             force = triple(row, "z0_fx", "z0_fy", "z0_fz")
             expected = [size * n for n in triple(answer, "nx", "ny", "nz")] if size > 0 else (0, 0, 0)
             self.assertLess(math.dist(force, expected), 2e-3 + 0.01 * size)
+
+    def test_a_doubtful_model_is_named_on_every_layer_of_its_maps(self):
+        self.bake("doubtful.sqmap", "--grid", "5x8", "--subdivisions", "0", "--max-parts", "1", mesh="hand.obj")
+        self.assertIn("W_LAYER3", done("info", "doubtful.sqmap").stdout)
+        for layer in ("auto", "2", "3", "gate"):
+            told = done("touch", "--object", "doubtful.sqmap", "--device", "press", "--seconds", "0.3", "--force", "paper", "--layer", layer)
+            self.assertIn("W_LAYER3", told.stdout + told.stderr, layer)
 
     def test_smoothing_the_map_smooths_the_force(self):
         # Section 6: how far the force turns, from tick to tick of a slide.

@@ -131,6 +131,8 @@ class Thresholds(unittest.TestCase):
         for name, value in (("locale_width", 1e-9), ("max_q2", 2), ("smoothing_length", 0.5), ("offset_constant", 1000)):
             with self.assertRaisesRegex(sqmap.ArgumentError, f"paper.{name} is"):
                 sqmap.bake(ball(2), projection="normal", paper=sqmap.PaperOptions(**{name: value}))
+        with self.assertRaisesRegex(sqmap.ArgumentError, "paper.smoothing_radius is more than 3"):
+            sqmap.bake(ball(2), projection="normal", paper=sqmap.PaperOptions(grid=(9, 16), smoothing="distances", smoothing_radius=4))
         with self.assertRaisesRegex(sqmap.ArgumentError, "projection is central"):
             sqmap.bake(ball(2), paper=sqmap.PaperOptions(offset_radius=2))
 

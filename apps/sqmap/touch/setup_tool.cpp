@@ -104,11 +104,11 @@ void TouchSetup::load_tool(const std::filesystem::path& beside)
     if (options_.zone.layer == query::Layer::Auto) {
         const bool by_maps = options_.paper_force || (patch && !doubtful) || bare != views_.end();
         options_.zone.layer = by_maps ? query::Layer::Three : query::Layer::Exact;
-        if (options_.paper_force && doubtful)
-            notes_.push_back(
-                "warning: the maps give wrong depths in places (W_LAYER3), and the paper's force is theirs; --layer "
-                "exact takes the triangles'");
     }
+    if (options_.paper_force && doubtful && options_.zone.layer != query::Layer::Exact)
+        notes_.push_back(
+            "warning: the maps give wrong depths in places (W_LAYER3), and the paper's force is theirs; --layer exact takes the "
+            "triangles'");
     tool.max_touching = static_cast<std::uint32_t>(options_.tool_touching);
     tool.force = options_.zone;
     tool_ = haptic::Tool(std::move(tool));

@@ -47,7 +47,8 @@ struct MapOptions {
     int offset_radius = 1;
     Smoothing smoothing = Smoothing::Surface;
     double smoothing_length = 0.015;  ///< Surface: diffused over this share of the largest vertex distance, 0.001 to 0.1
-    int smoothing_radius = 1;         ///< Distances: of the kernel, in base samples, 0 to 8; 0: no smoothed map of either kind
+    /// Distances: of the kernel, in base samples, 0 to greatest_smoothing_radius; 0: no smoothed map of either kind.
+    int smoothing_radius = 1;
     SmoothingKernel smoothing_kernel = SmoothingKernel::Binomial;
     bool corrections = true;            ///< step 3
     bool gaps = true;                   ///< openings behind the first surface (beyond the paper)
@@ -60,6 +61,13 @@ struct MapOptions {
 {
     const std::int64_t rows = options.grid.rows, columns = options.grid.columns;
     return ((rows - 1) << options.subdivisions) < k_max_map_rows && (columns << options.subdivisions) <= k_max_map_columns;
+}
+
+/// With a wider kernel no sample of a chosen grid would be smoothed: those nearer to a pole than the kernel reaches are not.
+[[nodiscard]] constexpr int greatest_smoothing_radius(const MapOptions& options)
+{
+    const bool is_limited = options.smoothing == Smoothing::Distances && options.grid.is_chosen();
+    return is_limited && options.grid.rows < 19 ? (options.grid.rows - 3) / 2 : 8;
 }
 
 /// A mesh's vertices, smoothed, and their unit outward normals.

@@ -51,7 +51,7 @@ struct PartAnswer {
     float foot_distance = 0;       ///< |p - P_M|, S_SQ^M of eq. 21
     float map_distance = 0;        ///< D_SQ(P_M); 0 for a cap, infinity for a miss
     float depth_along = 0;         ///< foot_distance - map_distance: depth along the superquadric's normal, negative in front
-    float depth = 0;               ///< distance to the tangent plane at the surface point
+    float depth = 0;               ///< to the tangent plane at the surface point; of the printed search depth_along
     shape::SurfaceAnglesf angles;  ///< of the foot
     Vec3f foot;                    ///< P_M
     Vec3f foot_normal;             ///< outward normal of the superquadric

@@ -31,7 +31,7 @@ void check(const MapOptions& map)
     bake::check_range("subdivisions", map.subdivisions, 0, 5);
     bake::check_range("the offset constant", map.offset_constant, 0, 100);
     bake::check_range("the offset radius", map.offset_radius, 0, 8);
-    bake::check_range("the smoothing radius", map.smoothing_radius, 0, 8);
+    bake::check_range("the smoothing radius", map.smoothing_radius, 0, greatest_smoothing_radius(map));
     bake::check_range("the smoothing length", map.smoothing_length, 1e-3, 0.1);
     if (map.grid.rows == 0 && map.grid.columns == 0) return;
     bake::check_range("rows of the grid", map.grid.rows, 5, k_max_map_rows);

@@ -45,11 +45,10 @@ constexpr Download k_downloads[] = {
      [](const Shown& s) { return std::string(reinterpret_cast<const char*>(s.object->file->data()), s.object->file->size()); }},
 };
 
-constexpr std::pair<const char*, Field> k_fields[] = {{"error", Field::Error},
-                                                      {"error-2", Field::ErrorOfTwo},
-                                                      {"protrusion", Field::Protrusion},
-                                                      {"curvature", Field::Curvature},
-                                                      {"made-up", Field::MadeUp}};
+constexpr std::pair<const char*, Field> k_fields[] = {{"error", Field::Error},           {"error-2", Field::ErrorOfTwo},
+                                                      {"protrusion", Field::Protrusion}, {"curvature", Field::Curvature},
+                                                      {"locales", Field::Locales},       {"strength", Field::Strength},
+                                                      {"regions", Field::Regions},       {"made-up", Field::MadeUp}};
 
 std::optional<Shown> shown(const Scene& scene, std::string_view number)
 {

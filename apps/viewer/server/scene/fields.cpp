@@ -1,16 +1,20 @@
 #include "viewer/server/scene/fields.h"
 
+#include "decompose/locales.h"
 #include "sqmap/bake/evaluate.h"
 #include "sqmap/math/assert.h"
 #include "sqmap/mesh/bvh.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/solid.h"
+#include "sqmap/paper/model.h"
 #include "sqmap/paper/projection.h"
 #include "sqmap/query/point.h"
 #include "viewer/server/protocol/bytes.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <span>
 
 namespace sqmap::viewer {
 namespace {
@@ -56,6 +60,34 @@ Vec3d projection_origin(const model::ModelView& view, std::uint32_t part, Vec3d 
     return cast<double>(foot.point) + 1e-5 * view.header.r_max * cast<double>(foot.normal);
 }
 
+/// Number and Boundary Strength of the locale that a triangle's middle is in: see Field.
+void put_locales(const Object& object, const decompose::Decomposition& found, Field field, Bytes& out)
+{
+    constexpr float k_no_locale = -2, k_no_strength = -20;
+    const decompose::LocaleBands bands = decompose::locale_bands(object.mesh, found, {});
+    for (std::uint32_t t = 0; t < object.mesh.triangles.size(); ++t) {
+        const std::uint32_t feature = bands.feature[t];
+        if (feature == decompose::LocaleBands::k_none) {
+            out.put(field == Field::Locales ? k_no_locale : k_no_strength);
+            continue;
+        }
+        double distance = 0;
+        for (const std::uint32_t corner : object.mesh.triangles[t]) distance += bands.distance[corner] / 3;
+        const std::size_t locale = std::min(static_cast<std::size_t>(distance / bands.width), bands.strength[feature].size() - 1);
+        out.put(field == Field::Locales ? static_cast<float>(2 * feature + locale % 2)
+                                        : static_cast<float>(bands.strength[feature][locale]));
+    }
+}
+
+void put_regions(const Object& object, Bytes& out)
+{
+    std::span<const std::uint16_t> labels;
+    if (paper::is_paper(object.view)) labels = paper::Reading::of(object.view).model().maps.labels;
+    const bool is_known = labels.size() == object.mesh.triangles.size();
+    for (std::size_t t = 0; t < object.mesh.triangles.size(); ++t)
+        out.put(is_known ? static_cast<float>(paper::decode_label(labels[t]).region) : -2.f);
+}
+
 }  // namespace
 
 std::string field_bytes(const Object& object, Field field)
@@ -78,7 +110,15 @@ std::string field_bytes(const Object& object, Field field)
         for (std::uint32_t t = 0; t < count; ++t) out.put(depth_error(object, solid, t, field));
         return out.take();
     }
+    if (field == Field::Regions) {
+        put_regions(object, out);
+        return out.take();
+    }
     const decompose::Decomposition d = decompose::decompose_with_diagnostics(object.mesh);
+    if (field == Field::Locales || field == Field::Strength) {
+        put_locales(object, d, field, out);
+        return out.take();
+    }
     const double r_max = object.view.header.r_max;
     for (std::uint32_t t = 0; t < count; ++t)
         out.put(static_cast<float>(field == Field::Protrusion ? d.protrusion[t] : d.curvature[t] * r_max * r_max));

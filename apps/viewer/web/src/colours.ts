@@ -59,10 +59,12 @@ export type Range = [number, number] | null;
 const shown = (x: number): string => (x !== 0 && (Math.abs(x) >= 1000 || Math.abs(x) < 0.01) ? x.toExponential(1) : Number(x.toPrecision(2)).toString());
 
 const MADE_UP: Rgb = [0.9, 0.42, 0.05], OF_THE_FILE: Rgb = [0.84, 0.86, 0.84];
+const REGIONS = [channels(0xe8e4dc), channels(0x2a9d8f), channels(0xd4145a)];  // convex, Q1, Q2, as sqmap render --what regions has them
+const NO_STRENGTH = -20;  // the Boundary Strength of a triangle without a locale
 const ERRORS: [number, number] = [0.01, 1];  // percent of R_max
 const TITLES: Record<string, string> = {
   error: 'Depth error of layer 3, % of its size', 'error-2': 'Depth error of layer 2, % of its size', difference: 'Depths of the two projections differ by, % of its size',
-  protrusion: 'Protrusion, over its mean', curvature: 'Gaussian curvature × size²',
+  protrusion: 'Protrusion, over its mean', curvature: 'Gaussian curvature × size², hyperbolic blue', strength: 'Boundary Strength of locales: 1 on a plane',
 };
 
 /// The scale of a field with these values, which the legend shows.
@@ -72,7 +74,23 @@ export function colourField(kind: string, values: Float32Array, chosen: Range): 
     const colour = (t: number) => (t > 0.5 ? MADE_UP : OF_THE_FILE);
     return { title: 'Surface that a cure made up', colour, of: colour, known: all, ticks: [[0, 'of the file'], [1, 'made up']], range: [0, 1], key: '' };
   }
+  if (kind === 'regions') {
+    const of = (v: number) => REGIONS[v] ?? UNKNOWN;
+    return { title: 'Regions of section 5', colour: (t) => of(Math.min(2, Math.floor(3 * t))), of, known: (v) => v >= 0, ticks: [[0, 'convex'], [0.5, 'Q1'], [1, 'Q2']], range: [0, 2], key: '' };
+  }
+  if (kind === 'locales') {
+    const features = Math.floor(values.reduce((most, v) => Math.max(most, v), -1) / 2) + 1;
+    const of = (v: number): Rgb => (v < 0 ? UNKNOWN : (partColour(Math.floor(v / 2)).map((x) => (v % 2 ? 0.55 * x + 0.45 : x)) as Rgb));
+    return { title: `Locales about ${features} salient feature${features === 1 ? '' : 's'}`, colour: (t) => of(2 * Math.min(features - 1, Math.floor(features * t))), of, known: (v) => v >= 0, ticks: [], range: [0, 1], key: '' };
+  }
   const title = TITLES[kind];
+  if (kind === 'strength') {
+    const end = chosen ? chosen[1] : 2;
+    return {
+      title, colour: (t) => divergingColour(2 * t - 1), ticks: [[0, `< −${shown(end)}`], [0.5, '0: cylinder'], [0.75, ''], [1, `> ${shown(end)}`]], range: [-end, end], key: `${end}`,
+      of: (v) => (v < NO_STRENGTH / 2 ? UNKNOWN : divergingColour(Math.max(-1, Math.min(1, v / end)))), known: (v) => v > NO_STRENGTH / 2,
+    };
+  }
   if (isError(kind)) {
     const [low, high] = chosen ?? ERRORS, least = Math.max(low, 1e-6), at = (v: number) => Math.log(Math.max(v, least) / least) / Math.log(Math.max(high / least, 1.0001));
     return {

@@ -35,12 +35,14 @@ function errorNote(): string {
   const { missed, held, second } = world.objects.missedNow(), count = (n: number) => (n === 0 ? 'none here' : `${n.toLocaleString('en')} triangle${n === 1 ? '' : 's'}`);
   return `Blue: missed (${sides.hidden ? count(missed) : `layer 3: ${count(missed)}; layer 2: ${count(second)}`}): ${sides.hidden ? MISSED : MISSED.replace('layer 3', 'the layer')}.${missed && held ? ` ${HELD}` : ''} Grey: too thin to say.`;
 }
-const NOTES: Record<string, string> = { difference: '1 % of its size below the surface. Blue: only one finds contact. Grey: neither does. Baked one way alone: its parts.' };
+const NOTES: Record<string, string> = {
+  locales: 'A colour for each feature, paler in every second locale. Grey: no feature is reached.',
+  regions: 'Grey: not known, as of all models but paper models (bake as the paper).', difference: '1 % of its size below the surface. Blue: only one finds contact. Grey: neither does. Baked one way alone: its parts.' };
 /// For readers of the paper.
-const TIPS: Record<string, string> = { protrusion: 'Eq. 4 of the paper', curvature: 'Eq. 6 of the paper; size: its R_max, the largest distance between two vertices' };
+const TIPS: Record<string, string> = { protrusion: 'Eq. 4 of the paper', curvature: 'Eq. 6 of the paper; size: its R_max, the largest distance between two vertices', locales: 'Section 3.1 of the paper', strength: 'Section 3.1 of the paper', regions: 'Section 5 of the paper' };
 world.objects.onTrouble = trouble;
 world.objects.onWait = (kind, done, of) => {
-  const names: Record<string, string> = { error: 'depth error', 'error-2': 'depth error of layer 2', protrusion: 'protrusion', curvature: 'curvature', 'made-up': 'made-up surface', difference: 'difference' };
+  const names: Record<string, string> = { error: 'depth error', 'error-2': 'depth error of layer 2', protrusion: 'protrusion', curvature: 'curvature', locales: 'locales', strength: 'Boundary Strength', regions: 'regions', 'made-up': 'made-up surface', difference: 'difference' };
   legend.hidden = false;
   fill(scaleBox, h('span', { id: 'waiting' }, `Computing the ${names[kind] ?? kind}: ${done} of ${of} objects …`), h('progress', { max: of, value: done, 'aria-label': 'Computing' }));
 };
