@@ -526,14 +526,17 @@ enum sqmap_feature { SQMAP_VERTEX = 0, SQMAP_EDGE = 1, SQMAP_FACE = 2 };
 
 /// A contact of two bodies, in the frame of the poses.
 typedef struct sqmap_surface_contact {
-    double on_a[3], on_b[3];       ///< on_b = on_a - depth normal
-    float normal[3];               ///< unit, the direction in which b leaves a
-    float depth;                   ///< of a vertex its distance to the other surface; else what separates the two features
+    double on_a[3], on_b[3];  ///< on_b = on_a - depth normal
+    float normal[3];          ///< unit, the direction in which b leaves a
+    /// A vertex has its distance to the other surface, or along the normal to a face that bears it; others what separates the two
+    /// features.
+    float depth;
     uint8_t feature_a, feature_b;  ///< sqmap_feature
     /// A vertex or a face by its number in the body's probe; an edge as 3 t + k, from corner k of triangle t to the next one.
     /// 0xffffffff: the face that a vertex is below.
     uint32_t index_a, index_b;
-    uint32_t region;         ///< contacts of one region touch together; 0xffffffff: a vertex while per_region is 0
+    /// Contacts of one region touch together; 0xffffffff: a vertex that no face bears, while per_region is 0.
+    uint32_t region;
     int16_t part_a, part_b;  ///< of the bodies' models; -1: none
     uint8_t certain;         ///< 1: the verdict is proven
     uint8_t status;          ///< bits

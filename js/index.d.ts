@@ -118,12 +118,13 @@ export interface ContactOptions {
 export interface SurfaceContact {
   onA: number[]; onB: number[];  // onB = onA - depth normal
   normal: number[];              // unit, the direction in which b leaves a
-  depth: number;                 // of a vertex its distance to the other surface; else what separates the two features
+  /** A vertex has its distance to the other surface, or along the normal to a face that bears it; others what separates the two features. */
+  depth: number;
   featureA: "vertex" | "edge" | "face"; featureB: "vertex" | "edge" | "face";
   /** A vertex or a face by its number in the probe; an edge as 3 t + k, from corner k of triangle t to the next one; -1: the face
    *  that a vertex is below. */
   indexA: number; indexB: number;
-  region: number;                // contacts of one region touch together; -1: a vertex while perRegion is 0
+  region: number;                // contacts of one region touch together; -1: a vertex that no face bears, while perRegion is 0
   partA: number; partB: number;  // of the models; -1: none
   certain: number;               // 1: the verdict is proven
   status: number;
