@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { k_max_found = 65536 };
+enum { k_first_capacity = 64 };
 
 typedef struct Mesh {
     sqmap_model model;
@@ -56,7 +56,8 @@ typedef struct Found {
     int order;  ///< in the query's answer, so that equal depths are told apart
 } Found;
 
-static _Thread_local Found* found;  ///< k_max_found, made with the workspace
+static _Thread_local Found* found;
+static _Thread_local size_t capacity;  ///< of `found` and of the workspace
 
 static int is_deeper(const void* a, const void* b)
 {
@@ -103,9 +104,29 @@ static int thinned(Found* contacts, int count, int limit)
     }
 }
 
+/// False where there is no memory.
+static int has_memory(size_t contacts)
+{
+    if (contacts <= capacity) return 1;
+    sqmap_workspace larger = {0};
+    Found* space = realloc(found, contacts * sizeof *space);
+    if (space != NULL) found = space;
+    if (space == NULL || sqmap_make_workspace(contacts, &larger) != SQMAP_OK) return 0;
+    sqmap_close_workspace(workspace);
+    workspace = larger;
+    capacity = contacts;
+    return 1;
+}
+
+/// 0: all contacts of a query are there; 1: there is space for more now, query again; -1: there is no memory.
+static int lacks_space(size_t count, uint32_t status)
+{
+    if (count <= capacity && (status & SQMAP_FULL) == 0) return 0;
+    return has_memory(4 * (count > capacity ? count : capacity)) ? 1 : -1;
+}
+
 static int add_found(int count, const double* on_a, const double* on_b, const float* normal, float depth)
 {
-    if (count == k_max_found) return count;
     Found* f = found + count;
     memcpy(f->on_a, on_a, sizeof f->on_a);
     memcpy(f->on_b, on_b, sizeof f->on_b);
@@ -115,11 +136,16 @@ static int add_found(int count, const double* on_a, const double* on_b, const fl
     return count + 1;
 }
 
-/// Contacts of vertices, edges and faces; -1 where a mesh is not closed.
+/// Contacts of vertices, edges and faces; -1 where a mesh is not closed, or without memory.
 static int find_complete(const sqmap_bodies* bodies)
 {
     sqmap_surface_list list = {.size = sizeof list};
-    if (sqmap_query_contacts(bodies, NULL, workspace, &list) != SQMAP_OK) return -1;
+    int lacks = 1;
+    while (lacks == 1) {
+        if (sqmap_query_contacts(bodies, NULL, workspace, &list) != SQMAP_OK) return -1;
+        lacks = lacks_space(list.count, list.status);
+    }
+    if (lacks < 0) return -1;
     int count = 0;
     for (size_t i = 0; i < list.count; ++i) {
         const sqmap_surface_contact* c = list.contacts + i;
@@ -133,7 +159,12 @@ static int find_vertices(const sqmap_bodies* bodies, int32_t layer, double margi
 {
     const sqmap_query_options options = {.size = sizeof options, .layer = layer, .margin = margin};
     sqmap_pair_list list = {.size = sizeof list};
-    if (sqmap_query_pair(bodies, &options, workspace, &list) != SQMAP_OK) return -1;
+    int lacks = 1;
+    while (lacks == 1) {
+        if (sqmap_query_pair(bodies, &options, workspace, &list) != SQMAP_OK) return -1;
+        lacks = lacks_space(list.count, list.status);
+    }
+    if (lacks < 0) return -1;
     int count = 0;
     for (size_t i = 0; i < list.count; ++i) {
         const sqmap_pair_contact* c = list.contacts + i;
@@ -142,19 +173,13 @@ static int find_vertices(const sqmap_bodies* bodies, int32_t layer, double margi
     return count;
 }
 
-static int has_memory(void)
-{
-    if (found == NULL) found = malloc(k_max_found * sizeof *found);
-    return found != NULL && (workspace.id != 0 || sqmap_make_workspace(k_max_found, &workspace) == SQMAP_OK);
-}
-
 static int collide(const mjModel* m, const mjData* d, mjContact* con, int g1, int g2, mjtNum margin)
 {
     const sqmap_mujoco* o = override_of(m);
     const int a = m->geom_dataid[g1], b = m->geom_dataid[g2];
     if (o == NULL || o->meshes[a].model.id == 0 || o->meshes[b].model.id == 0) return hulls(m, d, con, g1, g2, margin);
     // MuJoCo's own hulls answer if sqmap fails: a failure must not read as free.
-    if (!has_memory()) return hulls(m, d, con, g1, g2, margin);
+    if (!has_memory(k_first_capacity)) return hulls(m, d, con, g1, g2, margin);
     const sqmap_pose pa = pose_of(d, g1), pb = pose_of(d, g2);
     const sqmap_bodies bodies = {
         sizeof bodies, {o->meshes[a].model, o->meshes[a].probe, &pa}, {o->meshes[b].model, o->meshes[b].probe, &pb}};
