@@ -236,8 +236,8 @@ BakeResult Bake::run()
 /// Parts that a person has cut have names of their own.
 void Bake::name_parts(model::ModelData& model) const
 {
-    if (options_.partition != nullptr) return;
-    const std::vector<std::uint32_t> groups = decompose::named_parts(mesh_, fitted_.partition);
+    if (name_of_triangle_.empty()) return;
+    const std::vector<std::uint32_t> groups = decompose::labels_of_parts(fitted_.partition, name_of_triangle_);
     for (std::size_t i = 0; i < groups.size(); ++i) model::set_group(model.parts[i], groups[i]);
 }
 
@@ -267,7 +267,7 @@ void Bake::parts()
     progress("decompose", 0);
     const bool is_fine = options_.partition == nullptr && options_.decompose.cutting == decompose::Cutting::Passes &&
                          mesh_.triangles.size() >= k_many_triangles;
-    const decompose::Partition first = is_fine ? coarse_partition() : first_partition(mesh_, options_);
+    const decompose::Partition first = is_fine ? coarse_partition() : named_partition(mesh_);
     lap("decompose");
     progress("fit", 0);
     const CanonicalMesh canonical = canonical_mesh(mesh_);
@@ -276,20 +276,36 @@ void Bake::parts()
     fitted_ = is_final ? fit_partition(input, first, options_) : refine_partition(input, first, options_);
 }
 
+/// The first parts, cut where a person would. Names come from them: they do not depend on what the fits need.
+decompose::Partition Bake::named_partition(const mesh::Mesh& mesh)
+{
+    decompose::Partition partition = first_partition(mesh, options_);
+    if (options_.partition != nullptr) return partition;
+    if (!hidden_share() && options_.decompose.cutting == decompose::Cutting::Passes)
+        partition = decompose::cut_creases(mesh, std::move(partition), {.max_parts = options_.max_parts});
+    const std::vector<std::uint32_t> names = decompose::named_parts(mesh, partition);
+    name_of_triangle_.clear();
+    for (const std::uint32_t part : partition.part_of_triangle) name_of_triangle_.push_back(names[part]);
+    return partition;
+}
+
 /// The parts of a coarse copy, on the mesh: they depend on its shape, not on its detail.
-decompose::Partition Bake::coarse_partition() const
+decompose::Partition Bake::coarse_partition()
 {
     const mesh::Simplified coarse = mesh::simplified(mesh_, k_coarse_triangles);
     const mesh::Solid solid(coarse.mesh, mesh::find_self_intersections(coarse.mesh).crossed);
     const CanonicalMesh canonical = canonical_mesh(coarse.mesh);
     const decompose::Partition parts =
-        refine_partition({solid, canonical, hidden_share()}, first_partition(coarse.mesh, options_), options_).partition;
+        refine_partition({solid, canonical, hidden_share()}, named_partition(coarse.mesh), options_).partition;
     // Two corners agree but where three parts meet.
-    std::vector<std::uint32_t> labels;
+    std::vector<std::uint32_t> labels, names;
     for (const mesh::Triangle& t : mesh_.triangles) {
         const auto part = [&](int k) { return parts.part_of_triangle[coarse.carrier[t[k]]]; };
-        labels.push_back(part(1) == part(2) ? part(1) : part(0));
+        const int corner = part(1) == part(2) ? 1 : 0;
+        labels.push_back(part(corner));
+        names.push_back(name_of_triangle_[coarse.carrier[t[corner]]]);
     }
+    name_of_triangle_ = std::move(names);
     return decompose::carried_over(mesh_, parts, std::move(labels));
 }
 

@@ -135,11 +135,13 @@ protected:
 private:
     void progress(const char* stage, double done) const;
     void name_parts(model::ModelData& model) const;
-    [[nodiscard]] decompose::Partition coarse_partition() const;
+    [[nodiscard]] decompose::Partition named_partition(const mesh::Mesh& mesh);
+    [[nodiscard]] decompose::Partition coarse_partition();
     [[nodiscard]] Draft meet_target();
     [[nodiscard]] std::vector<PartReport> part_reports() const;
 
     const mesh::Mesh& input_;
+    std::vector<std::uint32_t> name_of_triangle_;  ///< a named part each; empty: a person has cut
     double fineness_ = 1;
     std::vector<CentralMapData> maps_;
     std::optional<SampledSolid> samples_;

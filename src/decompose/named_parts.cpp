@@ -151,34 +151,27 @@ class CreaseFinder {
 public:
     CreaseFinder(const mesh::Mesh& mesh, const CreaseOptions& options) : surface_(mesh), options_(options) {}
 
-    /// Makes the most concave cut if it is accepted, else forgets it; false where none is concave enough.
-    bool cut(Partition& partition, const std::function<bool(const Partition&)>& accept)
+    /// Makes the most concave cut; false where none is concave enough.
+    bool cut(Partition& partition)
     {
-        Found* deepest = nullptr;
-        PartCut best{0, {}, {}, CutKind::Error, least_area()};
+        const Found* deepest = nullptr;
+        PartCut best{0, {}, {}, CutKind::Crease, least_area()};
         for (std::uint32_t part = 0; part < partition.part_count; ++part) {
             const auto [it, is_new] = found_.try_emplace(triangles_of(partition, part));
-            Found& found = it->second;
-            if (is_new) found = found_in(it->first);
-            if (!(found.bend > (deepest != nullptr ? deepest->bend : options_.least_bend))) continue;
-            deepest = &found;
+            if (is_new) it->second = found_in(it->first);
+            if (!(it->second.merit > (deepest != nullptr ? deepest->merit : 1))) continue;
+            deepest = &it->second;
             best.part = part;
             best.triangles = it->first;
         }
         if (deepest == nullptr) return false;
         best.near = deepest->near;
-        Partition next = partition;
-        apply_cut(surface_, next, best);
-        if (accept(next))
-            partition = std::move(next);
-        else
-            deepest->bend = 0;
-        return true;
+        return apply_cut(surface_, partition, best) > 1;
     }
 
 private:
     struct Found {
-        double bend = 0;
+        double merit = 0;  ///< bend or gain over the least one
         std::vector<std::uint8_t> near;
     };
 
@@ -195,9 +188,11 @@ private:
         Surroundings surroundings(own);
         for (CandidateCut& candidate : candidate_cuts(own, least_area())) {
             Partition halves{std::vector<std::uint32_t>(all.size(), 0), 1, {}};
-            if (apply_cut(own, halves, {0, all, candidate.near, CutKind::Error, least_area()}) != 2) continue;
+            if (apply_cut(own, halves, {0, all, candidate.near, CutKind::Crease, least_area()}) != 2) continue;
             const double bend = bend_of(surroundings, borders_of(own, halves).at({0, 1}), halves.part_of_triangle).mean();
-            if (bend > best.bend) best = {bend, std::move(candidate.near)};
+            const double by_gain = bend > options_.slight_bend ? candidate.gain / options_.least_gain : 0;
+            if (const double merit = std::max(bend / options_.least_bend, by_gain); merit > best.merit)
+                best = {merit, std::move(candidate.near)};
         }
         return best;
     }
@@ -207,15 +202,35 @@ private:
     std::map<std::vector<std::uint32_t>, Found> found_;  ///< by the part's triangles
 };
 
+/// Numbers anew from zero, in the order in which they first come.
+void number_anew(std::vector<std::uint32_t>& labels)
+{
+    std::map<std::uint32_t, std::uint32_t> number;
+    for (std::uint32_t& l : labels) l = number.try_emplace(l, static_cast<std::uint32_t>(number.size())).first->second;
+}
+
 }  // namespace
 
-Partition cut_creases(const mesh::Mesh& mesh, Partition partition, const CreaseOptions& options,
-                      const std::function<bool(const Partition&)>& accept)
+Partition cut_creases(const mesh::Mesh& mesh, Partition partition, const CreaseOptions& options)
 {
     CreaseFinder finder(mesh, options);
-    while (partition.part_count < options.max_parts && finder.cut(partition, accept)) {
+    while (partition.part_count < options.max_parts && finder.cut(partition)) {
     }
     return partition;
+}
+
+std::vector<std::uint32_t> labels_of_parts(const Partition& partition, const std::vector<std::uint32_t>& label_of_triangle)
+{
+    std::vector<std::map<std::uint32_t, std::size_t>> counts(partition.part_count);
+    for (std::size_t t = 0; t < label_of_triangle.size(); ++t) ++counts[partition.part_of_triangle[t]][label_of_triangle[t]];
+    std::vector<std::uint32_t> labels;
+    for (const auto& count : counts) {
+        const auto max =
+            std::max_element(count.begin(), count.end(), [](const auto& l, const auto& r) { return l.second < r.second; });
+        labels.push_back(max->first);
+    }
+    number_anew(labels);
+    return labels;
 }
 
 std::vector<std::uint32_t> named_parts(const mesh::Mesh& mesh, const Partition& partition, const NamedPartOptions& options)
@@ -239,8 +254,7 @@ std::vector<std::uint32_t> named_parts(const mesh::Mesh& mesh, const Partition& 
             if (g == b) g = a;
         join(bends, a, b);
     }
-    std::map<std::uint32_t, std::uint32_t> number;
-    for (std::uint32_t& g : group) g = number.try_emplace(g, static_cast<std::uint32_t>(number.size())).first->second;
+    number_anew(group);
     return group;
 }
 

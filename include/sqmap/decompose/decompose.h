@@ -9,14 +9,15 @@
 
 namespace sqmap::decompose {
 
-/// Why a boundary between two parts exists. Salient and curvature cuts passed a test of section 3.
-enum class CutKind : std::uint8_t { Salient, Curvature, Error };
+/// Why a boundary between two parts exists. Salient and curvature cuts passed a test of section 3, creases are where a person
+/// would cut, cuts of kind Error serve the fit.
+enum class CutKind : std::uint8_t { Salient, Curvature, Crease, Error };
 
 /// A boundary between two adjacent parts.
 struct Boundary {
     std::uint32_t part_a;  ///< part_a < part_b
     std::uint32_t part_b;
-    CutKind kind;   ///< the strongest reason for it, Salient before Curvature before Error
+    CutKind kind;   ///< the strongest reason for it, in this order
     double length;  ///< mesh units
 };
 

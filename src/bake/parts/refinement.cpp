@@ -1,7 +1,6 @@
 #include "refinement.h"
 
 #include "bake/parts/fit.h"
-#include "decompose/named_parts.h"
 #include "parallel/for_each.h"
 
 #include <algorithm>
@@ -14,8 +13,7 @@ namespace sqmap::bake {
 
 namespace {
 
-constexpr double k_min_cost = 0.005;   ///< no cut is tried for a part that costs less
-constexpr double k_crease_cost = 1.2;  ///< the total cost may rise so much by a cut where a person would cut
+constexpr double k_min_cost = 0.005;  ///< no cut is tried for a part that costs less
 
 /// Fits the parts of one mesh's partitions, and keeps every fit: the same patch comes back while cuts are tried.
 class PartFitter {
@@ -265,19 +263,6 @@ bool undo_cut(const decompose::Cutter& cutter, const Cost& cost, PartFitter& fit
     return false;
 }
 
-/// Cuts where a person would, where that does not raise the total cost by much.
-void cut_creases(const mesh::Mesh& mesh, const Cost& cost, PartFitter& fitter, FittedPartition& now)
-{
-    const auto accept = [&](const decompose::Partition& partition) {
-        const double limit = k_crease_cost * cost(now.parts);
-        std::optional<std::vector<MeasuredPart>> next =
-            fitter.parts_of(partition, [&](const std::vector<const MeasuredPart*>& known) { return cost(known) > limit; });
-        if (next) now.parts = std::move(*next);
-        return next.has_value();
-    };
-    now.partition = decompose::cut_creases(mesh, now.partition, {.max_parts = fitter.options().max_parts}, accept);
-}
-
 }  // namespace
 
 FittedPartition fit_partition(const PartsInput& input, const decompose::Partition& partition, const BakeOptions& options)
@@ -294,10 +279,7 @@ FittedPartition refine_partition(const PartsInput& input, const decompose::Parti
     split_parts(cutter, cost, fitter, now);
     while (undo_cut(cutter, cost, fitter, now)) {
     }
-    if (input.hidden)
-        split_hidden(cutter, fitter, now);
-    else if (options.decompose.cutting == decompose::Cutting::Passes)
-        cut_creases(input.solid.mesh(), cost, fitter, now);
+    if (input.hidden) split_hidden(cutter, fitter, now);
     now.partition = cutter.ordered_by_area(now.partition);
     now.parts = fitter.parts_of(now.partition);
     return now;

@@ -23,7 +23,7 @@ struct FittedPartition {
                                             const BakeOptions& options);
 
 /// The same, and then splits the part that is served worst while that pays, up to options.max_parts, and undoes cuts of its own
-/// kind that one superquadric serves as well. Cuts that passed a test of section 3 stay. With input.hidden, parts that are hidden
+/// kind that one superquadric serves as well. Cuts of other kinds stay. With input.hidden, parts that are hidden
 /// by more than options.max_q2_share are split on while that shows more of the surface. Parts come in order of area.
 [[nodiscard]] FittedPartition refine_partition(const PartsInput& input, const decompose::Partition& partition,
                                                const BakeOptions& options);

@@ -5,6 +5,7 @@
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/self_intersection.h"
 #include "sqmap/mesh/solid.h"
+#include "sqmap/model/named_parts.h"
 #include "sqmap/query/point.h"
 #include "support/parsed.h"
 
@@ -14,6 +15,7 @@
 #include <array>
 #include <cmath>
 #include <deque>
+#include <map>
 #include <numeric>
 #include <string>
 #include <thread>
@@ -303,6 +305,29 @@ TEST(Bake, AHandHasItsFingersAndPhalanges)
     const BakeResult baked = bake(hand, true, {.exact = false});
     EXPECT_GE(baked.report.parts.size(), 10u);
     EXPECT_LE(baked.report.parts.size(), 22u);
+}
+
+/// The named part of each triangle; parts are numbered by area, which the cuts of the fit change, so names are numbered anew.
+std::vector<std::uint32_t> names_of(const BakeResult& baked)
+{
+    std::map<std::uint32_t, std::uint32_t> number;
+    std::vector<std::uint32_t> names;
+    for (const std::uint32_t part : baked.report.partition.part_of_triangle) {
+        const std::uint32_t group = model::group_of_part(baked.model.view(), part);
+        names.push_back(number.try_emplace(group, static_cast<std::uint32_t>(number.size())).first->second);
+    }
+    return names;
+}
+
+TEST(Bake, NamesDoNotDependOnHowTightBoundsHaveToBe)
+{
+    const mesh::Mesh hand = mesh::polygonized(mesh::hand_capsules(), 0.05);
+    const BakeOptions loose{.max_looseness = 1e6, .max_q2_share = 1, .exact = false, .locator = false};
+    BakeOptions tight = loose;
+    tight.max_looseness = 1.3;
+    const BakeResult few = bake(hand, true, loose), many = bake(hand, true, tight);
+    EXPECT_GT(many.report.parts.size(), few.report.parts.size());
+    EXPECT_EQ(names_of(many), names_of(few));
 }
 
 /// Cubes in each other, every second one a cavity: sheets that hide each other, and a target that finer cells do not reach.

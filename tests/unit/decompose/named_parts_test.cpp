@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <functional>
 #include <numbers>
+#include <set>
 #include <vector>
 
 namespace sqmap::decompose {
@@ -103,27 +104,50 @@ Partition one_part(const mesh::Mesh& mesh)
     return parts_by(mesh, 1, [](Vec3d) { return 0u; });
 }
 
-bool always(const Partition&) { return true; }
-
 TEST(CutCreases, CutsADumbbellWhereItsBarMeetsItsBalls)
 {
     const mesh::DumbbellOptions options;
     const mesh::Mesh mesh = mesh::dumbbell(options);
-    const Partition cut = cut_creases(mesh, one_part(mesh), {}, always);
+    const Partition cut = cut_creases(mesh, one_part(mesh), {});
     ASSERT_EQ(cut.part_count, 3u);
     for (const Boundary& border : cut.boundaries) {
-        EXPECT_EQ(border.kind, CutKind::Error);
+        EXPECT_EQ(border.kind, CutKind::Crease);
         EXPECT_NEAR(border.length, 2 * std::numbers::pi * options.bar_radius, 0.1 * border.length);
     }
     EXPECT_EQ(named_parts(mesh, cut).size(), 3u);
-    EXPECT_EQ(cut_creases(mesh, one_part(mesh), {.max_parts = 2}, always).part_count, 2u);
-    EXPECT_EQ(cut_creases(mesh, one_part(mesh), {}, [](const Partition&) { return false; }).part_count, 1u);
+    EXPECT_EQ(cut_creases(mesh, one_part(mesh), {.max_parts = 2}).part_count, 2u);
+}
+
+TEST(CutCreases, PartsArmsThatNoEllipsoidHoldsTogether)
+{
+    // A right angle of two bars: the surface turns inwards on a part of the border alone.
+    const mesh::CapsuleSolid angle{{{{0, 0, 0}, {2, 0, 0}, 0.15, 0.15}, {{0, 0, 0}, {0, 2, 0}, 0.15, 0.15}}, 0.05};
+    const mesh::Mesh mesh = mesh::polygonized(angle, 0.08);
+    const Partition cut = cut_creases(mesh, one_part(mesh), {});
+    ASSERT_EQ(cut.part_count, 2u);
+    std::set<std::uint32_t> along_x, along_y;
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+        const Vec3d p = mesh::triangle_centroid(mesh, t);
+        if (p.x - p.y > 0.5) along_x.insert(cut.part_of_triangle[t]);
+        if (p.y - p.x > 0.5) along_y.insert(cut.part_of_triangle[t]);
+    }
+    EXPECT_EQ(along_x.size(), 1u);
+    EXPECT_EQ(along_y.size(), 1u);
+    EXPECT_NE(along_x, along_y);
+    EXPECT_EQ(cut_creases(mesh, one_part(mesh), {.least_gain = 1}).part_count, 1u);
+    EXPECT_EQ(cut_creases(mesh, one_part(mesh), {.slight_bend = 1}).part_count, 1u);
 }
 
 TEST(CutCreases, LeavesConvexBodiesAndBentTubesAlone)
 {
     for (const mesh::Mesh& mesh : {mesh::ellipsoid({2, 1, 1}, 4), mesh::torus(), mesh::rounded_box({1.2, 0.8, 0.6}, 0.2, 3)})
-        EXPECT_EQ(cut_creases(mesh, one_part(mesh), {}, always).part_count, 1u);
+        EXPECT_EQ(cut_creases(mesh, one_part(mesh), {}).part_count, 1u);
+}
+
+TEST(LabelsOfParts, AreThoseOfTheLargerShareOfTheTriangles)
+{
+    const Partition partition{{0, 0, 0, 1, 1, 2}, 3, {}};
+    EXPECT_EQ(labels_of_parts(partition, {7, 3, 7, 3, 3, 7}), (Names{0, 1, 0}));
 }
 
 }  // namespace

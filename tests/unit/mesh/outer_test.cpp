@@ -1,6 +1,8 @@
 #include "sqmap/mesh/admission.h"
 #include "sqmap/mesh/bvh.h"
 #include "sqmap/mesh/error.h"
+#include "sqmap/mesh/self_intersection.h"
+#include "sqmap/mesh/shapes.h"
 #include "sqmap/mesh/wrap.h"
 #include "support/baked_shapes.h"
 
@@ -137,6 +139,32 @@ TEST(Outer, AWiderGapClosesTheSlit)
     const OuterResult closed = outer(soup, {.tolerance = k_twice, .gap = 0.11});
     EXPECT_EQ(Bvh(closed.mesh).winding_number({0.5, 0.5, 0.5}), 1);
     EXPECT_TRUE(std::any_of(closed.made_up.begin(), closed.made_up.end(), [](std::uint8_t m) { return m != 0; }));
+}
+
+/// A cart as games ship it: shells that cross each other, thin sheets a little off them, wheels that stand in both.
+Mesh cart()
+{
+    Mesh soup = test::cube_of({1, 0.45, 0.3});
+    soup = test::together(soup, moved(test::cube_of({0.4, 0.44, 0.3}), {-0.55, 0, 0.45}));
+    for (const double side : {-0.46, 0.46}) add_sheet(soup, {-1, side, -0.2}, {2, 0, 0}, {0, 0.01, 0.45});
+    for (const double x : {-0.6, 0.6}) {
+        for (const double y : {-0.47, 0.47}) {
+            Mesh wheel = torus({.major_radius = 0.2, .minor_radius = 0.09});
+            for (Vec3d& p : wheel.vertices) p = {x + p.x, y - p.z, p.y - 0.3};
+            soup = test::together(soup, wheel);
+        }
+        add_sheet(soup, {x - 0.02, -0.5, -0.3}, {0.04, 0, 0}, {0, 1, 0});
+    }
+    return soup;
+}
+
+TEST(Outer, ShellsThatCrossBecomeFewTrianglesWithoutCrossings)
+{
+    const Mesh soup = cart();
+    const OuterResult result = outer(soup, {.tolerance = 0.003});
+    EXPECT_EQ(find_self_intersections(result.mesh).pair_count, 0u);
+    EXPECT_LT(result.mesh.triangles.size(), 5'000u);
+    EXPECT_FALSE(first_not_enclosed(soup.vertices, soup.triangles, result.mesh, 0));
 }
 
 TEST(Outer, TheProofSeesWhatStandsOutAndWhatLiesBeside)
