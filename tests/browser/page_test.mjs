@@ -648,7 +648,7 @@ test('an open mesh is taken as a surface when asked, and its fields are coloured
   // In place of what it was.
   await until(page, () => window.sqmap.facts().length === 4 && !window.sqmap.facts()[3].solid && window.sqmap.world.objects.ready());
   assert.equal(await page.inputValue('#repair'), '', 'the next file is read as before');
-  for (const [kind, title] of [['protrusion', /Protrusion/], ['curvature', /curvature/], ['locales', /Locales about \d+ salient/], ['strength', /Boundary Strength/], ['regions', /Grey: not known/], ['error', /Depth error/]]) {
+  for (const [kind, title] of [['protrusion', /Protrusion/], ['curvature', /curvature/], ['locales', /salient feature/], ['strength', /Boundary Strength/], ['regions', /Grey: not known/], ['error', /Depth error/]]) {
     await page.selectOption('#colour', kind);
     await until(page, (k) => window.sqmap.world.objects.fieldAt(3, k, 0) !== undefined, kind);
     await until(page, (t) => document.querySelector('.legend').textContent.includes(t), title.source);

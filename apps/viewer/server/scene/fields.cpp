@@ -64,7 +64,7 @@ Vec3d projection_origin(const model::ModelView& view, std::uint32_t part, Vec3d 
 void put_locales(const Object& object, const decompose::Decomposition& found, Field field, Bytes& out)
 {
     constexpr float k_no_locale = -2, k_no_strength = -20;
-    const decompose::LocaleBands bands = decompose::locale_bands(object.mesh, found, {});
+    const decompose::LocaleBands bands = decompose::locale_bands(object.mesh, found, decompose::printed_cuts());
     for (std::uint32_t t = 0; t < object.mesh.triangles.size(); ++t) {
         const std::uint32_t feature = bands.feature[t];
         if (feature == decompose::LocaleBands::k_none) {

@@ -51,6 +51,7 @@ export interface Scale { title: string; ticks: [number, string][]; colour: (t: n
   of: (value: number) => Rgb;
   known: (value: number) => boolean;  ///< false: the value says why there is none
   range: [number, number];            ///< the values at which the colours end
+  isOfKinds?: boolean;                ///< values are kinds, and none lies between two of them
   key: string;  ///< equal keys give equal colours of equal values
 }
 /// The values at which a field's colours end, if the user has chosen them.
@@ -76,18 +77,18 @@ export function colourField(kind: string, values: Float32Array, chosen: Range): 
   }
   if (kind === 'regions') {
     const of = (v: number) => REGIONS[v] ?? UNKNOWN;
-    return { title: 'Regions of section 5', colour: (t) => of(Math.min(2, Math.floor(3 * t))), of, known: (v) => v >= 0, ticks: [[0, 'convex'], [0.5, 'Q1'], [1, 'Q2']], range: [0, 2], key: '' };
+    return { title: 'Regions of section 5', colour: (t) => of(Math.min(2, Math.floor(3 * t))), of, known: (v) => v >= 0, ticks: [[0, 'convex'], [0.5, 'Q1'], [1, 'Q2']], range: [0, 2], key: '', isOfKinds: true };
   }
   if (kind === 'locales') {
     const features = Math.floor(values.reduce((most, v) => Math.max(most, v), -1) / 2) + 1;
     const of = (v: number): Rgb => (v < 0 ? UNKNOWN : (partColour(Math.floor(v / 2)).map((x) => (v % 2 ? 0.55 * x + 0.45 : x)) as Rgb));
-    return { title: `Locales about ${features} salient feature${features === 1 ? '' : 's'}`, colour: (t) => of(2 * Math.min(features - 1, Math.floor(features * t))), of, known: (v) => v >= 0, ticks: [], range: [0, 1], key: '' };
+    return { title: `Locales about ${features} salient feature${features === 1 ? '' : 's'}`, colour: (t) => of(2 * Math.min(features - 1, Math.floor(features * t))), of, known: (v) => v >= 0, ticks: [], range: [0, 1], key: '', isOfKinds: true };
   }
   const title = TITLES[kind];
   if (kind === 'strength') {
     const end = chosen ? chosen[1] : 2;
     return {
-      title, colour: (t) => divergingColour(2 * t - 1), ticks: [[0, `< −${shown(end)}`], [0.5, '0: cylinder'], [0.75, ''], [1, `> ${shown(end)}`]], range: [-end, end], key: `${end}`,
+      title, colour: (t) => divergingColour(2 * t - 1), ticks: [[0, `< −${shown(end)}`], [0.5, '0: cylinder'], [1, `> ${shown(end)}`]], range: [-end, end], key: `${end}`,
       of: (v) => (v < NO_STRENGTH / 2 ? UNKNOWN : divergingColour(Math.max(-1, Math.min(1, v / end)))), known: (v) => v > NO_STRENGTH / 2,
     };
   }

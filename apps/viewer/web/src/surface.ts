@@ -96,7 +96,8 @@ export class Surface {
 
   private fill(attribute: THREE.BufferAttribute, { parts, field, marks, mark }: Paint): void {
     const array = attribute.array as Float32Array, own = new THREE.Color(), put = (v: number, c: THREE.Color) => { array[3 * v] = c.r; array[3 * v + 1] = c.g; array[3 * v + 2] = c.b; };
-    if (field) this.atVertices(field.values, field.scale.known).forEach((x, v) => put(v, own.setRGB(...field.scale.of(x), THREE.SRGBColorSpace)));
+    if (field?.scale.isOfKinds) this.corners.forEach((v, i) => put(v, own.setRGB(...field.scale.of(field.values[Math.floor(i / 3)]), THREE.SRGBColorSpace)));
+    else if (field) this.atVertices(field.values, field.scale.known).forEach((x, v) => put(v, own.setRGB(...field.scale.of(x), THREE.SRGBColorSpace)));
     else this.corners.forEach((v, i) => put(v, parts[this.partOf[Math.floor(i / 3)]]));
     if (marks) this.atVertices(marks, () => true).forEach((x, v) => { if (x >= 0.5) put(v, mark); });
     meter.coloured += this.partOf.length;

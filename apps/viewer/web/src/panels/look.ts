@@ -29,7 +29,7 @@ function setRange(range: Range): void {
   void world.objects.paint();
 }
 onScale((scale) => {
-  rangeRow.hidden = !scale || world.objects.colourBy === 'made-up';
+  rangeRow.hidden = !scale || scale.isOfKinds === true || world.objects.colourBy === 'made-up';
   if (!scale) return;
   low.value = digits(scale.range[0]);
   high.value = digits(scale.range[1]);
