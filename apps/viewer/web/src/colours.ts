@@ -77,7 +77,7 @@ export function colourField(kind: string, values: Float32Array, chosen: Range): 
   }
   if (kind === 'regions') {
     const of = (v: number) => REGIONS[v] ?? UNKNOWN;
-    return { title: 'Regions of section 5', colour: (t) => of(Math.min(2, Math.floor(3 * t))), of, known: (v) => v >= 0, ticks: [[0, 'convex'], [0.5, 'Q1'], [1, 'Q2']], range: [0, 2], key: '', isOfKinds: true };
+    return { title: 'Surface that a paper model’s maps see', colour: (t) => of(Math.min(2, Math.floor(3 * t))), of, known: (v) => v >= 0, ticks: [[0, 'convex'], [0.5, 'concave'], [1, 'hidden']], range: [0, 2], key: '', isOfKinds: true };
   }
   if (kind === 'locales') {
     const features = Math.floor(values.reduce((most, v) => Math.max(most, v), -1) / 2) + 1;

@@ -36,7 +36,7 @@ onScale((scale) => {
   low.disabled = world.objects.colourBy === 'curvature';  // the same on both sides of 0
 });
 
-const colourChoice = choice('Colour by', [['parts', 'Parts'], ['error', 'Depth error'], ['protrusion', 'Protrusion'], ['curvature', 'Curvature'], ['locales', 'Locales'], ['strength', 'Boundary Strength'], ['regions', 'Convex, Q1, Q2'], ['made-up', 'Made up'], ['difference', 'Two projections']], 'parts', (v) => { world.objects.colourBy = v; world.objects.range = null; void world.objects.paint(); }, 'colour');
+const colourChoice = choice('Colour by', [['parts', 'Parts'], ['error', 'Depth error'], ['protrusion', 'Protrusion'], ['curvature', 'Curvature'], ['locales', 'Locales'], ['strength', 'Boundary Strength'], ['regions', 'Convex, concave, hidden'], ['made-up', 'Made up'], ['difference', 'Two projections']], 'parts', (v) => { world.objects.colourBy = v; world.objects.range = null; void world.objects.paint(); }, 'colour');
 
 /// Bakes the selected object, else the one that is looked at, with the other projection too, where it has no twin yet; the two stand side
 /// by side once it is there.
