@@ -154,7 +154,7 @@ paper::MapOptions map_options(const sqmap_paper_options& o, bool is_normal)
                       "give fewer, or fewer subdivisions"};
     if (const int max = paper::greatest_smoothing_radius(out); out.smoothing_radius > max)
         throw Failure{SQMAP_E_ARGUMENT, of_paper("smoothing_radius"),
-                      "is more than " + std::to_string(max) + ", what so few rows allow", "give less, or more rows"};
+                      "is more than " + std::to_string(max) + ", the greatest for so few rows", "give less, or more rows"};
     const bool of_maps = o.rows != 0 || o.columns != 0 || o.subdivisions != 0 || o.offset_constant != 0 || o.offset_radius != 0 ||
                          o.smoothing != 0 || o.smoothing_length != 0 || o.smoothing_radius != 0 || o.smoothing_kernel != 0;
     if (of_maps && !is_normal)

@@ -173,8 +173,8 @@ private:
     std::vector<std::uint32_t> facet_from_;  ///< #points: the newest facet whose edge on the horizon starts there
 };
 
-/// True where all half-spaces hold a point, up to rounding. suspect: asked first; the one that does not hold it, as the next
-/// point is often beyond the same one.
+/// True where all half-spaces hold a point, up to rounding. suspect: the half-space that is tried first. One that does
+/// not hold the point is the next suspect, as the next point is often beyond it too.
 bool all_hold(std::span<const HalfSpaced> sides, Vec3d p, std::size_t& suspect)
 {
     if (suspect < sides.size() && !nearly_holds(sides[suspect], p)) return false;

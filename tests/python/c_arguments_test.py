@@ -56,7 +56,7 @@ class World:
     def __init__(self, folder):
         self.folder = pathlib.Path(folder)
         vertices, triangles = ball(2)
-        self.kept, self.places = [], itertools.count()
+        self.kept, self.positions = [], itertools.count()
         self.vertices, self.faces = self.array(vertices), self.array(triangles)
         self.model_file, self.mesh_file = self.folder / "ball.sqmap", self.folder / "ball.off"
         model = sqmap.bake(ball(2))
@@ -144,7 +144,7 @@ class World:
 
     def body(self):
         """The number of a new one in the pile, far from the others: bodies in one place would touch each other everywhere."""
-        out, pose = ctypes.c_uint32(), pose_with(9, 10.0 * next(self.places))
+        out, pose = ctypes.c_uint32(), pose_with(9, 10.0 * next(self.positions))
         c.call("sqmap_add_body", self.open["pile"], c.Body(c.Handle(0), self.solid, ctypes.pointer(pose)), out)
         return out.value
 

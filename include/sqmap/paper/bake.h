@@ -63,7 +63,8 @@ struct MapOptions {
     return ((rows - 1) << options.subdivisions) < k_max_map_rows && (columns << options.subdivisions) <= k_max_map_columns;
 }
 
-/// With a wider kernel no sample of a chosen grid would be smoothed: those nearer to a pole than the kernel reaches are not.
+/// Radius of the widest kernel that smooths some sample of a chosen grid: those nearer to a pole than a kernel reaches stay as
+/// they are.
 [[nodiscard]] constexpr int greatest_smoothing_radius(const MapOptions& options)
 {
     const bool is_limited = options.smoothing == Smoothing::Distances && options.grid.is_chosen();
