@@ -1,0 +1,344 @@
+// Depth and normal of the paper's force at a point (eqs. 21, 22 and 26), worked out in double from the stored arrays of a paper
+// model. Feet and verdicts are those of the searches, whose own tests stand in projection_test.cpp.
+#pragma once
+
+#include "model/octahedral.h"
+#include "paper/model/codes.h"
+#include "sqmap/paper/projection.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+namespace sqmap::paper::test {
+
+/// rad: errors of the kernels' sines, cosines and angles beside functions in double (docs/algorithms/paper-map.md, Powers).
+inline constexpr double k_angle_rounding = 4e-7;
+
+/// Depth and normal at a point.
+struct Spring {
+    double depth = 0;  ///< 0: none
+    Vec3d normal{};
+    double rounding = 0;  ///< of depth times normal, from the angles; the length unit of depth
+};
+
+/// A cell of a grid that is equal-spaced in eta and omega, and a position in it.
+struct Cell {
+    Cell(shape::SurfaceAngles<double> angles, std::size_t row_count, std::size_t column_count)
+        : rows(row_count), columns(column_count)
+    {
+        const auto n = static_cast<double>(rows - 1), m = static_cast<double>(columns);
+        const double at_y = std::clamp((angles.eta / M_PI + 0.5) * n, 0., n);
+        const double at_x = std::clamp((angles.omega / (2 * M_PI) + 0.5) * m, 0., m);
+        row = std::min(static_cast<std::size_t>(at_y), rows - 2);
+        column = std::min(static_cast<std::size_t>(at_x), columns - 1);
+        y = at_y - static_cast<double>(row);
+        x = at_x - static_cast<double>(column);
+    }
+    /// Corner i: bit 0 the next column, bit 1 the next row.
+    [[nodiscard]] std::size_t corner(std::size_t i) const { return (row + i / 2) * columns + (column + i % 2) % columns; }
+    [[nodiscard]] double weight(std::size_t i) const { return (i % 2 == 0 ? 1 - x : x) * (i < 2 ? 1 - y : y); }
+    [[nodiscard]] std::size_t nearest() const { return (y >= 0.5 ? 2u : 0u) + (x >= 0.5 ? 1u : 0u); }
+    /// True where rounding to float may choose another cell, or another nearest corner.
+    [[nodiscard]] bool is_near_middle() const { return std::min(std::abs(x - 0.5), std::abs(y - 0.5)) < 2e-4; }
+    [[nodiscard]] bool is_near_border() const
+    {
+        const auto close = [](double v) { return std::min(std::abs(v), std::abs(1 - v)) < 2e-4; };
+        return close(x) || close(y);
+    }
+
+    std::size_t rows, columns, row, column;
+    double x, y;
+};
+
+/// One part's map as its documentation has it.
+class MapByEquations {
+public:
+    MapByEquations(const MapView& map, const ProjectionOptions& options, bool smoothed)
+        : map_(map),
+          options_(options),
+          smoothed_(smoothed && !map.smoothed.empty()),
+          base_rows_(((map.eta_count - 1) >> map.subdivisions) + 1),
+          base_columns_(map.omega_count >> map.subdivisions),
+          sq_(shape::cast<double>(map.superquadric))
+    {
+    }
+
+    /// The spring of a part that claims the point with a surface. Nothing where rounding may decide what is read.
+    [[nodiscard]] std::optional<Spring> spring(const PartAnswer& a, Vec3d p) const
+    {
+        const shape::SurfaceAngles<double> angles{a.angles.eta, a.angles.omega};
+        if (is_unsteady(angles)) return std::nullopt;
+        std::optional<Spring> out = spring_at(a, angles, p, 0);
+        if (!out) return out;
+        const auto worse = [&](const std::optional<Spring>& moved) {
+            if (moved) out->rounding = std::max(out->rounding, norm(moved->depth * moved->normal - out->depth * out->normal));
+        };
+        for (const double e : {-k_angle_rounding, k_angle_rounding}) {
+            worse(spring_at(a, angles, p, e));
+            worse(spring_at(a, {angles.eta + e, angles.omega + e}, p, 0));
+            worse(spring_at(a, {angles.eta + e, angles.omega - e}, p, 0));
+        }
+        return out;
+    }
+
+private:
+    struct Sample {
+        double distance = 0;
+        Vec3d normal{};       ///< zero: none
+        bool is_cut = false;  ///< its cell holds a jump
+        bool is_cap = false;  ///< the ray starts inside the solid
+    };
+
+    [[nodiscard]] Cell base_cell(shape::SurfaceAngles<double> angles) const { return {angles, base_rows_, base_columns_}; }
+    [[nodiscard]] std::size_t finest_node(std::size_t base_node) const
+    {
+        return (base_node / base_columns_ << map_.subdivisions) * map_.omega_count +
+               (base_node % base_columns_ << map_.subdivisions);
+    }
+    [[nodiscard]] std::uint16_t base_code(std::size_t base_node) const { return map_.distance[finest_node(base_node)]; }
+    [[nodiscard]] double length_of(double code) const { return double(map_.distance_scale) * code; }
+    /// Rise from one sheet's base sample to the next, at most: three spacings.
+    [[nodiscard]] double steepest() const
+    {
+        return 3 * M_PI * std::max({sq_.a.x, sq_.a.y, sq_.a.z}) / double(std::min(base_rows_ - 1, base_columns_ / 2));
+    }
+    /// Positions at which what is read jumps. Within whole cells interpolation is steady, but the corners that others leave alone
+    /// keep a share.
+    [[nodiscard]] bool is_unsteady(shape::SurfaceAngles<double> angles) const
+    {
+        const Cell base = base_cell(angles), finest(angles, map_.eta_count, map_.omega_count);
+        if (options_.layer == query::Layer::Two) return base.is_near_middle();
+        return finest.is_near_middle() || finest.is_near_border() || base.is_near_border();
+    }
+
+    /// Layer 2: the base sample nearest in angle.
+    [[nodiscard]] Sample base_sample(shape::SurfaceAngles<double> angles) const
+    {
+        const Cell c = base_cell(angles);
+        const std::size_t node = c.corner(c.nearest());
+        return {length_of(base_code(node)), decoded(map_.normal[node])};
+    }
+    /// Layer 3: steps 2 and 3 on the sheet of the nearest corner.
+    [[nodiscard]] std::optional<Sample> finest_sample(shape::SurfaceAngles<double> angles) const
+    {
+        const Cell c(angles, map_.eta_count, map_.omega_count);
+        std::array<double, 4> value{};
+        for (std::size_t i = 0; i < 4; ++i) value[i] = length_of(map_.distance[c.corner(i)]);
+        Sample out;
+        out.is_cap = map_.distance[c.corner(c.nearest())] > k_map_largest;
+        if (out.is_cap) return out;
+        const std::array<bool, 4> uncut = joined(c);
+        out.is_cut = !(uncut[0] && uncut[1] && uncut[2] && uncut[3]);
+        if (out.is_cut) value = on_one_sheet(value, uncut, c.nearest());
+        for (std::size_t i = 0; i < 4; ++i) out.distance += c.weight(i) * value[i];
+        const std::optional<Vec3d> normal = normal_at(angles, out.distance);
+        if (!normal) return std::nullopt;
+        out.normal = *normal;
+        if (!out.is_cut) out.distance += correction(c);
+        out.distance = std::max(out.distance, 0.);
+        return out;
+    }
+    /// Uncut sides of a cell: bottom, top, left, right.
+    [[nodiscard]] std::array<bool, 4> joined(const Cell& c) const
+    {
+        const auto cuts = [&](std::size_t node) { return map_.cuts[node / 4] >> 2 * (node % 4) & 3u; };
+        const unsigned b0 = cuts(c.corner(0)), b1 = cuts(c.corner(1)), b2 = cuts(c.corner(2));
+        return {(b0 & 2u) == 0, (b2 & 2u) == 0, (b0 & 1u) == 0, (b1 & 1u) == 0};
+    }
+    /// Corners across cuts go on from those of the nearest corner's sheet: in the plane of three, level across the missing side
+    /// of two, constant from one.
+    static std::array<double, 4> on_one_sheet(std::array<double, 4> value, std::array<bool, 4> uncut, std::size_t nearest)
+    {
+        constexpr std::size_t k_sides[4][2] = {{0, 1}, {2, 3}, {0, 2}, {1, 3}};
+        std::array<bool, 4> known{};
+        known[nearest] = true;
+        for (int sweep = 0; sweep < 3; ++sweep)
+            for (std::size_t s = 0; s < 4; ++s)
+                if (const auto [a, b] = k_sides[s]; uncut[s] && (known[a] || known[b])) known[a] = known[b] = true;
+        const std::array<double, 4> had = value;
+        for (std::size_t i = 0; i < 4; ++i) {
+            const std::size_t along = i ^ 1, across = i ^ 2, opposite = i ^ 3;
+            if (known[i]) continue;
+            if (known[along] && known[across] && known[opposite])
+                value[i] = had[along] + had[across] - had[opposite];
+            else
+                value[i] = had[known[along] ? along : known[across] ? across : opposite];
+        }
+        return value;
+    }
+    /// The pyramids of step 3's vertices.
+    [[nodiscard]] double correction(const Cell& c) const
+    {
+        double sum = 0;
+        if (map_.correction_rows.empty() || c.row + 1 >= map_.correction_rows.size()) return sum;
+        for (std::uint32_t k = map_.correction_rows[c.row]; k < map_.correction_rows[c.row + 1]; ++k) {
+            const VertexCorrection& v = map_.corrections[k];
+            if (v.column != c.column) continue;
+            const double x0 = (v.omega + 0.5) / 256, y0 = (v.eta + 0.5) / 256;
+            const double hat = std::min({c.x / x0, (1 - c.x) / (1 - x0), c.y / y0, (1 - c.y) / (1 - y0)});
+            sum += length_of(std::max(hat, 0.) * v.correction);
+        }
+        return sum;
+    }
+    /// Between the base samples whose distance is within three spacings; nothing where rounding decides which.
+    [[nodiscard]] std::optional<Vec3d> normal_at(shape::SurfaceAngles<double> angles, double distance) const
+    {
+        const Cell c = base_cell(angles);
+        Vec3d sum{};
+        for (std::size_t i = 0; i < 4; ++i) {
+            const std::uint16_t code = base_code(c.corner(i));
+            const double rise = std::abs(length_of(code) - distance);
+            if (code > k_map_largest) continue;
+            if (std::abs(rise - steepest()) < 1e-5) return std::nullopt;
+            if (rise < steepest()) sum += std::max(c.weight(i), 1e-4) * decoded(map_.normal[c.corner(i)]);
+        }
+        return norm(sum) > 0 ? normalized(sum) : sum;
+    }
+    static Vec3d decoded(std::uint16_t code) { return cast<double>(model::decode_normal(code)); }
+
+    /// A sample with what smoothing adds there; as it is where the smoothed map has a hole.
+    [[nodiscard]] Sample smoothed(shape::SurfaceAngles<double> angles, Sample sample) const
+    {
+        const Cell c = base_cell(angles);
+        const bool coarse = options_.layer == query::Layer::Two;
+        double change = 0;
+        Vec3d normal{};
+        for (std::size_t i = 0; i < 4; ++i) {
+            const double weight = coarse ? double(i == c.nearest()) : c.weight(i);
+            const SmoothedSample& s = map_.smoothed[c.corner(i)];
+            if (coarse && i != c.nearest()) continue;
+            if (!is_smoothed(s) || sample.is_cut) return sample;
+            change += weight * length_of(s.change);
+            normal += weight * decoded(s.normal);
+        }
+        return {std::max(sample.distance + change, 0.), normalized(normal)};
+    }
+
+    /// Distance of the surface behind the last opening before a foot distance; nothing within rounding.
+    [[nodiscard]] std::optional<double> behind(shape::SurfaceAngles<double> angles, double s, double first) const
+    {
+        const Cell c(angles, map_.eta_count, map_.omega_count);
+        const std::size_t node = c.corner(c.nearest()), row = node / map_.omega_count, column = node % map_.omega_count;
+        if (map_.gaps.empty() || s <= first) return first;
+        for (std::uint32_t k = map_.gap_rows[row]; k < map_.gap_rows[row + 1]; ++k) {
+            const MapGap& gap = map_.gaps[k];
+            if (gap.column != column) continue;
+            if (std::abs(s - length_of(gap.leave)) < 1e-5) return std::nullopt;
+            if (s < length_of(gap.leave)) break;
+            first = length_of(gap.enter);
+        }
+        return first;
+    }
+
+    [[nodiscard]] std::optional<Spring> spring_at(const PartAnswer& a, shape::SurfaceAngles<double> angles, Vec3d p,
+                                                  double shift) const
+    {
+        const auto foot = shape::surface_point(sq_, shape::SurfaceAngles<double>{angles.eta + shift, angles.omega + shift});
+        const std::optional<Sample> sample = options_.layer == query::Layer::Two ? base_sample(angles) : finest_sample(angles);
+        if (!sample) return std::nullopt;
+        const double to_foot = norm(p - foot.point);  // S of eq. 21
+        const bool printed = options_.projector == Projector::Printed;
+        if (smoothed_ && !sample->is_cap && (a.flags & k_projection_unproven) == 0) {
+            if (printed) {
+                const Sample s = smoothed(angles, *sample);
+                if (norm(s.normal) > 0) return Spring{std::max(to_foot - s.distance, 0.), s.normal};
+            } else {
+                const auto about = about_foot(angles, sample->distance, p, shift);
+                if (!about || about->depth >= 0) return about;
+            }
+        }
+        const bool is_behind = (a.flags & k_projection_behind) != 0;
+        std::optional<double> distance = sample->distance;
+        if (is_behind) distance = behind(angles, to_foot, sample->distance);
+        if (!distance) return std::nullopt;
+        const Vec3d normal = !is_behind && norm(sample->normal) > 0 ? sample->normal : foot.normal;
+        const double along = to_foot - *distance;
+        return Spring{std::max(printed ? along : dot(foot.point - *distance * foot.normal - p, normal), 0.), normal};
+    }
+
+    /// The smoothed surface about a foot: of the base samples about it whose distance is within three spacings of the map's, the
+    /// mean of their tangent planes and of the plane through their mean, by bilinear shares. Depth -1: there is none.
+    [[nodiscard]] std::optional<Spring> about_foot(shape::SurfaceAngles<double> angles, double distance, Vec3d p,
+                                                   double shift) const
+    {
+        const Cell base = base_cell(angles);
+        double weights = 0, planes = 0;
+        Vec3d normal{}, middle{};
+        for (std::size_t i = 0; i < 4; ++i) {
+            const std::size_t node = base.corner(i);
+            if (base_code(node) > k_map_largest) continue;
+            const double d = length_of(base_code(node)), rise = std::abs(d - distance);
+            if (std::abs(rise - steepest()) < 1e-5) return std::nullopt;
+            if (rise > steepest()) continue;
+            const double eta = M_PI * (double(node / base_columns_) / double(base_rows_ - 1) - 0.5),
+                         omega = 2 * M_PI * double(node % base_columns_) / double(base_columns_) - M_PI;
+            const auto r = shape::surface_point(
+                sq_, shape::SurfaceAngles<double>{std::clamp(eta + shift, -M_PI / 2, M_PI / 2), omega + shift});
+            const SmoothedSample& s = map_.smoothed[node];
+            const double moved = is_smoothed(s) ? length_of(s.change) : 0.;
+            const Vec3d line = r.point - std::max(d + moved, 0.) * r.normal - p,
+                        n = decoded(is_smoothed(s) ? s.normal : map_.normal[node]);
+            const double weight = std::max(base.weight(i), 1e-4);
+            weights += weight;
+            planes += weight * dot(line, n);
+            normal += weight * n;
+            middle += weight * line;
+        }
+        if (weights == 0) return Spring{-1, {}};
+        if (!(norm(normal) > 0.3 * weights)) return std::nullopt;  // walls that face each other: what is left is rounding
+        const Vec3d unit = normalized(normal);
+        return Spring{std::max(0.5 * (planes + dot(middle, unit)) / weights, 0.), unit};
+    }
+
+    const MapView& map_;
+    const ProjectionOptions options_;
+    const bool smoothed_;
+    const std::size_t base_rows_, base_columns_;
+    const shape::Superquadric<double> sq_;
+};
+
+/// The spring of all parts together, model frame: of those that claim the point the one of least depth, if none proves it free.
+/// Nothing where rounding to float may decide which part or sample speaks.
+inline std::optional<Spring> spring_by_equations(const model::ModelView& view, Vec3f p, const ProjectionOptions& options,
+                                                 bool smoothed)
+{
+    const Vec3d point = cast<double>(p);
+    const auto r = static_cast<double>(view.header.r_max);
+    std::vector<PartAnswer> answers(view.parts.size());
+    for (std::size_t i = 0; i < answers.size(); ++i) {
+        const MapView map = map_of(view, i);
+        // The spheres come first (section 4.2): a part is asked about points in its own and the object's.
+        const auto beyond = [&](const float* sphere) {
+            return norm(point - cast<double>(model::vec3(sphere))) - double(sphere[3]);
+        };
+        const double part = beyond(view.parts[i].sphere), all = beyond(view.header.sphere);
+        if (std::min(std::abs(part), std::abs(all)) < 1e-6 * r) return std::nullopt;
+        if (part > 0 || all > 0) continue;
+        const double f = shape::implicit(shape::cast<double>(map.superquadric), point);
+        if (std::abs(f - 1) < 1e-5) return std::nullopt;
+        answers[i] = project(map, p, options);
+        if (answers[i].verdict == Verdict::Outside) continue;
+        if (std::abs(double(answers[i].depth_along)) < 1e-6 * r) return std::nullopt;
+    }
+    const CombinedAnswer all = combine(answers);
+    if (!all.contact || !all.has_surface) return Spring{};
+    std::optional<Spring> least;
+    double next = INFINITY;
+    for (std::size_t i = 0; i < answers.size(); ++i) {
+        const PartAnswer& a = answers[i];
+        if (a.verdict != Verdict::Contact || (a.flags & (k_projection_cap | k_projection_miss)) != 0) continue;
+        const MapView map = map_of(view, i);
+        const std::optional<Spring> found = MapByEquations(map, options, smoothed).spring(a, point);
+        if (!found) return std::nullopt;
+        if (least) next = std::min(next, std::max(found->depth, least->depth));
+        if (!least || found->depth < least->depth) least = found;
+    }
+    // Beside a depth of zero, or where two parts are as deep, rounding decides.
+    if (least->depth < 2e-6 * r || next - least->depth < 1e-5 * r + least->rounding) return std::nullopt;
+    return least;
+}
+
+}  // namespace sqmap::paper::test
