@@ -12,7 +12,7 @@ import warnings
 
 import numpy as np
 import sqmap
-from support import ball, ball_model, moved, torus, torus_model
+from support import COARSE, ball, ball_model, moved, torus, torus_model
 
 
 def brute_closest(vertices, triangles, points):
@@ -126,7 +126,7 @@ class Thresholds(unittest.TestCase):
         size = {radius: len(sqmap.bake(ball(2), projection="normal", paper=sqmap.PaperOptions(
             grid=(9, 16), subdivisions=0, smoothing="distances", smoothing_radius=radius)).to_bytes()) for radius in (0, 1)}
         self.assertEqual(size[1] - size[0], 9 * 16 * 4)  # the smoothed map
-        few, many = (sqmap.bake(torus(), paper=sqmap.PaperOptions(max_looseness=loose)).facts.parts for loose in (1000, 1.2))
+        few, many = (sqmap.bake(torus(16, 10), paper=sqmap.PaperOptions(max_looseness=loose)).facts.parts for loose in (1000, 1.2))
         self.assertLess(few, many)
         for name, value in (("locale_width", 1e-9), ("max_q2", 2), ("smoothing_length", 0.5), ("offset_constant", 1000)):
             with self.assertRaisesRegex(sqmap.ArgumentError, f"paper.{name} is"):
@@ -217,38 +217,39 @@ class Files(unittest.TestCase):
         soup = np.concatenate(sheets), np.concatenate([[[4 * i, 4 * i + 1, 4 * i + 2], [4 * i, 4 * i + 2, 4 * i + 3]] for i in range(7)])
         with warnings.catch_warnings():
             warnings.simplefilter("error")  # an outer solid is asked for, so that nothing warns
-            model = sqmap.bake(soup, solid="outer", gap=0.1, max_parts=4)  # the slit is 6 % of R_max
+            model = sqmap.bake(soup, solid="outer", gap=0.1, **COARSE)  # the slit is 6 % of R_max
         held = np.concatenate([soup[0], soup[0][soup[1]].mean(axis=1)])
         self.assertTrue((model.signed_distance(held) > 0).all())
         self.assertEqual(model.contains([[0.5, 0.5, 0.9], [0.5, 0.5, 1.02]]).tolist(), [True, False])
         self.assertTrue((model.source_triangle == -1).all())
         self.assertIn("enclosed (14)", " ".join(model.notes))
 
-        self.assertEqual(sqmap.bake(soup, solid="outer", max_parts=4).contains([[0.5, 0.5, 0.9]]).tolist(), [False])
+        self.assertEqual(sqmap.bake(soup, solid="outer", **COARSE).contains([[0.5, 0.5, 0.9]]).tolist(), [False])
 
     def test_a_unit_makes_metres(self):
-        vertices, triangles = ball()
+        vertices, triangles = ball(2)
+        without = sqmap.bake((vertices, triangles), **COARSE)
         points = np.random.default_rng(3).uniform(-0.002, 0.002, (500, 3))
         for unit, metres in (("mm", 0.001), (0.001, 0.001), ("in", 0.0254)):
-            model = sqmap.bake((vertices, triangles), unit=unit)
+            model = sqmap.bake((vertices, triangles), unit=unit, **COARSE)
             np.testing.assert_allclose(model.signed_distance(points * metres / 0.001),
-                                       metres * ball_model().signed_distance(points / 0.001), atol=1e-15 * metres / 0.001)
+                                       metres * without.signed_distance(points / 0.001), atol=1e-15 * metres / 0.001)
             np.testing.assert_array_equal(model.mesh[0], metres * vertices[model.source_vertex])
 
     def test_the_program_bakes_the_same_arrays(self):
-        vertices, triangles = torus()
+        vertices, triangles = torus(16, 10)
         with tempfile.TemporaryDirectory() as folder:
             mesh, baked = pathlib.Path(folder, "torus.obj"), pathlib.Path(folder, "torus.sqmap")
             mesh.write_text("".join(f"v {x!r} {y!r} {z!r}\n" for x, y, z in vertices.tolist()) +
                             "".join(f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in triangles.tolist()))
             subprocess.run([sys.executable, "-m", "sqmap", "bake", str(mesh), "-o", str(baked)], check=True, capture_output=True)
-            of_program, of_file, of_arrays = sqmap.Model.load(baked).info, sqmap.bake(mesh).info, torus_model().info
+            of_program, of_file, of_arrays = sqmap.Model.load(baked).info, sqmap.bake(mesh).info, sqmap.bake((vertices, triangles)).info
         for key in set(of_program) - {"made_by", "source", "content_hash", "bytes"}:
             self.assertEqual(of_program[key], of_file[key], key)
             self.assertEqual(of_program[key], of_arrays[key], key)
 
     def test_a_model_is_loaded_from_an_archive_by_its_key(self):
-        vertices, triangles = torus()
+        vertices, triangles = torus(16, 10)
         with tempfile.TemporaryDirectory() as folder:
             meshes, library = pathlib.Path(folder, "meshes"), pathlib.Path(folder, "library")
             meshes.mkdir()
@@ -263,7 +264,7 @@ class Files(unittest.TestCase):
             key, archive = json.loads(listed.stdout)["key"], library / "shards" / "00000-of-00001.tar"
             model = sqmap.Model.load(archive, key)
             points = np.random.default_rng(3).uniform(-1.5, 1.5, (200, 3))
-            self.assertEqual(model.signed_distance(points).tolist(), torus_model().signed_distance(points).tolist())
+            self.assertEqual(model.signed_distance(points).tolist(), sqmap.bake((vertices, triangles)).signed_distance(points).tolist())
             self.assertIn(model.to_bytes(), archive.read_bytes())
             for wrong in ("0" * 64, "", key[:-1], "\ud800"):
                 with self.assertRaises(sqmap.ArgumentError):
@@ -291,14 +292,15 @@ class Files(unittest.TestCase):
             obj, text = pathlib.Path(folder, "torus.obj"), pathlib.Path(folder, "torus.json")
             model.export(obj)
             model.export(text)
-            far = sqmap.bake((model.mesh[0] + 1e6, model.mesh[1]))
+            far = sqmap.bake((model.mesh[0] + 1e6, model.mesh[1]), **COARSE)
             far.export(folder + "/far.glb")
-            np.testing.assert_allclose(sqmap.bake(folder + "/far.glb").mesh[0].min(0), far.mesh[0].min(0), rtol=0, atol=1e-6)
-            self.assertEqual(sqmap.bake(folder + "/far.glb").facts.triangles, far.facts.triangles)
+            read = sqmap.bake(folder + "/far.glb", **COARSE)
+            np.testing.assert_allclose(read.mesh[0].min(0), far.mesh[0].min(0), rtol=0, atol=1e-6)
+            self.assertEqual(read.facts.triangles, far.facts.triangles)
             self.assertEqual(len(os.listdir(folder)), 3)  # nothing is left beside them
             self.assertEqual(json.loads(text.read_text()), model.info)
-            again = sqmap.bake(obj)
-            self.assertEqual(again.info["mesh_hash"], sqmap.bake(model.mesh).info["mesh_hash"])
+            again = sqmap.bake(obj, **COARSE)
+            self.assertEqual(again.info["mesh_hash"], sqmap.bake(model.mesh, **COARSE).info["mesh_hash"])
             self.assertEqual(obj.read_text().count("\ng part_") + obj.read_text().startswith("g part_"), model.facts.parts)
 
     def test_exported_shapes_hold_the_mesh_and_are_those_of_the_program(self):

@@ -7,7 +7,7 @@ import warnings
 
 import numpy as np
 import sqmap
-from support import ball, ball_model, torus
+from support import COARSE, ball, ball_model, torus
 
 TOL_MERGE = 1e-8  # trimesh.constants.tol.merge
 
@@ -58,7 +58,7 @@ class Trimesh(unittest.TestCase):
 
     def test_a_sphere_of_radius_one_from_radius_two(self):
         points = 2 * ball(2)[0]
-        closest, distance, _ = sqmap.bake(ball(4)).closest_point(points)
+        closest, distance, _ = ball_model().closest_point(points)
         self.assertTrue((np.abs(distance - 1) < 0.01).all())
         self.assertTrue((np.abs((closest * points / 2).sum(1) - 1) < 0.01).all())
 
@@ -155,7 +155,7 @@ class Open3d(unittest.TestCase):
                              {k: shape + end for k, end in last.items()})
 
     def test_sphere_wrong_occupancy(self):
-        vertices, triangles = ball(4)
+        vertices, triangles = ball()
         scene = sqmap.Scene()
         scene.add_triangles(0.8 * vertices, triangles)
         axis = np.linspace(-0.88, 0.88, 6)
@@ -167,7 +167,7 @@ class Double(unittest.TestCase):
     def test_distances_are_the_definition_in_double_up_to_ten_sizes_away(self):
         rng = np.random.default_rng(7)
         for vertices, triangles in (ball(2), torus(16, 10), box((0.1, 0.2, 0.3), (1.4, 0.7, 0.9))):
-            model = sqmap.bake((vertices, triangles))
+            model = sqmap.bake((vertices, triangles), **COARSE)
             self.assertTrue(model.facts.has_input)
             size = model.r_max
             self.assertEqual(sorted(map(tuple, model.mesh[0])), sorted(map(tuple, vertices)))
@@ -177,7 +177,7 @@ class Double(unittest.TestCase):
             self.assertLess(np.abs(np.abs(answer.distance) - naive).max(), 1e-12 * size)
             self.assertTrue((answer.known == 0).all())
             self.assertLess(np.abs(np.linalg.norm(answer.closest - points, axis=1) - naive).max(), 1e-12 * size)
-            lean = sqmap.bake((vertices, triangles), keep_input=False)
+            lean = sqmap.bake((vertices, triangles), keep_input=False, **COARSE)
             self.assertFalse(lean.facts.has_input)
             self.assertLess(lean.facts.bytes, model.facts.bytes)
             rounded = lean.distances(points[:300])
@@ -192,7 +192,7 @@ class Double(unittest.TestCase):
         rng = np.random.default_rng(11)
         fingers = rng.uniform(-0.1, 0.1, (40, 3)) + np.where(rng.random((40, 1)) < 0.5, 0.3, -0.3) * [1, 0, 0]
         for vertices, triangles in (ball(), torus(), box((-0.7, -0.4, -0.3), (0.6, 0.5, 0.4))):
-            model = sqmap.bake((vertices, triangles))
+            model = sqmap.bake((vertices, triangles), **COARSE)
 
             def energy(x):  # of a point that is to be 0.2 outside
                 return (model.distances(x[None]).distance[0] - 0.2) ** 2
@@ -239,7 +239,7 @@ class Sources(unittest.TestCase):
             loose = vertices[triangles].reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3)  # as STL has them
             shuffled = rng.permutation(len(vertices))
             for given in ((vertices, triangles), (vertices, turned[order]), loose, (vertices[shuffled], np.argsort(shuffled)[triangles])):
-                model = sqmap.bake(given, target_error=5, max_parts=1)  # maps and superquadrics answer nothing here
+                model = sqmap.bake(given, **COARSE)
                 centres = given[0][given[1]].mean(1)
                 expected = np.arange(len(given[1]))
                 np.testing.assert_array_equal(model.source_triangle[model.distances(centres).triangle], expected)
@@ -250,7 +250,7 @@ class Sources(unittest.TestCase):
                 centres_named += len(centres)
                 contacts_named += self.contacts_named(model, given)
             scene = sqmap.Scene()
-            scene.add_triangles(*given)
+            scene.add_triangles(*given, **COARSE)
             np.testing.assert_allclose(scene.compute_closest_points(centres)["primitive_uvs"], 1 / 3, atol=1e-9)
         print(f"{centres_named} face centres and {contacts_named} contacts, each under the number in the mesh that was given")
         self.assertGreater(contacts_named, 1000)
@@ -307,7 +307,7 @@ class OneMeaning(unittest.TestCase):
         points = np.random.default_rng(2).uniform(-1.6, 1.6, (20000, 3))
         lo, hi = ball(2), box((-0.2, -1.5, -0.3), (0.3, 1.5, 0.2))
         crossing = np.vstack([lo[0], hi[0]]), np.vstack([lo[1], hi[1] + len(lo[0])])
-        for model in (sqmap.bake(torus(), target_error=5), sqmap.bake(crossing, target_error=5), sqmap.bake(torus(), exact=False),
+        for model in (sqmap.bake(torus(), **COARSE), sqmap.bake(crossing, target_error=5), sqmap.bake(torus(16, 10), exact=False),
                       sqmap.bake((ball(2)[0], ball(2)[1][:-30]), surface=True)):
             inside = model.contains(points)
             np.testing.assert_array_equal(inside, model.signed_distance(points) > 0)
@@ -324,7 +324,7 @@ class OneMeaning(unittest.TestCase):
         rng = np.random.default_rng(8)
         for vertices, triangles in (ball(2), torus(), box((-0.2, -1.5, -0.3), (0.3, 1.5, 0.2))):
             vertices = vertices @ np.linalg.qr(rng.normal(size=(3, 3)))[0].T + rng.normal(size=3)
-            model = sqmap.bake((vertices, triangles))
+            model = sqmap.bake((vertices, triangles), **COARSE)
             t, b = rng.integers(0, len(triangles), 20000), rng.dirichlet([1, 1, 1], 20000)
             points = (vertices[triangles[t]] * b[:, :, None]).sum(1)
             points += 10.0 ** rng.uniform(-11, -6, (20000, 1)) * rng.normal(size=(20000, 3))
