@@ -77,6 +77,14 @@ export interface ProbeContact {
   status: number;
 }
 
+/** How features that move are tested. */
+export interface FeatureOptions {
+  /** Edges against edges; default false, points against triangles. */
+  edges?: boolean;
+  /** How far apart counts as touching; default 0. */
+  separation?: number;
+}
+
 /** A solid where it is. */
 export interface Body {
   probe: Probe;   // its vertices and triangles
@@ -315,6 +323,10 @@ export interface Sqmap {
   /** The first touch while b moves to a pose, in a straight line and about one axis, and a rests or moves to poseA. time: the share of
    *  the motion that is done by then, never too late; 1 if they do not touch. */
   firstTouch(a: Body, b: Body, pose: Pose, poseA?: Pose): {touches: boolean; time: number; status: number};
+  /** When points and triangles first touch that move in straight lines at a steady rate, or with edges, edges and edges. start, end: 12
+   *  numbers a row at the times 0 and 1, a point and the triangle's corners, or the ends of one edge, then of the other. time: not after
+   *  the first touch; 1 if they do not touch. A coordinate that is not finite touches at time 0. */
+  firstTouchFeatures(start: Rows, end: Rows, options?: FeatureOptions): {touches: boolean[]; time: Float64Array};
   /** How far b has to be moved to be free of a: along a direction of three numbers to the first gap; without one the shortest
    *  translation that is known, of convex solids the least of all. */
   separation(a: Body, b: Body, direction?: number[]): Separation;

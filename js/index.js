@@ -590,6 +590,18 @@ class Sqmap {
       return {touches: touches !== 0, ...rest};
     });
   }
+  firstTouchFeatures(start, end, options = {}) {
+    const {edges = false, separation = 0} = settings(options, ["edges", "separation"]);
+    const first = rows(start, "start", 12), last = rows(end, "end", 12), count = first.length / 12;
+    if (last.length !== first.length) throw refuse("end", `has ${last.length} numbers`, `give ${first.length}, as start has`);
+    return within(this.#library, (c) => {
+      const touches = c.space(count), time = c.space(8 * count);
+      c.run("sqmap_first_touch_features", c.struct("movingFeatures", {
+        start: c.numbers(first), end: c.numbers(last), count, areEdges: flag(edges, "options.edges"),
+        separation: number(separation, "options.separation")}), c.struct("touches", {time, touches}));
+      return {touches: Array.from(c.copy(Uint8Array, touches, count), Boolean), time: c.copy(Float64Array, time, count)};
+    }, (element) => element.replace(/^features\./, "options."));
+  }
   separation(a, b, direction) {
     const along = direction === undefined ? [0, 0, 0] : rows(direction, "direction");
     if (along.length !== 3 || (direction !== undefined && !(along.every(Number.isFinite) && along.some((x) => x !== 0))))

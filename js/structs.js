@@ -41,6 +41,8 @@ export const structs = {
     partA:i16 partB:i16 certain:u8 status:u8`, false),
   surfaceList: layout("contacts:pointer count:size found:size meetings:size regions:size status:u32"),
   touch: layout("time:f64 touches:i32 status:u32 endPoseA:pointer"),
+  movingFeatures: layout("start:pointer end:pointer count:size areEdges:i32 separation:f64"),
+  touches: layout("time:pointer touches:pointer"),
   clearance: layout(`within:f64 distance:f64 atLeast:f64 onA:f64[3] onB:f64[3] triangleA:u32 triangleB:u32 isWithin:i32 status:u32`),
   overlap: layout("volume:f64 error:f64 status:u32"),
   separation: layout("along:f64[3] distance:f64 atLeast:f64 direction:f64[3] isExact:i32 status:u32"),

@@ -2,7 +2,7 @@
 //
 //   sqmap_fcl::Solid solid{&view, &probe};              // of the mesh in the object's frame
 //   object.setUserData(&solid);
-//   sqmap_fcl::Collision collision(workspace);          // one a thread
+//   sqmap_fcl::Collision collision(workspace);          // one a thread; the workspace grows where a pair has more contacts
 //   manager.collide(&collision, sqmap_fcl::collide);    // then collision.result
 //
 // For contacts of edges and faces too, make the probes with triangles and set collision.surfaces = &contact_workspace.
@@ -42,8 +42,8 @@ struct Collision {
     sqmap::query::ContactOptions surface_options{};
     fcl::CollisionRequest<double> request{};  ///< num_max_contacts: of all pairs together; enable_contact
     fcl::CollisionResult<double> result{};
-    /// Bits of Status and ContactStatus of all pairs: k_full, where a workspace was too small; k_no_triangles, where `surfaces`
-    /// is set and a probe has none, so that only vertices were tested.
+    /// Bits of Status and ContactStatus of all pairs: k_no_triangles, where `surfaces` is set and a probe has none, so that only
+    /// vertices were tested.
     std::uint8_t status = sqmap::query::k_ok;
 };
 
@@ -80,14 +80,29 @@ inline int element_of(sqmap::query::Feature feature, std::uint32_t index)
     return static_cast<int>(feature == sqmap::query::Feature::Edge ? index / 3 : index);
 }
 
+/// The answer of a query. One that has more contacts than the workspace has space for is asked again with more, so that none is
+/// lost; that allocates.
+template <typename Workspace, typename Query>
+auto whole_answer(Workspace& workspace, const Query& query)
+{
+    constexpr std::size_t least = 4096, most = std::size_t{1} << 28;
+    auto found = query(workspace);
+    for (std::size_t contacts = least; (found.status & sqmap::query::k_full) != 0 && contacts <= most; contacts *= 4) {
+        workspace = Workspace(contacts);
+        found = query(workspace);
+    }
+    return found;
+}
+
 /// Vertices of each body in the other.
 inline void add_vertices(Collision& c, const fcl::CollisionObject<double>& first, const fcl::CollisionObject<double>& second)
 {
     const auto &a = *static_cast<const Solid*>(first.getUserData()), &b = *static_cast<const Solid*>(second.getUserData());
     sqmap::query::PairOptions options = c.options;
     options.query.first_only |= !c.request.enable_contact;
-    const auto found =
-        sqmap::query::query_pair({a.model, a.probe, pose_of(first)}, {b.model, b.probe, pose_of(second)}, options, c.workspace);
+    const auto found = whole_answer(c.workspace, [&](sqmap::query::PairWorkspace& space) {
+        return sqmap::query::query_pair({a.model, a.probe, pose_of(first)}, {b.model, b.probe, pose_of(second)}, options, space);
+    });
     c.status |= found.status;
     for (const sqmap::query::PairContact& p : found.contacts) {
         if (c.result.numContacts() >= c.request.num_max_contacts) break;
@@ -118,8 +133,10 @@ inline void add_surfaces(Collision& c, const fcl::CollisionObject<double>& first
     if (c.result.numContacts() >= c.request.num_max_contacts) return;
     sqmap::query::ContactOptions options = c.surface_options;
     options.first_only |= !c.request.enable_contact;
-    const auto found = sqmap::query::query_contacts({a.model, a.probe, pose_of(first)}, {b.model, b.probe, pose_of(second)},
-                                                    options, *c.surfaces);
+    const auto found = whole_answer(*c.surfaces, [&](sqmap::query::ContactWorkspace& space) {
+        return sqmap::query::query_contacts({a.model, a.probe, pose_of(first)}, {b.model, b.probe, pose_of(second)}, options,
+                                            space);
+    });
     c.status |= found.status;
     for (const sqmap::query::SurfaceContact* p : deepest(found.contacts, c.request.num_max_contacts - c.result.numContacts())) {
         fcl::Contact<double> contact = contact_of(first, second, p->witness, p->normal, p->depth);

@@ -88,7 +88,8 @@ function wrong(type, name, method) {
 }
 
 const good = {points: point, vertices: box.vertices, mesh: box, name: "box.off", bytes, probe, model, part: 0, targets: [[2, 2, 2]], pose: identity, time: 0.5,
-              a: body, b: body, body, distance: 1, number: 0, poses: [identity]};
+              a: body, b: body, body, distance: 1, number: 0, poses: [identity],
+              start: [[1, 1, 1, 0, 0, 0, 4, 0, 0, 0, 4, 0]], end: [[1, 1, -1, 0, 0, 0, 4, 0, 0, 0, 4, 0]]};
 const arguments_ = ({method, parameters}) => parameters.map(({name, optional}) => (optional ? undefined : method === "bakeFile" && name === "bytes" ? off : good[name]));
 let tried = 0, named = 0, documented = 0;
 const failures = [];

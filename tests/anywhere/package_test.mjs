@@ -256,6 +256,16 @@ check("what two boxes share, their distance, their first touch and what separate
   assert.deepEqual(sqmap.firstTouch(cube, cubeAt(5, 0, 0), shifted(5, 9, 0)), {touches: false, time: 1, status: 0});
   assert.ok(sqmap.firstTouch(cube, cubeAt(5, 0.1, 0.2), shifted(3, 0.1, 0.2), shifted(2, 0, 0)).time <= 0.75);
   assert.ok(!sqmap.firstTouch(cube, cubeAt(5, 0.1, 0.2), shifted(3, 0.1, 0.2), shifted(0.5, 0, 0)).touches);
+  const still = [0, 0, 0, 4, 0, 0, 0, 4, 0], falls = (from, to) => [[[1, 1, from, ...still], [5, 5, from, ...still]], [[1, 1, to, ...still], [5, 5, to, ...still]]];
+  const passes = sqmap.firstTouchFeatures(...falls(1, -3));
+  assert.deepEqual([passes.touches, passes.time[1]], [[true, false], 1]);
+  near(passes.time[0], 0.25, 1e-8);
+  near(sqmap.firstTouchFeatures(...falls(1, -3), {separation: 0.5}).time[0], 0.125, 1e-8);
+  const edges = sqmap.firstTouchFeatures([[-1, 0, 1, 1, 0, 1, 0, -1, 0, 0, 1, 0]], [[-1, 0, -1, 1, 0, -1, 0, -1, 0, 0, 1, 0]], {edges: true});
+  assert.ok(edges.touches[0] && edges.time[0] <= 0.5);
+  near(edges.time[0], 0.5, 1e-8);
+  assert.throws(() => sqmap.firstTouchFeatures(...falls(1, 0), {separation: -1}), (e) => e.element === "options.separation");
+  assert.throws(() => sqmap.firstTouchFeatures([[1, 2]], [[1, 2]]), (e) => e.element === "start[0]");
   near(sqmap.separation(cube, cubeAt(1.5, 0.1, 0), [4, 0, 0]).distance, 0.5, 1e-8);
   const least = sqmap.separation(cube, cubeAt(0.2, 1.9, 0.1));
   near(least.distance, 0.1, 1e-8);

@@ -78,6 +78,28 @@ TEST_F(Fcl, RingsThatOverlapHaveDepthAndNormalFromTheFirstToTheSecond)
     EXPECT_NEAR(deepest, 0.1, 0.03);  // the tubes have edges
 }
 
+TEST_F(Fcl, NoContactIsLostWhereAWorkspaceIsSmall)
+{
+    Object &first = add_torus({0, 0, 0}, 0), &second = add_torus({2.5, 0, 0}, 0);
+    for (const bool complete : {false, true}) {
+        std::size_t found[2] = {};
+        for (const std::size_t space : {1, 4096}) {
+            sqmap::query::PairWorkspace workspace(space);
+            sqmap::query::ContactWorkspace surfaces(space);
+            sqmap_fcl::Collision c(workspace);
+            c.request.num_max_contacts = 100000;
+            c.request.enable_contact = true;
+            c.options.query.layer = sqmap::query::Layer::Exact;
+            if (complete) c.surfaces = &surfaces;
+            sqmap_fcl::collide(&first, &second, &c);
+            EXPECT_EQ(c.status, sqmap::query::k_ok);
+            found[space == 1] = c.result.numContacts();
+        }
+        EXPECT_GT(found[0], 1U);
+        EXPECT_EQ(found[1], found[0]);
+    }
+}
+
 TEST(FclSurfaces, RidgesThatCrossBetweenTheirVerticesTouch)
 {
     const sqmap::test::Solid lower(sqmap::test::diamond_bar(true, 3, 1, 0)), upper(sqmap::test::diamond_bar(false, 3, 1, 0));
