@@ -231,12 +231,13 @@ void solve_cell(std::vector<LocatedVertex>& cell)
                 for (std::size_t j = k; j <= n; ++j) a[i * (n + 1) + j] -= f * a[k * (n + 1) + j];
             }
         }
-        for (std::size_t i = 0; i < n && good; ++i) {
-            cell[i].residual = a[i * (n + 1) + n] / a[i * (n + 1) + i];
-            good = std::abs(cell[i].residual) <= 3 * largest;
+        const auto height = [&](std::size_t i) { return a[i * (n + 1) + n] / a[i * (n + 1) + i]; };
+        for (std::size_t i = 0; i < n && good; ++i) good = std::abs(height(i)) <= 3 * largest;
+        if (good) {
+            for (std::size_t i = 0; i < n; ++i) cell[i].residual = height(i);
+            return;
         }
-        if (good) return;
-        cell.pop_back();
+        cell.pop_back();  // the others' residuals are still those of the map
     }
 }
 
@@ -282,8 +283,9 @@ void add_corrections(const Caster& caster, const Grid& grid, const std::vector<s
                                         located.begin() + static_cast<std::ptrdiff_t>(last));
         solve_cell(cell);
         for (LocatedVertex& p : cell) {
-            const double code = std::round(p.residual / scale);
-            if (std::abs(code) > 32767 || code == 0) continue;
+            // More than half of the map's largest distance cannot be stored; the most that can be is nearer than nothing.
+            const double code = std::clamp(std::round(p.residual / scale), -32767.0, 32767.0);
+            if (code == 0) continue;
             p.data.correction = static_cast<std::int16_t>(code);
             map.corrections.push_back(p.data);
             ++map.correction_rows[p.row + 1];

@@ -325,6 +325,29 @@ TEST(Map, StepThreeBringsTheMapToTheVertices)
     EXPECT_LT(worst(true), 0.3 * worst(false));
 }
 
+TEST(Map, StepThreeMovesTheMapAsFarTowardsASpikeAsItCanBeStored)
+{
+    // The spike's tip is higher than half of the largest distance, all that a correction can hold, and lies between samples.
+    mesh::Mesh ball = mesh::sphere(0.9, 3);
+    std::size_t tip = 0;
+    const auto middle = [](const Vec3d& v) {  // 0 at a cell's centre of a grid of 17 x 32, 1 on its border
+        const auto off = [](double cells) { return 2 * std::abs(cells - std::floor(cells) - 0.5); };
+        return std::max(off(std::asin(v.z / norm(v)) * 16 / std::numbers::pi), off(std::atan2(v.y, v.x) * 16 / std::numbers::pi));
+    };
+    for (std::size_t i = 0; i < ball.vertices.size(); ++i)
+        if (middle(ball.vertices[i]) < middle(ball.vertices[tip])) tip = i;
+    ball.vertices[tip] = 1.28 * ball.vertices[tip];
+    const MapRays rays(ball);
+    Superquadricd sq;
+    sq.a = {1.2, 1.2, 1.2};
+    const Map map = bake_map(rays, all_triangles(ball), sq, {.min_level = 4, .max_level = 4, .gaps = false});
+    const auto error = [&](bool corrections) {
+        return std::abs(project(map.view(), cast<float>(ball.vertices[tip]), {.corrections = corrections}).depth_along);
+    };
+    EXPECT_GT(error(false), 0.16f);
+    EXPECT_LT(error(true), error(false) - 0.12f);
+}
+
 TEST(Map, BakedViewsAreConsistentAndBrokenOnesAreNot)
 {
     const mesh::Mesh m = mesh::dumbbell();
