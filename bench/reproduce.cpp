@@ -1,4 +1,5 @@
-// The paper's evaluation: Fig. 3 (sampling), Table 1 and Fig. 12 (memory), Fig. 14c (time against error).
+// The paper's evaluation: Fig. 3 (sampling), Fig. 5 (step 3), Figs. 6 and 7 (search), Table 1 and Fig. 12 (memory), Fig. 14c
+// (time against error).
 #include "reproduce.h"
 
 #include "error.h"
@@ -7,12 +8,17 @@
 #include "io/replace_file.h"
 #include "paper_maps.h"
 #include "sqmap/bake/evaluate.h"
+#include "sqmap/mesh/shapes.h"
 #include "sqmap/paper/model.h"
+#include "sqmap/paper/model_file.h"
 #include "sqmap/shape/surface.h"
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <numbers>
@@ -58,6 +64,111 @@ void add_sampling(CLI::App& app)
     command->add_option("-o,--output", options->output, "CSV to write")->required();
     command->callback(
         [options] { write(options->output, sampling_text(options->superquadric, options->rows, options->columns)); });
+}
+
+/// Every sample that the search as printed looks at, with its position; the first row is the point itself.
+std::string search_text(const shape::Superquadricd& sq, Vec3d point)
+{
+    const mesh::Mesh ball = mesh::sphere(0.01, 1);  // the search does not depend on what is mapped
+    const paper::Map map = paper::bake_map(paper::MapRays(ball), {}, sq, {.min_level = 7, .max_level = 7, .subdivisions = 0});
+    std::vector<paper::FootSearchStep> steps(4096);
+    steps.resize(
+        std::min(steps.size(), paper::record_foot_search(map.view(), cast<float>(point), paper::Projector::Printed, steps)));
+    std::string text = "stride,eta,omega,distance,collinearity,better,x,y,z\n";
+    const auto add = [&text](const paper::FootSearchStep& step, Vec3d p) {
+        char line[200];
+        std::snprintf(line, sizeof line, "%u,%.7g,%.7g,%.7g,%.7g,%d,%.7g,%.7g,%.7g\n", step.stride,
+                      static_cast<double>(step.angles.eta), static_cast<double>(step.angles.omega),
+                      static_cast<double>(step.distance), static_cast<double>(step.collinearity), step.better ? 1 : 0, p.x, p.y,
+                      p.z);
+        text += line;
+    };
+    add({}, point);
+    for (const paper::FootSearchStep& step : steps) {
+        const shape::SurfaceAngles<double> angles{static_cast<double>(step.angles.eta), static_cast<double>(step.angles.omega)};
+        add(step, shape::surface_point(sq, angles).point);
+    }
+    return text;
+}
+
+void add_search(CLI::App& app)
+{
+    struct Options {
+        shape::Superquadricd superquadric;
+        std::array<double, 3> point{};
+        std::filesystem::path output;
+    };
+    const auto options = std::make_shared<Options>();
+    CLI::App* command =
+        app.add_subcommand("search", "Samples of a superquadric at which the search as printed looks (Figs. 6 and 7), as CSV");
+    command->add_option("--eps1", options->superquadric.eps1)->check(CLI::Range(0.1, 2.0))->capture_default_str();
+    command->add_option("--eps2", options->superquadric.eps2)->check(CLI::Range(0.1, 2.0))->capture_default_str();
+    command->add_option("--point", options->point, "Inside the superquadric")->delimiter(',')->required();
+    command->add_option("-o,--output", options->output, "CSV to write")->required();
+    command->callback([options] {
+        const auto& [x, y, z] = options->point;
+        write(options->output, search_text(options->superquadric, {x, y, z}));
+    });
+}
+
+/// Points of a square in a plane through the z axis, whose lower corner is (0, low).
+struct Section {
+    double azimuth = 0, low = 0, side = 1;
+    int points = 200;  ///< along a side
+};
+
+/// A section as the first part's map has it: depth along the normal of layer 3 with and without step 3, foot P_M, surface point
+/// and normal.
+std::string vertices_text(const paper::ModelView& model, const Section& section)
+{
+    const paper::MapView map = paper::map_of(model, 0);
+    const model::Header& header = model.common.header;
+    const double c = std::cos(section.azimuth), s = std::sin(section.azimuth), step = section.side / (section.points - 1);
+    std::string text = "x,z,with,without,foot_x,foot_z,surface_x,surface_z,normal_x,normal_z\n";
+    for (int i = 0; i < section.points * section.points; ++i) {
+        const double x = step * (i % section.points), z = section.low + step * (i / section.points);
+        const Vec3f p = model::to_model_space(header, {c * x, s * x, z});
+        paper::ProjectionOptions options;
+        options.nearest_steps = 0;
+        options.gaps = false;
+        const paper::PartAnswer with = paper::project(map, p, options);
+        options.corrections = false;
+        const paper::PartAnswer without = paper::project(map, p, options);
+        if (with.verdict == paper::Verdict::Outside) continue;
+        const Vec3d foot = model::to_mesh_units(header, with.foot), surface = model::to_mesh_units(header, with.surface);
+        const Vec3d normal = cast<double>(with.normal);
+        char line[240];
+        std::snprintf(line, sizeof line, "%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g\n", x, z,
+                      header.unit * static_cast<double>(with.depth_along), header.unit * static_cast<double>(without.depth_along),
+                      c * foot.x + s * foot.y, foot.z, c * surface.x + s * surface.y, surface.z, c * normal.x + s * normal.y,
+                      normal.z);
+        text += line;
+    }
+    return text;
+}
+
+void add_vertices(CLI::App& app)
+{
+    struct Options {
+        std::filesystem::path model, output;
+        Section section;
+    };
+    const auto options = std::make_shared<Options>();
+    CLI::App* command = app.add_subcommand(
+        "vertices",
+        "Layer 3 of a section through a paper model's first part, with and without the vertices of step 3 (Fig. 5), as CSV");
+    Section& section = options->section;
+    command->add_option("model", options->model, "Paper model (.sqmap)")->required();
+    command->add_option("--azimuth", section.azimuth, "Of the section's plane about z, radians")->capture_default_str();
+    command->add_option("--low", section.low, "Least z of the square of points, whose least x is 0")->capture_default_str();
+    command->add_option("--side", section.side, "Of the square")->check(CLI::PositiveNumber)->capture_default_str();
+    command->add_option("--points", section.points, "Along a side")->check(CLI::Range(2, 2000))->capture_default_str();
+    command->add_option("-o,--output", options->output, "CSV to write")->required();
+    command->callback([options] {
+        const paper::MappedModel model(options->model);
+        if (model.paper() == nullptr) throw CLI::ValidationError("model", "not a paper model");
+        write(options->output, vertices_text(*model.paper(), options->section));
+    });
 }
 
 void add_memory(CLI::App& app)
@@ -196,6 +307,8 @@ void add_density(CLI::App& app)
 void add_reproduce(CLI::App& app)
 {
     add_sampling(app);
+    add_search(app);
+    add_vertices(app);
     add_memory(app);
     add_density(app);
 }

@@ -8,7 +8,7 @@ import subprocess
 import sys
 import tempfile
 
-from PIL import Image
+from PIL import Image, ImageDraw, ImageFont
 
 import demo
 import demo_meshes
@@ -23,14 +23,20 @@ def stacked(paths, path):
     sheet(paths, 1, path)
 
 
-def sheet(paths, columns, path):
-    """Pictures of one size in rows, with six bits a channel: half the bytes, and no difference to the eye."""
+def sheet(paths, columns, path, names=()):
+    """Pictures of one size in rows, each below its name, with six bits a channel: half the bytes, and no difference to the eye."""
     pictures = [Image.open(p).convert("RGB") for p in paths]
+    above = 20 if names else 0
     rows = [pictures[i:i + columns] for i in range(0, len(pictures), columns)]
-    out = Image.new("RGB", (columns * pictures[0].width, sum(row[0].height for row in rows)), "white")
+    out = Image.new("RGB", (columns * pictures[0].width, sum(row[0].height + above for row in rows)), "white")
     for i, row in enumerate(rows):
+        top = sum(r[0].height + above for r in rows[:i])
         for k, picture in enumerate(row):
-            out.paste(picture, (k * pictures[0].width, sum(r[0].height for r in rows[:i])))
+            out.paste(picture, (k * pictures[0].width, top + above))
+            if names:
+                from matplotlib import font_manager  # its own font, on every machine that draws charts
+                font = ImageFont.truetype(font_manager.findfont("DejaVu Sans"), 14)
+                ImageDraw.Draw(out).text((k * pictures[0].width + 8, top + 4), names[i * columns + k], fill="#22252a", font=font)
     out.point([min(255, (v + 2) // 4 * 4) for v in range(256)] * 3).save(path, optimize=True)
     print(f"{path.relative_to(measure.ROOT)}: {out.width} x {out.height}, {path.stat().st_size / 1000:.0f} kB")
 

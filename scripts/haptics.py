@@ -52,7 +52,7 @@ def picture(trace, out):
     with open(trace, encoding="utf-8") as file:
         rows = window(list(csv.DictReader(file)))
     figure, (turn, step) = plot.panels(("a. Direction of the force", "way, mm", "angle to its mean direction, degrees"),
-                                       ("b. |F_i - F_(i-1)|, k = 500 N/m, 1 mm deep", "way, mm", "N"))
+                                       ("b. |F_i - F_(i-1)|, k = 500 N/m, 1 mm deep", "way, mm", "N"), width=4.1, height=3.4)
     # One plane for all: the mean direction, and the way that the mesh's force turns most.
     forces = [vector(r, "mesh") for r in rows]
     mean = [sum(f[k] for f in forces) for k in range(3)]

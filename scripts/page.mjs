@@ -1,7 +1,7 @@
 // Runs the page of `sqmap view` in Chromium with software rendering, for pictures or for figures.
 // usage: node scripts/page.mjs pictures SQMAP CHROMIUM [MESH]     needs npm's packages (./dev view installs them)
-//   docs/images/view_map.png, a hand baked both ways and a point looked at; with a mesh, the demo's triceratops, also
-//   docs/images/view.png, where its back is touched.
+//   docs/images/view_map.png, a hand baked both ways and a point looked at; docs/images/recognise.png, a hidden object that is touched;
+//   with a mesh, the demo's triceratops, also docs/images/view.png, where its back is touched.
 // usage: node scripts/page.mjs figures SQMAP CHROMIUM MODEL...
 //   prints what the page costs: first paint, time until it can be touched, bytes, draw calls, frames, and the CPU time of a frame in each
 //   process, which another program on the machine changes less than the frames a second.
@@ -66,6 +66,19 @@ async function pictures(browser) {
     await page.locator('#s-below').fill('4');
     await page.waitForFunction(() => document.querySelectorAll('#answers tbody tr').length === 7 && window.sqmap.map.over().steps.length > 20 && window.sqmap.world.traces.count().section > 1);
     await page.evaluate(() => { document.querySelector('#s-below').closest('.card').scrollIntoView({ block: 'start' }); });
+    await page.waitForTimeout(1500);
+  });
+
+  const hidden = ['hand', 'rounded_box', 'bent'].map((shape) => path.join(folder, `${shape.replace('_', ' ')}.obj`));
+  for (const file of hidden) execFileSync(sqmap, ['shapes', path.basename(file, '.obj').replace(' ', '_'), '-o', file]);
+  await picture(browser, hidden, 'recognise.png', [1240, 760], async (page) => {
+    await page.click('#tab-recognise');
+    await page.click('#begin');
+    await page.waitForFunction(() => window.sqmap.game.running);
+    await page.focus('#stage');
+    await page.keyboard.press('Enter');
+    for (let i = 0; i < 90 && !(await page.evaluate(() => window.sqmap.frame()?.contacts > 0)); ++i) { await page.keyboard.press('ArrowRight'); await page.waitForTimeout(60); }
+    await page.waitForFunction(() => Math.hypot(...window.sqmap.frame().force) > 0.3);
     await page.waitForTimeout(1500);
   });
 

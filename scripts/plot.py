@@ -47,16 +47,27 @@ def log_ticks(axis):
 
 
 def save(path, figure):
-    """Writes the figure, a legend of two columns below each panel that names its series."""
+    """Writes the figure, a legend of two columns below each panel that names its series; below all of them where they name the same."""
+    named = [axes for axes in figure.axes if axes.get_legend_handles_labels()[1]]
+    shared = len(named) > 1 and len({tuple(axes.get_legend_handles_labels()[1]) for axes in named}) == 1
     for axes in figure.axes:
         for axis in (axes.xaxis, axes.yaxis):
             if axis.get_scale() == "log":
                 log_ticks(axis)
-        if axes.get_legend_handles_labels()[1]:
+    for axes in named[:1] if shared else named:
+        if shared:  # in three columns, in a strip that the figure gains
+            names = axes.get_legend_handles_labels()[1]
+            columns = 3 if max(map(len, names)) < 40 else 2
+            gained = 0.165 * -(-len(names) // columns) + 0.1
+            figure.set_figheight(figure.get_figheight() + gained)
+            strip = gained / figure.get_figheight()
+            figure.get_layout_engine().set(rect=(0, strip, 1, 1 - strip))
+            legend = figure.legend(*axes.get_legend_handles_labels(), loc="lower center", ncols=columns)
+        else:
             below = transforms.offset_copy(axes.transAxes, figure, y=-32 if axes.get_xlabel() else -18, units="points")
             legend = axes.legend(loc="upper center", bbox_to_anchor=(0.5, 0), bbox_transform=below, ncols=2)
-            for mark in legend.get_lines():  # also of the small and pale
-                mark.set(alpha=1, markersize=max(5, mark.get_markersize()))
+        for mark in legend.get_lines():  # also of the small and pale
+            mark.set(alpha=1, markersize=max(5, mark.get_markersize()))
     figure.savefig(path, metadata={"Creator": None, "Date": None, "Format": None, "Type": None})
     pyplot.close(figure)
     path = pathlib.Path(path)

@@ -20,6 +20,8 @@ import subprocess
 import sys
 import time
 
+import numpy
+
 import demo
 import demo_meshes
 import docs_images
@@ -51,6 +53,8 @@ ROLES = {
     "Rhino": ("bull_7154", "y", "bull"),
 }
 QUICK_ROLES = {"Virtual hand": "hand", "Tiger": "rounded_box", "Horse": "dumbbell", "Elephant": "bent"}
+
+FIGURE_10 = ("Elephant", "Tiger", "Horse")
 
 # The races run these methods. The paper's projection is asked as section 4.2 does; "printed" follows eqs. 16 to 19 to the letter.
 METHODS = ("sqmap_normal_layer1", "sqmap_normal_printed", "sqmap_normal_pyramid3", "sqmap_normal_layer2", "sqmap_normal_layer3",
@@ -174,25 +178,72 @@ def measure_density(models, folder, scale, out):
           scale.density_frames, "--json", out / "density.json")
 
 
-def two_spheres(path, apart=0.75, segments=96):
-    """Two unit spheres that overlap, as one closed surface of revolution: the object of Fig. 4."""
-    rim = math.acos(-apart)  # from a pole to where the spheres meet
-    profile = [(math.sin(t), apart + math.cos(t)) for t in (rim * i / 40 for i in range(1, 41))]
-    profile += [(r, -z) for r, z in reversed(profile[:-1])]
-    lines = [f"v 0 0 {1 + apart}"]
-    for r, z in profile:
+def lathe(path, profile, segments=96):
+    """A closed surface of revolution about z: profile has (radius, z) from the upper pole to the lower, both of radius 0."""
+    (_, top), *rings, (_, bottom) = profile
+    lines = [f"v 0 0 {top}"]
+    for r, z in rings:
         lines += [f"v {r * math.cos(2 * math.pi * j / segments):.9g} {r * math.sin(2 * math.pi * j / segments):.9g} {z:.9g}"
                   for j in range(segments)]
-    lines.append(f"v 0 0 {-1 - apart}")
-    last = 2 + len(profile) * segments
+    lines.append(f"v 0 0 {bottom}")
+    last = 2 + len(rings) * segments
     for j in range(segments):
         k = (j + 1) % segments
         lines.append(f"f 1 {2 + j} {2 + k}")
-        for i in range(len(profile) - 1):
+        for i in range(len(rings) - 1):
             a, b = 2 + i * segments, 2 + (i + 1) * segments
             lines += [f"f {a + j} {b + j} {b + k}", f"f {a + j} {b + k} {a + k}"]
         lines.append(f"f {last} {last - segments + k} {last - segments + j}")
     path.write_text("\n".join(lines) + "\n")
+
+
+def two_spheres(path, apart=0.75, segments=96):
+    """Two unit spheres that overlap, as one surface: the object of Fig. 4."""
+    rim = math.acos(-apart)  # from a pole to where the spheres meet
+    half = [(math.sin(t), apart + math.cos(t)) for t in (rim * i / 40 for i in range(41))]
+    lathe(path, half + [(r, -z) for r, z in reversed(half[:-1])], segments)
+
+
+def ridge_and_groove(path):
+    """A body with a ridge and a groove that lie between the samples of a coarse map: arcs E and S of Fig. 5. Returns its profile."""
+    tent = lambda z: max(0, 1 - abs(z - 0.3) / 0.12) - max(0, 1 - abs(z + 0.3) / 0.12)
+    radius = lambda z: (1 - abs(z / 1.3) ** (10 / 3)) ** 0.3 * (1 + 0.07 * tent(z))
+    edges = {c + d for c in (-0.3, 0.3) for d in (-0.12, 0, 0.12)}
+    heights = edges | {z for z in (1.3 * (i / 30 - 1) for i in range(1, 60)) if min(abs(z - 0.3), abs(z + 0.3)) > 0.13}
+    profile = [(0, 1.3), *((radius(z), z) for z in sorted(heights, reverse=True)), (0, -1.3)]
+    lathe(path, profile, 32)
+    return profile
+
+
+def section_of(model, out, low=-0.75, side=1.5, points=301):
+    """Figs. 5 and 8: a section's points as {column: square array}."""
+    bench("vertices", model, "--low", low, "--side", side, "--points", points, "-o", out / "fig05.csv")
+    found = numpy.genfromtxt(out / "fig05.csv", delimiter=",", names=True)
+    columns = {name: numpy.full((points, points), numpy.nan) for name in found.dtype.names}
+    row, column = (numpy.rint((found[name] - start) / side * (points - 1)).astype(int) for name, start in (("z", low), ("x", 0)))
+    for name, values in columns.items():
+        values[row, column] = found[name]
+    columns["x"], columns["z"] = numpy.meshgrid(numpy.linspace(0, side, points), numpy.linspace(low, low + side, points))
+    return columns
+
+
+def search_of(eps1, eps2, point, out):
+    """Figs. 6 and 7: the rows of a point's search on a superquadric."""
+    bench("search", "--eps1", eps1, "--eps2", eps2, "--point", point, "-o", out / "search.csv")
+    with open(out / "search.csv", newline="") as rows:
+        return [{k: float(v) for k, v in row.items()} for row in csv.DictReader(rows)]
+
+
+def draw_step_three_and_search(out, images):
+    """Figs. 5 to 8."""
+    mesh, model, sections = out / "ridge.obj", out / "ridge.sqmap", []
+    profile = ridge_and_groove(mesh)
+    for grid in ("17x32", "129x256"):
+        measure.run("bake", mesh, "-o", model, "--grid", grid, *AS_ONE_PART)
+        sections.append(section_of(model, out))
+    figures.figures_5_and_8(*sections, profile, images)
+    figures.figure_6({eps: search_of(1, eps, point, out) for eps, point in ((0.4, "0.35,0.55,0"), (1.6, "0.15,0.5,0"))}, images)
+    figures.figure_7(search_of(0.6, 0.4, "0.35,0.55,0.25", out), images)
 
 
 def draw_pictures(models, out, images):
@@ -203,17 +254,19 @@ def draw_pictures(models, out, images):
     two_spheres(spheres)
     measure.run("bake", spheres, "-o", model, "--projection", "normal", "--max-parts", "1", "--no-exact", "--grid", "100x200",
                 "--subdivisions", "0")
-    measure.run("render", model, spheres, "--what", "parts,superquadrics,map", "--up", "z", "--size", "560x400",
-                "-o", out / "fig04.png")
+    for name, kinds, size in (("fig04", "parts,superquadrics", "400x300"), ("fig04.map", "map", "800x440")):
+        measure.run("render", model, spheres, "--what", kinds, "--up", "z", "--size", size, "-o", out / f"{name}.png")
     rows = []
-    for role in ("Elephant", "Tiger", "Horse"):
+    for role in FIGURE_10:
         subject = next(m for m in models if m.role == role)
         rows.append(out / f"fig10.{role}.png")
         measure.run("render", out / f"{role}.paper1.sqmap", subject.mesh, "--what", "parts,superquadrics", "--up", subject.up, "--size",
-                    "430x340", *(["--azimuth", subject.azimuth] if subject.azimuth else []), "-o", rows[-1])
-    docs_images.stacked([out / "fig04.png"], images / "fig04.png")
-    docs_images.stacked(rows, images / "fig10.png")
+                    "400x320", *(["--azimuth", subject.azimuth] if subject.azimuth else []), "-o", rows[-1])
+    docs_images.sheet([out / "fig04.png", out / "fig04.map.png"], 1, images / "fig04.png",
+                      ("(a) object, (b) its superquadric", "(c) the map: 100 x 200 samples, latitude up, longitude across"))
+    docs_images.sheet(rows, 1, images / "fig10.png", [f"({letter}) {role}: parts, superquadrics" for letter, role in zip("abc", FIGURE_10)])
     draw_section_three(models, out, images)
+    draw_step_three_and_search(out, images)
 
 
 def draw_section_three(models, out, images):
@@ -224,13 +277,15 @@ def draw_section_three(models, out, images):
                     *(["--azimuth", subject.azimuth] if subject.azimuth else []), "-o", picture)
         return picture
 
-    docs_images.stacked([drawn(models[0], "parts,superquadrics", "400x330", "fig01.png", "passes")], images / "fig01.png")
+    docs_images.sheet([drawn(models[0], "parts,superquadrics", "400x330", "fig01.png", "passes")], 1, images / "fig01.png",
+                      ["Parts of section 3, and their superquadrics"])
     elephant = next(m for m in models if m.role == "Elephant")
-    rows = [drawn(elephant, kinds, "320x260", f"section3.{i}.png")
-            for i, kinds in enumerate(("features,locales,strength", "curvature,hyperbolic,parts"))]
-    docs_images.stacked(rows, images / "section3.png")
-    parts = [drawn(m, "parts", "320x260", f"printed.{m.role}.png") for m in models]
-    docs_images.sheet(parts, 3, images / "fig10_printed.png")
+    fields = {"features": "protrusion and salient features", "locales": "locales", "strength": "Boundary Strength",
+              "curvature": "Gaussian curvature", "hyperbolic": "hyperbolic surface", "parts": "parts, cut as printed"}
+    docs_images.sheet([drawn(elephant, kind, "320x260", f"section3.{kind}.png") for kind in fields], 3, images / "section3.png",
+                      list(fields.values()))
+    docs_images.sheet([drawn(m, "parts", "266x220", f"printed.{m.role}.png") for m in models], 3, images / "fig10_printed.png",
+                      [m.role for m in models])
 
 
 # --- What is made of it ------------------------------------------------------------------------------------------------

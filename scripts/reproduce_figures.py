@@ -4,6 +4,7 @@ import dataclasses
 import math
 import statistics
 
+import numpy
 from matplotlib import collections as shapes
 
 import docs_images
@@ -97,6 +98,87 @@ def figure_3(data, images):
     plot.save(images / "fig03.svg", figure)
 
 
+# --- Figs. 5 and 8: a section through a map, with and without step 3 ----------------------------------------------------------
+
+def figures_5_and_8(coarse, fine, profile, images):
+    """coarse, fine: {column: square array} of a section's points, not a number outside of the superquadric; profile: (radius, z) of
+    the mesh."""
+    figure, panels = plot.panels(("Fig. 5(a): step 3", "", ""), ("Fig. 5(b): no step 3", "", ""), ("Fig. 8: force at M_B", "", ""),
+                                 width=2.6, height=4.2)
+    for axes, section, field, frame in zip(panels, (coarse, coarse, fine), ("with", "without", "with"),
+                                           ((0.84, 1.2, -0.58, 0.58), (0.84, 1.2, -0.58, 0.58), (0.93, 1.115, 0.06, 0.66))):
+        x, z = section["x"], section["z"]
+        solid = numpy.interp(z, [p[1] for p in profile[::-1]], [p[0] for p in profile[::-1]]) > x
+        near = (section["foot_x"] > 0.9) & (x > 0.9)
+        for which, colour, words in ((solid & (section[field] < 0), "#f2b08c", "collision missed"),
+                                     (~solid & (section[field] > 0), "#b9a6e6", "collision reported too early")):
+            axes.contourf(x, z, which.astype(float), levels=[0.5, 2], colors=[colour])
+            axes.plot([], [], color=colour, linewidth=7, label=words)
+        axes.plot(*zip(*sorted(zip(section["foot_x"][near], section["foot_z"][near]), key=lambda p: p[1])), color=GREY, label="superquadric")
+        axes.contour(x, z, section[field], levels=[0], colors=[RED])
+        axes.plot([], [], color=RED, label="surface as the map has it")
+        axes.plot(*zip(*profile), color=INK, linewidth=0.8, marker="o", markersize=3, label="mesh and its vertices")
+        axes.plot([], [], color=BLUE, marker="o", markersize=4, label="S, from M_B to its foot P_M")
+        axes.plot([], [], color=GREEN, linewidth=2, label="force, along eq. 26's normal")
+        axes.set(xlim=frame[:2], ylim=frame[2:], aspect="equal")
+        axes.set_axis_off()
+    for axes in panels[:2]:
+        axes.text(1.1, 0.3, "E", va="center", weight="bold")
+        axes.text(0.875, -0.3, "S", va="center", weight="bold")
+    at = numpy.unravel_index(numpy.argmin((fine["x"] - 0.965) ** 2 + (fine["z"] - 0.35) ** 2), fine["x"].shape)
+    point, foot, normal = ((fine[a][at], fine[b][at]) for a, b in (("x", "z"), ("foot_x", "foot_z"), ("normal_x", "normal_z")))
+    panels[2].plot(*zip(point, foot), color=BLUE, marker="o", markersize=4)
+    panels[2].annotate("", [p + 0.07 * n for p, n in zip(point, normal)], point, arrowprops={"arrowstyle": "-|>", "color": GREEN, "linewidth": 2})
+    for words, where, offset in (("M_B", point, (-12, -13)), ("P_M", foot, (5, 2))):
+        panels[2].annotate(words, where, offset, textcoords="offset points", color=BLUE)
+    plot.save(images / "fig05.svg", figure)
+
+
+# --- Figs. 6 and 7: the search as printed -------------------------------------------------------------------------------------
+
+def figure_6(searches, images):
+    """searches: {eps: rows of the search of a point of the plane z = 0}, the point itself first."""
+    figure, panels = plot.panels(*((f"Fig. 6({letter}): superellipse, ε = {eps}", "", "") for letter, eps in zip("ab", searches)), width=3.9,
+                                 height=3.4)
+    for axes, (eps, (point, *steps)) in zip(panels, searches.items()):
+        place = lambda row: (row["x"], row["y"])
+        angle = lambda p: math.degrees(math.atan2(p[1] ** (1 / eps), p[0] ** (1 / eps)))  # of eq. 14
+        turn = [math.radians(i / 2) for i in range(181)]
+        axes.plot([math.cos(t) ** eps for t in turn], [math.sin(t) ** eps for t in turn], color=GREY)
+        m, foot = place(point), place([s for s in steps if s["better"]][-1])
+        onto = 1 / (m[0] ** (2 / eps) + m[1] ** (2 / eps)) ** (eps / 2)
+        ray = (onto * m[0], onto * m[1])
+        axes.plot([0, ray[0]], [0, ray[1]], color=GREY, linewidth=0.9, linestyle="--")
+        axes.plot(*zip(m, foot), color=RED)
+        for where, words, colour in ((m, "M", INK), (ray, f"on M's ray: θ = {angle(ray):.1f}°", BLUE),
+                                     (foot, f"P_M: θ = {angle(foot):.1f}°", RED)):
+            axes.plot(*where, label=words, **plot.marks(colour))
+        axes.set(xlim=(0, 1.1), ylim=(0, 1.1), aspect="equal")
+        axes.grid(False)
+    plot.save(images / "fig06.svg", figure)
+
+
+def figure_7(search, images):
+    """search: the rows of a point's search, the point itself first; the strides of the levels fall."""
+    strides = sorted({int(r["stride"]) for r in search if r["stride"]}, reverse=True)
+    figure, panels = plot.panels(*((f"Fig. 7({letter}): level {level}", "ω, degrees", "" if level else "η, degrees")
+                                   for level, letter in zip(range(len(strides)), "abc")), width=2.6, height=3.2)
+    degrees = lambda rows: ([math.degrees(r["omega"]) for r in rows], [math.degrees(r["eta"]) for r in rows])
+    foot = [r for r in search[1:] if r["better"]][-1]
+    for axes, stride in zip(panels, strides):
+        looked, before = ([r for r in search[1:] if test(r["stride"])] for test in (lambda s: s == stride, lambda s: s > stride))
+        best = [r for r in search[1:] if r["stride"] >= stride and r["better"]][-1]
+        axes.plot(*degrees(before), label="of the levels before", **plot.marks("#c9ccd0"))
+        axes.plot(*degrees(looked), label="sample of the level", **plot.marks(BLUE))
+        axes.plot(*degrees([best]), label="best so far", **plot.marks(RED, "s"))
+        axes.plot(*degrees([foot]), label="foot, by a Newton step", **plot.marks(INK, "x"))
+        axes.text(0.02, 0.98, f"every {stride}. sample, I_S = {best['collinearity']:.5f}".replace("every 1. sample", "every sample"),
+                  transform=axes.transAxes, va="top")
+        (left, right), (low, high) = ((min(v), max(v)) for v in degrees(search[1:]))
+        axes.set(xlim=(left - 2, right + 2), ylim=(low - 1, high + 3))
+    plot.save(images / "fig07.svg", figure)
+
+
 # --- Section 5, corollaries 1 and 2 ------------------------------------------------------------------------------------
 
 COROLLARY_SHAPES = {"dumbbell": ("dumbbell: injective", BLUE, "o"), "hand": ("hand: Q2", RED, "s")}  # the project's own
@@ -106,7 +188,7 @@ def draw_corollaries(errors, images):
     """Error against density, of a shape whose projection is injective and of one with Q2. errors: {shape: {grid: (share of Q2, mean,
     99th percentile)}}. Returns them as a table."""
     figure, axes = plot.panels(("Mean", "samples of the map", "error of the depth, % of R_max"),
-                               ("99th percentile", "samples of the map", ""), width=5.6, height=3.4)
+                               ("99th percentile", "samples of the map", ""), width=4.1, height=3)
     lines = [f"{'shape':10} {'grid':>9} {'Q2, %':>7} {'mean, %':>9} {'p99, %':>9}"]
     for shape, of_grid in errors.items():
         words, colour, marker = COROLLARY_SHAPES[shape]
@@ -115,7 +197,7 @@ def draw_corollaries(errors, images):
             axis.plot(samples, [e[value] for e in of_grid.values()], color=colour, marker=marker, label=words)
         lines += [f"{shape:10} {grid:>9} {q2:7.2f} {mean:9.4f} {p99:9.4f}" for grid, (q2, mean, p99) in of_grid.items()]
     for axis in axes:
-        axis.set(xscale="log", yscale="log")
+        axis.set(xscale="log", yscale="log", xticks=[100, 1000, 10_000, 100_000])
     plot.save(images / "corollaries.svg", figure)
     return "\n".join(lines) + "\n"
 
@@ -155,7 +237,7 @@ LAYERS = [  # method, words, colour, marker, hollow
 def figure_11a(data, images):
     roles, x, y = [*data.roles[1:], SCENE], "object under the hand", "% of FCL's OBB tree, all contacts"
     kinds = {"light": "light contact", "deep": "deep contact"}
-    figure, panels = plot.panels(*((f"Fig. 11a: time of a frame, {words}", x, y) for words in kinds.values()), width=5.6, height=4.7)
+    figure, panels = plot.panels(*((f"Fig. 11a: time of a frame, {words}", x, y) for words in kinds.values()), width=4.1, height=4)
     for axes, kind in zip(panels, kinds):
         axes.axhline(100, color=INK, linewidth=0.9, linestyle="--")
         axes.text(0.5, 105, "OBB tree", ha="center", va="bottom")
@@ -194,8 +276,8 @@ def figure_14a(data, images):
 def figure_14b(data, images):
     frames = [f for kind in kinds_of("Elephant") for f in data.series["Elephant", kind]]
     x, y = "vertices of the hand inside the elephant", "µs a frame"
-    figure, panels = plot.panels(("Fig. 14b: time against contacts, the paper's maps", x, y),
-                                 ("Fig. 14b: time against contacts, the central model", x, y))
+    figure, panels = plot.panels(("Fig. 14b: time, the paper's maps", x, y),
+                                 ("Fig. 14b: time, the central model", x, y), width=4.1, height=3.7)
     small = {"marker": "o", "linestyle": "none", "markersize": 3, "alpha": 0.6, "markeredgewidth": 0}
     for axes, methods, force in zip(panels, (TIMED[:2], TIMED[2:]), ("paper", "full")):
         for method, name, colour in methods:
@@ -244,7 +326,7 @@ def memory_curves(data, roles):
 
 def figure_12(data, images):
     parts = (["Tiger"], "(a) tiger"), (data.roles, "(b) whole scene")
-    figure, panels = plot.panels(*((f"Fig. 12{title}", "samples along the object's longest side", "MB") for _, title in parts), width=5.6, height=4.8)
+    figure, panels = plot.panels(*((f"Fig. 12{title}", "samples along the object's longest side", "MB") for _, title in parts), width=4.1, height=3.9)
     for axes, (roles, _) in zip(panels, parts):
         curves = memory_curves(data, roles)
         for key, name, colour, dashed in FIELDS:
