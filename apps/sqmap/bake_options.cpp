@@ -28,6 +28,8 @@ void add_decompose_options(Command& command, DecomposeSettings& settings)
 {
     decompose::DecomposeOptions& d = settings.options;
     const decompose::DecomposeOptions printed = decompose::printed_cuts();
+    d.printed_strength = printed.printed_strength;  // no other cuts read these two
+    d.printed_curvature = printed.printed_curvature;
     const auto or_printed = [](const char* words, double value) {
         char text[40];
         std::snprintf(text, sizeof text, "; with --cuts printed %g", value);

@@ -110,11 +110,11 @@ public:
             inside += locales_[k - 1].area;
             Passed best = tests(k);
             if (best.by == 0 || inside < input_.least_area) continue;
-            // Consecutive locales that pass are one place, which is cut once: at the locale that passes by most.
+            // Consecutive locales that pass the same test are one place, which is cut once: at the locale that passes by most.
             std::size_t at = k;
             for (; end < locales_.size(); ++end) {
                 const Passed next = tests(end);
-                if (next.by == 0) break;
+                if (next.by == 0 || next.kind != best.kind) break;
                 if (next.by <= best.by) continue;
                 best = next;
                 at = end;
@@ -216,6 +216,8 @@ DecomposeOptions printed_cuts()
     options.cutting = Cutting::Printed;
     options.locale_width = 0.045;
     options.minimum_part_area = 0.016;
+    options.printed_strength = 0.25;
+    options.printed_curvature = 350;
     options.curvature_floor = 0;
     return options;
 }

@@ -342,6 +342,24 @@ std::uint32_t printed_parts(const mesh::Mesh& m, double strength, double curvatu
     return p.part_count;
 }
 
+class StandIn : public testing::TestWithParam<const char*> {};
+
+TEST_P(StandIn, HasEightToTwentyPartsAsPrinted)
+{
+    const std::optional<mesh::Mesh> found = test::shared_mesh(GetParam());
+    if (!found) return test::skip_without(GetParam());
+    const mesh::Mesh m = model_space(*found);
+    const DecomposeOptions options = printed_cuts();
+    const std::uint32_t parts = printed_parts(m, options.printed_strength, options.printed_curvature);
+    EXPECT_GE(parts, 8u);
+    EXPECT_LE(parts, 20u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Animals, StandIn,
+                         testing::Values("hand_9344.obj", "cat_8108.obj", "horse_5946.obj", "elephant_10272.obj",
+                                         "camel_4512.obj", "bull_7154.obj"),
+                         [](const auto& test) { return std::string(test.param, std::string(test.param).find('.')); });
+
 constexpr double k_never = 1e9;
 
 TEST(PrintedCuts, EitherTestAloneCutsAndNoneCutsNothing)
