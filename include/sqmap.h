@@ -299,6 +299,13 @@ typedef struct sqmap_query_options {
     double band;            ///< sqmap_signed_distances is exact within it, mesh units; 0: as baked; infinite: everywhere
     int32_t is_smooth;      ///< not zero: depth and normal of the smoothed map
     int32_t is_first_only;  ///< not zero: probes and pairs stop at the first contact
+    uint32_t gate;          ///< k_L of SQMAP_LAYER_GATE; 0: 10
+    int32_t has_offset;     ///< not zero: the surface moved out by eq. 12
+    // Points and probes against models of the normal projection. Options that change nothing are refused, as gate is.
+    int32_t projector;        ///< sqmap_projector
+    int32_t nearest_steps;    ///< to the nearest surface, layer 3, Newton's foot; 0: 2, below 0: none, at most 100
+    int32_t without_gaps;     ///< layer 3; not zero: the first surface alone, as printed, not the openings behind it
+    int32_t without_pruning;  ///< not zero: any part's claim counts where parts overlap
 } sqmap_query_options;
 
 /// Points to be answered.
@@ -764,10 +771,10 @@ typedef struct sqmap_session_options {
     int32_t friction_law;     ///< sqmap_friction_law
     double f_c;               ///< N, of eq. 33; 0: 0.2, below 0: none
     double k_f;               ///< 1/m, of eq. 33; 0: 100, below 0: none
-    // Models of the normal projection; others take the defaults alone.
+    // Models of the normal projection; others take the defaults alone. Options that change nothing are refused, as gate is.
     int32_t projector;        ///< sqmap_projector
     uint32_t gate;            ///< k_L of SQMAP_LAYER_GATE; 0: 10
-    int32_t nearest_steps;    ///< to the nearest surface, layer 3, SQMAP_FORCE_FULL; 0: 2, below 0: none, at most 100
+    int32_t nearest_steps;    ///< to the nearest surface, layer 3, Newton's foot; 0: 2, below 0: none, at most 100
     int32_t without_gaps;     ///< not zero: the first surface alone, as printed, not the openings behind it
     int32_t without_pruning;  ///< not zero: any part's claim counts where parts overlap
     int32_t has_offset;       ///< not zero: the surface moved out by eq. 12
@@ -775,6 +782,7 @@ typedef struct sqmap_session_options {
                               ///< closed once the session is made. {0}: the ball
     int32_t without_edges;    ///< not zero: the tool's points alone touch. 0: where few points do, its edges and faces do too,
                               ///< which the model needs the exact layer and a closed surface for
+    double zone;              ///< m, of a tool: the impact sphere about its pose, whose contacts count (section 6.1); 0: all
 } sqmap_session_options;
 
 /// Bits of sqmap_tick.acts.

@@ -1,5 +1,7 @@
 #include "common/program_words.h"
 
+#include <algorithm>
+
 namespace sqmap::app {
 
 using mesh::Setting;
@@ -22,6 +24,38 @@ const mesh::SettingNames k_program_settings({{Setting::Repair, "--repair"},
                                              {Setting::Exact, "--exact"},
                                              {Setting::Packages, "--package"}},
                                             " ");
+
+namespace {
+
+/// "--smoothing-radius" of "smoothing_radius".
+std::string as_option(const std::string& name)
+{
+    std::string out = "--" + name;
+    std::ranges::replace(out, '_', '-');
+    return out;
+}
+
+}  // namespace
+
+std::string option_of(const IdleOption& idle)
+{
+    const std::string name = idle.name;
+    return as_option(name == "gaps" || name == "pruning" ? "no_" + name : name);
+}
+
+std::string reason_of(const IdleOption& idle)
+{
+    const std::string cure = idle.cure;
+    std::string out = std::string(idle.why) + ": ";
+    for (std::size_t at = 0; at < cure.size();) {
+        const std::size_t open = cure.find('\'', at), close = open == std::string::npos ? open : cure.find('\'', open + 1);
+        out += cure.substr(at, open - at);
+        if (close == std::string::npos) break;
+        out += as_option(cure.substr(open + 1, close - open - 1));
+        at = close + 1;
+    }
+    return out;
+}
 
 std::string report(const AdmittedMesh& mesh)
 {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sqmap/bake_mesh.h"
+#include "sqmap/math/idle_option.h"
 
 #include <string>
 
@@ -9,6 +10,11 @@ namespace sqmap::app {
 
 /// "--repair safe".
 extern const mesh::SettingNames k_program_settings;
+
+/// The option as the programs have it: "--no-gaps".
+[[nodiscard]] std::string option_of(const IdleOption& idle);
+/// Why it changes nothing, and the cure, in which other options stand likewise.
+[[nodiscard]] std::string reason_of(const IdleOption& idle);
 
 /// One line each for the admission, repairs and warnings, as `sqmap check` prints them.
 [[nodiscard]] std::string report(const AdmittedMesh& mesh);

@@ -1,5 +1,7 @@
 #include "bake_options.h"
 
+#include "common/program_words.h"
+
 #include <charconv>
 #include <cstdio>
 #include <string>
@@ -8,7 +10,6 @@ namespace sqmap::app {
 namespace {
 
 constexpr const char* k_no_locator = "--no-locator";
-constexpr const char* k_of_printed_cuts[] = {"--mean-curvature", "--printed-strength", "--printed-curvature"};
 constexpr const char* k_of_paper_maps[] = {"--grid",          "--subdivisions",     "--offset-constant",
                                            "--offset-radius", "--smoothing-radius", "--smoothing-kernel",
                                            "--smoothing",     "--smoothing-length"};
@@ -68,12 +69,12 @@ void add_decompose_options(Command& command, DecomposeSettings& settings)
     cuts.choice<decompose::Cutting>(
         "--cuts", d.cutting, {{"passes", decompose::Cutting::Passes}, {"printed", decompose::Cutting::Printed}},
         "passes: parts, then bends, along creases; printed: both tests locale by locale", "passes|printed");
-    cuts.choice<decompose::CurvatureMean>(k_of_printed_cuts[0], d.curvature_mean,
+    cuts.choice<decompose::CurvatureMean>("--mean-curvature", d.curvature_mean,
                                           {{"area", decompose::CurvatureMean::Area}, {"count", decompose::CurvatureMean::Count}},
                                           "Of --cuts printed: weighted by area, or over the points as printed", "area|count");
-    threshold(k_of_printed_cuts[1], d.printed_strength,
+    threshold("--printed-strength", d.printed_strength,
               "Of --cuts printed: rise of Boundary Strength that makes a cut; where a tube meets a plane it is 1");
-    threshold(k_of_printed_cuts[2], d.printed_curvature, "Of --cuts printed: t_h, |mean curvature| times the surface area");
+    threshold("--printed-curvature", d.printed_curvature, "Of --cuts printed: t_h, |mean curvature| times the surface area");
     settings.given = [command](const std::string& option) { return command.given(option); };
 }
 
@@ -136,6 +137,7 @@ void check_together(const BakeSettings& settings)
     if (is_paper && settings.given(k_no_locator)) throw WrongUsage(k_no_locator, "a model of --projection normal has none");
     for (const char* const option : k_of_paper_maps)
         if (!is_paper && settings.given(option)) throw WrongUsage(option, "is of the maps of --projection normal: give that too");
+    if (const auto idle = paper::idle_smoothing(settings.maps)) throw WrongUsage(option_of(*idle), reason_of(*idle));
     if (!paper::is_storable(settings.maps))
         throw WrongUsage(k_of_paper_maps[0], "with --subdivisions " + std::to_string(settings.maps.subdivisions) +
                                                  " is finer than a map can be: at most " + std::to_string(paper::k_max_map_rows) +
@@ -149,13 +151,10 @@ void check_together(const BakeSettings& settings)
 
 decompose::DecomposeOptions decompose_options(const DecomposeSettings& settings)
 {
-    for (const char* const option : k_of_printed_cuts)
-        if (settings.options.cutting != decompose::Cutting::Printed && settings.given(option))
-            throw WrongUsage(option, "is of --cuts printed: give that too");
-    if (settings.options.cutting == decompose::Cutting::Printed) return field_options(settings);
     decompose::DecomposeOptions options = settings.options;
     if (settings.exact_geodesics) options.protrusion = decompose::ProtrusionSum::Exact;
-    return options;
+    if (const auto idle = decompose::idle_threshold(options)) throw WrongUsage(option_of(*idle), reason_of(*idle));
+    return options.cutting == decompose::Cutting::Printed ? field_options(settings) : options;
 }
 
 decompose::DecomposeOptions field_options(const DecomposeSettings& settings)

@@ -2,6 +2,7 @@
 
 #include "commands.h"
 #include "common/layer_name.h"
+#include "common/program_words.h"
 #include "io/replace_file.h"
 #include "parallel/for_each.h"
 #include "sqmap/model/model.h"
@@ -118,21 +119,15 @@ std::string answers(const model::ModelView& m, const std::vector<Vec3d>& points,
                                       .gate = o.gate,
                                       .offset = o.offset,
                                       .smoothed_map = o.smoothed_map};
-    const paper::QueryOptions paper = paper_options(o);
-    if ((o.no_gaps || o.no_pruning || o.nearest_steps != paper::QueryOptions{}.nearest_steps) && !paper::is_paper(m))
-        throw BadPoints(o.model +
-                        " has the central projection: --no-gaps, --no-pruning and --nearest-steps are of the normal one");
-    if (paper.projector != paper::Projector::Newton && !paper::is_paper(m))
-        throw BadPoints(o.model + " has the central projection, which searches no foot: --projector is of the normal one");
     if (options.layer == query::Layer::Exact && !model::has_exact(m))
         throw BadPoints(o.model + " was baked without the exact layer: bake it with --exact");
     if (options.layer == query::Layer::Auto && query::query_point(m, {}, options).status == query::k_no_exact)
         std::fprintf(stderr, "%s: no layer is within %g, and it was baked without the exact layer: layer 3 answers\n",
                      o.model.c_str(), o.tolerance);
-    if (options.offset && options.layer == query::Layer::Exact && paper::is_paper(m))
-        throw BadPoints(o.model + " has the normal projection, whose offset is the maps': ask layer 2 or 3 for it");
-    if (paper.projector != paper::Projector::Newton && options.layer == query::Layer::Exact)
-        throw BadPoints("--projector is of layers 2 and 3: the exact layer searches no foot");
+    query::QueryOptions chosen = options;
+    chosen.layer = query::chosen_layer(m, options);
+    if (const auto idle = paper::idle_option(paper_options(o), paper::is_paper(m), chosen))
+        throw BadPoints(o.model + ": " + option_of(*idle) + " " + reason_of(*idle));
     if (options.smoothed_map && !paper::has_smoothed_map(m))
         throw BadPoints(o.model + " has no smoothed map: bake it with --smoothing-radius 1 or more");
     const double size = m.header.r_max * m.header.unit;
@@ -225,8 +220,10 @@ void add_query(CommandLine& line)
                 "samples; exact: triangles; gate: 2 or 3 by k_L; auto: the cheapest within --tolerance, or without one as "
                 "gate; exact where layer 3 is in doubt")
             .one_of({"1", "2", "3", "exact", "auto", "gate"});
-    Option gate = command.option("--gate", options->gate,
-                                 "k_L: gate reads layer 3 for a part with fewer base samples than this times its vertices");
+    Option gate = command
+                      .option("--gate", options->gate,
+                              "k_L: gate reads layer 3 for a part with fewer base samples than this times its vertices")
+                      .in_range(0, 4294967295.);
     Option tolerance = command.option("--tolerance", options->tolerance, "Depth error that auto may make, mesh units")
                            .not_below_zero()
                            .shows_default("");

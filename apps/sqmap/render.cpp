@@ -80,6 +80,17 @@ Image picture(const Subject& subject, const std::string& what, const View& view)
     return plain_picture(subject, view);
 }
 
+/// @throw WrongUsage for a threshold of section 3 that changes none of the pictures
+void check_thresholds(const DecomposeSettings& cuts, bool has_fields, bool has_cuts)
+{
+    if (has_cuts) return;  // decompose_options() checks them
+    if (!has_fields && (cuts.options != decompose::DecomposeOptions{} || cuts.exact_geodesics))
+        throw WrongUsage("--what", "draws nothing that the thresholds of section 3 change: give a mesh, or a field of section 3");
+    decompose::DecomposeOptions printed = cuts.options;
+    printed.cutting = decompose::Cutting::Printed;
+    if (const auto idle = decompose::idle_threshold(printed)) throw WrongUsage(option_of(*idle), reason_of(*idle));
+}
+
 /// All pictures that were asked for, side by side.
 Image pictures(const RenderArguments& a)
 {
@@ -97,10 +108,12 @@ Image pictures(const RenderArguments& a)
         mesh = loaded(a.mesh, a.load);
     const bool needs_parts =
         std::any_of(kinds.begin(), kinds.end(), [](const auto& kind) { return kind == "parts" || kind == "superquadrics"; });
+    const bool has_fields = std::ranges::any_of(kinds, is_of_section_three), has_cuts = needs_parts && !is_model;
+    check_thresholds(a.cuts, has_fields, has_cuts);
     Subject subject = is_model      ? subject_of_model(paper::MappedModel(a.input), mesh ? &*mesh : nullptr)
                       : needs_parts ? subject_of_mesh(*mesh, decompose_options(a.cuts))
                                     : bare_subject(*mesh);
-    if (std::ranges::any_of(kinds, is_of_section_three)) subject.section_three = section_three_of(subject, field_options(a.cuts));
+    if (has_fields) subject.section_three = section_three_of(subject, field_options(a.cuts));
 
     View view = a.view;
     if (a.size.empty() && kinds == std::vector<std::string>{"map"}) set_size(view, "1600x1200");

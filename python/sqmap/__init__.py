@@ -11,12 +11,15 @@ negative inside in distances and Scene (as Open3D's). Batches use all cores and 
 from __future__ import annotations
 
 from . import _library, shapes
+from ._answers import Clearances, Contacts, Distances, Facts
+from ._bake import CuredWarning, bake
 from ._bodies import (CONTACT, PAIR_CONTACT, PILE_PAIR, SURFACE_CONTACT, Body, Clearance, FirstTouch, Overlap, PairContacts, Pile,
                       PileContacts, Probe, ProbeContacts, Separation, SurfaceContacts, Workspace, clearance, first_touch, first_touch_features, is_within,
                       overlap, query_contacts, query_pair, query_probe, separation)
 from ._errors import (ArgumentError, Cancelled, ClosedError, Error, FileError, InternalError, MeshError, MissingError, ModelError,
                       NoMemoryError, VersionError)
-from ._model import Clearances, Contacts, CuredWarning, Distances, Facts, Model, PaperOptions, bake
+from ._model import Model
+from ._paper_options import PaperOptions
 from ._program import program
 from ._scene import Scene
 from ._session import DISCONNECTED, HELD, RESTART, RESUME, STOP, Force, Session, Simulation

@@ -217,19 +217,51 @@ def path_of(path: Any, element: str = "path") -> bytes:
     return out
 
 
+PROJECTORS = ("newton", "pyramid", "printed")
+
+
+def paper_reading(projector: Any, gate: Any, nearest_steps: Any, gaps: Any, pruning: Any, offset: Any) -> dict[str, int]:
+    """How a paper model is read, as the structs of queries and sessions have it."""
+    if not isinstance(projector, str) or projector not in PROJECTORS:
+        raise refuse("projector", f"is {projector!r}", f"take one of {', '.join(PROJECTORS)}")
+    if count(gate, "gate") == 0:  # zero stands for the default in C
+        raise refuse("gate", "is 0", "give a number from 1 on, or take layer 2")
+    return {"projector": PROJECTORS.index(projector), "gate": gate, "nearest_steps": count(nearest_steps, "nearest_steps", 100) or -1,
+            "without_gaps": not flag(gaps, "gaps"), "without_pruning": not flag(pruning, "pruning"), "has_offset": flag(offset, "offset")}
+
+
 def query_options(layer: Layer = 3, *, threads: Optional[int] = 1, tolerance: float = 0.0, margin: float = 0.0, band: float = 0.0,
-                  smooth: bool = False, first_only: bool = False) -> c.QueryOptions:
+                  smooth: bool = False, first_only: bool = False, gate: int = 10, offset: bool = False, projector: str = "newton",
+                  nearest_steps: int = 2, gaps: bool = True, pruning: bool = True) -> c.QueryOptions:
     """Options of a query, to be read alone: equal ones are one object."""
+    paper = projector, gate, nearest_steps, gaps, pruning, offset
     try:
-        return _query_options(layer, threads, tolerance, margin, band, smooth, first_only)
+        return _query_options(layer, threads, tolerance, margin, band, smooth, first_only, *paper)
     except TypeError:  # what is not hashable is no option
-        return _query_options.__wrapped__(layer, threads, tolerance, margin, band, smooth, first_only)
+        return _query_options.__wrapped__(layer, threads, tolerance, margin, band, smooth, first_only, *paper)
 
 
 @functools.lru_cache(maxsize=64, typed=True)
-def _query_options(layer: Any, threads: Any, tolerance: Any, margin: Any, band: Any, smooth: Any, first_only: Any) -> c.QueryOptions:
+def _query_options(layer: Any, threads: Any, tolerance: Any, margin: Any, band: Any, smooth: Any, first_only: Any,
+                   *paper: Any) -> c.QueryOptions:
     if isinstance(layer, bool) or not isinstance(layer, (int, str)) or layer not in LAYERS:
         raise refuse("layer", f"is {layer!r}", 'take 1, 2, 3, "exact", "auto" or "gate"')
     return c.QueryOptions(layer=LAYERS[layer], threads=cores(threads), tolerance=number(tolerance, "tolerance"),
                           margin=number(margin, "margin"), band=number(band, "band"), is_smooth=flag(smooth, "smooth"),
-                          is_first_only=flag(first_only, "first_only"))
+                          is_first_only=flag(first_only, "first_only"), **paper_reading(*paper))
+
+
+def address(array: np.ndarray) -> int:
+    """The first byte of an array."""
+    try:
+        return ctypes.addressof(ctypes.c_char.from_buffer(array))  # half the time of array.ctypes
+    except (TypeError, ValueError):  # it is empty, or not to be written
+        return array.ctypes.data
+
+
+def points_struct(points: np.ndarray, pose: Optional[c.Pose] = None) -> c.Points:
+    out = c.Points()
+    out.xyz, out.count = address(points), len(points)
+    if pose is not None:
+        out.pose = pointer(pose)
+    return out

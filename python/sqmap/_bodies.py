@@ -7,9 +7,10 @@ from typing import Any, NamedTuple, Optional
 import numpy as np
 
 from . import _library as c
-from ._arrays import (Layer, cores, count, flag, indices, instance, number, numbers, pointer, pose_of, poses_of, query_options, refuse,
+from ._arrays import (address, points_struct, Layer, cores, count, flag, indices, instance, number, numbers, pointer, pose_of, poses_of, query_options, refuse,
                       rows)
-from ._model import Model, Owned, address, points_struct
+from ._model import Model
+from ._owned import Owned
 
 
 

@@ -78,7 +78,8 @@ class Pose(Structure):
 
 class QueryOptions(Sized):
     _fields_ = [("size", c_size_t), ("layer", c_int32), ("threads", c_uint32), ("tolerance", c_double), ("margin", c_double),
-                ("band", c_double), ("is_smooth", c_int32), ("is_first_only", c_int32)]
+                ("band", c_double), ("is_smooth", c_int32), ("is_first_only", c_int32), ("gate", c_uint32), ("has_offset", c_int32),
+                ("projector", c_int32), ("nearest_steps", c_int32), ("without_gaps", c_int32), ("without_pruning", c_int32)]
 
 
 class Points(Sized):
@@ -203,7 +204,7 @@ class SessionOptions(Sized):
                 ("torque_limit", c_double), ("has_dead_man", c_int32), ("side_path", c_double), ("mode", c_int32), ("force", c_int32),
                 ("friction_law", c_int32), ("f_c", c_double), ("k_f", c_double), ("projector", c_int32), ("gate", c_uint32),
                 ("nearest_steps", c_int32), ("without_gaps", c_int32), ("without_pruning", c_int32), ("has_offset", c_int32),
-                ("tool", Handle), ("without_edges", c_int32)]
+                ("tool", Handle), ("without_edges", c_int32), ("zone", c_double)]
 
 
 class Tick(Sized):

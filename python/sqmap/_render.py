@@ -26,7 +26,7 @@ def render(save: Callable[[pathlib.Path], None], what: str, size: Sequence[int],
         source, target = pathlib.Path(folder, "model.sqmap"), pathlib.Path(folder, "picture.png")
         save(source)
         command = [program(), "render", str(source), "-o", str(target), "--what", what, "--size", f"{width}x{height}"]
-        command += [f"{option}={value}" for option, value in options if value is not None]
+        command += [option if value is True else f"{option}={value}" for option, value in options if value is not None]
         try:
             done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
         except OSError as e:

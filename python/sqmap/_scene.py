@@ -7,7 +7,9 @@ from typing import Any, Optional
 import numpy as np
 
 from ._arrays import count, instance, is_open3d_tensor, numbers, refuse, triangles_of
-from ._model import Distances, Model, bake
+from ._answers import Distances
+from ._bake import bake
+from ._model import Model
 
 
 class Scene:

@@ -7,12 +7,14 @@ from typing import Any, NamedTuple, Optional
 import numpy as np
 
 from . import _library as c
-from ._arrays import LAYERS, Layer, count, fill_pose, flag, instance, number, numbers, pointer, pose_of, refuse, rows
+from ._arrays import (LAYERS, Layer, address, count, fill_pose, flag, instance, number, numbers, paper_reading, pointer, pose_of,
+                      refuse, rows)
 from ._bodies import Probe
-from ._model import Model, Owned, address
+from ._model import Model
+from ._owned import Owned
 
 MODES = {"direct": 1, "proxy": 2, "coupled": 3}
-FORCES, FRICTION_LAWS, PROJECTORS = ("full", "paper"), ("default", "coulomb", "paper", "none"), ("newton", "pyramid", "printed")
+FORCES, FRICTION_LAWS = ("full", "paper"), ("default", "coulomb", "paper", "none")
 STOP, RESUME, RESTART, HELD, DISCONNECTED = 1, 2, 4, 8, 16
 
 
@@ -57,7 +59,8 @@ class Session(Owned):
     the device pulls it; "coupled", it is a light body on springs. side_path: m, of the proxy; above 0 it stays on its side of what
     is thinner than the press is deep, and takes another as the device moves so far. tool: a Probe with triangles, metres, whose
     surface touches in place of a ball; edges: where few of its points touch, its edges and faces do too, which a model with a closed
-    surface and the exact layer allows. Research software, not a safety device.
+    surface and the exact layer allows. zone: m, the impact sphere about the tool's pose, whose contacts count (section 6.1), of a tool
+    or of a ball with the paper's force; 0: all. Research software, not a safety device.
 
     Of a model of the normal projection: force "paper" takes eqs. 21, 26, 32 and 33 on its smoothed map, with f_c (N) and k_f (1/m).
     friction_law: "default", "coulomb", "paper" (eq. 33) or "none". projector: how feet are found, "newton", "pyramid" or "printed"
@@ -73,26 +76,24 @@ class Session(Owned):
                  dead_man: bool = False, mode: str = "direct", side_path: float = 0.0, force: str = "full",
                  friction_law: str = "default", f_c: float = 0.2, k_f: float = 100.0, projector: str = "newton", gate: int = 10,
                  nearest_steps: int = 2, gaps: bool = True, pruning: bool = True, offset: bool = False,
-                 tool: Optional[Probe] = None, edges: bool = True) -> None:
+                 tool: Optional[Probe] = None, edges: bool = True, zone: float = 0.0) -> None:
         instance(model, Model, "model")
         if isinstance(layer, bool) or not isinstance(layer, (int, str)) or layer not in LAYERS:
             raise refuse("layer", f"is {layer!r}", 'take 1, 2, 3, "exact", "auto" or "gate"')
         if not isinstance(mode, str) or mode not in MODES:
             raise refuse("mode", f"is {mode!r}", 'take "direct", "proxy" or "coupled"')
-        laws = (("force", force, FORCES), ("friction_law", friction_law, FRICTION_LAWS), ("projector", projector, PROJECTORS))
+        laws = (("force", force, FORCES), ("friction_law", friction_law, FRICTION_LAWS))
         for name, value, words in laws:
             if not isinstance(value, str) or value not in words:
                 raise refuse(name, f"is {value!r}", f"take one of {', '.join(words)}")
         for name, value in (("f_c", number(f_c, "f_c")), ("k_f", number(k_f, "k_f"))):
             if value < 0:
                 raise refuse(name, f"is {value}", "give a number from 0 on")
-        if count(gate, "gate") == 0:  # zero stands for the default in C
-            raise refuse("gate", "is 0", "give a number from 1 on, or take layer 2")
-        steps = count(nearest_steps, "nearest_steps", 100)
+        reading = paper_reading(projector, gate, nearest_steps, gaps, pruning, offset)
         sizes = {name: number(value, name) for name, value in
                  {"metres_per_unit": metres_per_unit, "radius": radius, "stiffness": stiffness, "damping": damping,
                   "friction": friction, "max_force": max_force, "max_torque": max_torque, "continuous_force": continuous_force,
-                  "force_limit": force_limit, "torque_limit": torque_limit, "side_path": side_path}.items()}
+                  "force_limit": force_limit, "torque_limit": torque_limit, "side_path": side_path, "zone": zone}.items()}
         for name in ("metres_per_unit", "stiffness"):
             if sizes[name] == 0:  # zero stands for the default in C
                 raise refuse(name, "is 0", "give a number above zero")
@@ -102,9 +103,7 @@ class Session(Owned):
             raise refuse("friction", f"is {friction}", "give a number from 0 on")
         options = c.SessionOptions(pose=pointer(pose_of(pose)), layer=LAYERS[layer], has_dead_man=flag(dead_man, "dead_man"),
                                    mode=MODES[mode], force=FORCES.index(force), friction_law=FRICTION_LAWS.index(friction_law),
-                                   f_c=f_c or -1.0, k_f=k_f or -1.0, projector=PROJECTORS.index(projector), gate=gate,
-                                   nearest_steps=steps or -1, without_gaps=not flag(gaps, "gaps"),
-                                   without_pruning=not flag(pruning, "pruning"), has_offset=flag(offset, "offset"), **sizes)
+                                   f_c=f_c or -1.0, k_f=k_f or -1.0, **reading, **sizes)
         options.without_edges = not flag(edges, "edges")
         handle = c.Handle()
         with model.use("model") as touched, contextlib.ExitStack() as held:

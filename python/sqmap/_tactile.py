@@ -6,9 +6,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import _library as c
-from ._arrays import Layer, flag, instance, number, pointer, pose_of, query_options, refuse, rows
+from ._arrays import address, points_struct, Layer, flag, instance, number, pointer, pose_of, query_options, refuse, rows
 from ._bodies import _rows_of
-from ._model import Model, Owned, address, points_struct
+from ._model import Model
+from ._owned import Owned
 
 #: Rows of Touch.taxels.
 TAXEL = _rows_of(c.Taxel, {"normal": "f4", "shear": ("f4", 3), "depth": "f4"})

@@ -116,6 +116,11 @@ int kind(std::int32_t given, int count, const char* name)
     return given;
 }
 
+void refuse_idle(const std::optional<IdleOption>& idle)
+{
+    if (idle) throw Failure{SQMAP_E_ARGUMENT, of_paper(idle->name), idle->why, idle->cure};
+}
+
 /// Sections 2 and 3.
 void take_cuts(const sqmap_paper_options& o, bake::BakeOptions& out)
 {
@@ -130,8 +135,7 @@ void take_cuts(const sqmap_paper_options& o, bake::BakeOptions& out)
     take(o.protrusion_sources, 1, 1e5, "protrusion_sources", out.decompose.protrusion_sources);
     for (const Threshold& t : k_thresholds) take(o.*t.given, t.least, t.max, t.name, out.decompose.*t.value);
     if (kind(o.mean_curvature, 2, "mean_curvature") == 1) out.decompose.curvature_mean = decompose::CurvatureMean::Count;
-    if (!printed && (o.mean_curvature != 0 || o.printed_strength != 0 || o.printed_curvature != 0))
-        throw Failure{SQMAP_E_ARGUMENT, of_paper("cuts"), "is 0, and a threshold of printed cuts is given", "set it to 1"};
+    refuse_idle(decompose::idle_threshold(out.decompose));
 }
 
 /// Section 4.1.
@@ -149,6 +153,7 @@ paper::MapOptions map_options(const sqmap_paper_options& o, bool is_normal)
     take(o.smoothing_radius, 0, 8, "smoothing_radius", out.smoothing_radius);
     out.smoothing = static_cast<paper::Smoothing>(kind(o.smoothing, 2, "smoothing"));
     out.smoothing_kernel = static_cast<paper::SmoothingKernel>(kind(o.smoothing_kernel, 3, "smoothing_kernel"));
+    refuse_idle(paper::idle_smoothing(out));
     if (!paper::is_storable(out))
         throw Failure{SQMAP_E_ARGUMENT, of_paper("rows"), "and columns, subdivided, are more than a map can have",
                       "give fewer, or fewer subdivisions"};

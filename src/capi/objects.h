@@ -3,6 +3,7 @@
 
 #include "sqmap/io/model_file.h"
 #include "sqmap/mesh/bvh.h"
+#include "sqmap/paper/model.h"
 #include "sqmap/query/contacts.h"
 #include "sqmap/query/overlap.h"
 #include "sqmap/query/probe.h"
@@ -94,15 +95,8 @@ struct Opened {
 };
 /// element: names the bytes. @throw Failure for bytes that are no model, or one whose kernels the library leaves out
 [[nodiscard]] Opened open_model(std::span<const std::byte> bytes, const std::string& element);
-/// How a paper model is read, as paper::QueryOptions.
-struct PaperReading {
-    int projector = 0;  ///< sqmap_projector
-    int nearest_steps = 2;
-    bool gaps = true, pruning = true;
-    friend bool operator==(const PaperReading&, const PaperReading&) = default;
-};
-/// The model read so; whatever it was opened from outlives it. @throw Failure for a central model unless all are the defaults
-[[nodiscard]] Opened read_paper(const Opened& opened, const PaperReading& how);
+/// The model read so; whatever it was opened from outlives it. @throw Failure for options that change none of its answers
+[[nodiscard]] Opened read_paper(const Opened& opened, const paper::QueryOptions& how, const query::QueryOptions& query);
 /// Says why bytes are no model. @throw Failure
 [[noreturn]] void refuse_bytes(model::ParseStatus status, const std::string& element);
 /// As io::model_json, of the kinds that the library opens. bytes: the model's.

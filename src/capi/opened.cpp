@@ -1,43 +1,38 @@
 // The kinds of models that a library opens. The kernels of paper models would be a third of libsqmap_query, so it refuses those.
 #include "objects.h"
 #include "sqmap/io/model_file.h"
+#include "sqmap/paper/model.h"
+#include "sqmap/query/options.h"
 #ifdef SQMAP_OPENS_PAPER
 #include "sqmap/paper/model_file.h"
 #endif
 
+#include <string_view>
+
 namespace sqmap::capi {
 namespace {
 
-/// A central model is read as it is. @throw Failure unless all are the defaults
-void check_unread(const PaperReading& how)
+void refuse_idle(const Opened& opened, const paper::QueryOptions& how, query::QueryOptions query)
 {
-    const PaperReading plain;
-    const char* const element = how.projector != plain.projector           ? "options.projector"
-                                : how.nearest_steps != plain.nearest_steps ? "options.nearest_steps"
-                                : how.gaps != plain.gaps                   ? "options.without_gaps"
-                                : how.pruning != plain.pruning             ? "options.without_pruning"
-                                                                           : nullptr;
-    if (element != nullptr)
-        throw Failure{SQMAP_E_ARGUMENT, element, "counts for models of the normal projection, and this one has the central",
-                      "leave the default, or bake with the normal projection"};
+    query.layer = query::chosen_layer(opened.view, query);
+    const std::optional<IdleOption> idle = paper::idle_option(how, opened.is_paper, query);
+    if (!idle) return;
+    const std::string_view name = idle->name;
+    const std::string prefix = name == "gaps" || name == "pruning" ? "options.without_"
+                               : name == "offset"                  ? "options.has_"
+                                                                   : "options.";
+    throw Failure{SQMAP_E_ARGUMENT, prefix + idle->name, idle->why, idle->cure};
 }
 
 }  // namespace
 
 #ifdef SQMAP_OPENS_PAPER
 
-Opened read_paper(const Opened& opened, const PaperReading& how)
+Opened read_paper(const Opened& opened, const paper::QueryOptions& how, const query::QueryOptions& query)
 {
-    if (!opened.is_paper) {
-        check_unread(how);
-        return opened;
-    }
-    paper::QueryOptions options;
-    options.projector = static_cast<paper::Projector>(how.projector);
-    options.nearest_steps = how.nearest_steps;
-    options.gaps = how.gaps;
-    options.pruning = how.pruning;
-    auto reading = std::make_shared<paper::Reading>(paper::Reading::of(opened.view).model(), options);
+    refuse_idle(opened, how, query);
+    if (!opened.is_paper || how == paper::QueryOptions{}) return opened;
+    auto reading = std::make_shared<paper::Reading>(paper::Reading::of(opened.view).model(), how);
     return {reading->view(), true, reading};
 }
 
@@ -57,9 +52,9 @@ std::span<const model::NoteRecord> notes_in(std::span<const std::byte> bytes) { 
 
 #else
 
-Opened read_paper(const Opened& opened, const PaperReading& how)
+Opened read_paper(const Opened& opened, const paper::QueryOptions& how, const query::QueryOptions& query)
 {
-    check_unread(how);
+    refuse_idle(opened, how, query);
     return opened;
 }
 

@@ -178,10 +178,14 @@ sqmap_code sqmap_query_probe(const sqmap_bodies* bodies, const sqmap_query_optio
         const sqmap_bodies in = capi::taken(&needed(bodies, "bodies"), "bodies");
         sqmap_contact_list out = capi::taken(&needed(contacts, "contacts"), "contacts");
         if (out.capacity > 0) (void)needed(out.contacts, "contacts.contacts");
-        const query::Body touched = capi::body_of(in.a, capi::k_a), collider = capi::body_of(in.b, capi::k_b);
+        query::Body touched = capi::body_of(in.a, capi::k_a);
+        const query::Body collider = capi::body_of(in.b, capi::k_b);
         if (touched.model == nullptr) capi::refuse_handle(0, 1, capi::k_a.model);
         if (collider.probe == nullptr) capi::refuse_handle(0, 2, capi::k_b.probe);
-        const query::QueryOptions how = capi::query_options(capi::taken(options, "options"));
+        const sqmap_query_options o = capi::taken(options, "options");
+        const query::QueryOptions how = capi::query_options(o);
+        const capi::Opened read = capi::read_paper(capi::model_of(in.a.model)->opened(), capi::paper_options(o), how);
+        touched.model = &read.view;
         const query::ProbeResult result =
             query::query_probe(touched, collider, how, {reinterpret_cast<query::Contact*>(out.contacts), out.capacity});
         out.found = result.contacts;
@@ -214,7 +218,11 @@ sqmap_code sqmap_query_pair(const sqmap_bodies* bodies, const sqmap_query_option
         sqmap_pair_list out = capi::taken(&needed(contacts, "contacts"), "contacts");
         query::PairWorkspace& space = capi::workspaces().find(workspace.id, "workspace")->pair();
         query::PairOptions how;
-        how.query = capi::query_options(capi::taken(options, "options"));
+        const sqmap_query_options o = capi::taken(options, "options");
+        how.query = capi::query_options(o);
+        if (capi::paper_options(o) != paper::QueryOptions{})
+            throw capi::Failure{SQMAP_E_ARGUMENT, "options", "have how a paper model is read, which counts for points and probes",
+                                "leave projector, nearest_steps, without_gaps and without_pruning at zero"};
         const query::Body a = capi::body_of(in.a, capi::k_a), b = capi::body_of(in.b, capi::k_b);
         capi::check_pair(in.a, in.b);
         const query::PairResult result = query::query_pair(a, b, how, space);

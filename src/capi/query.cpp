@@ -204,7 +204,9 @@ sqmap_code sqmap_query_points(sqmap_model model, const sqmap_points* points, con
         const capi::Model& m = *capi::model_of(model);
         const capi::Batch batch = capi::batch_of(points);
         sqmap_contacts out = capi::taken(&needed(contacts, "contacts"), "contacts");
-        out.contacts = capi::answer({&m.view(), nullptr, batch.pose}, batch, capi::taken(options, "options"), out);
+        const sqmap_query_options o = capi::taken(options, "options");
+        const capi::Opened read = capi::read_paper(m.opened(), capi::paper_options(o), capi::query_options(o));
+        out.contacts = capi::answer({&read.view, nullptr, batch.pose}, batch, o, out);
         capi::give(contacts, out);
     });
 }

@@ -69,15 +69,15 @@ bool has_paper_force(const sqmap_session_options& o, const Model& model)
     return true;
 }
 
-PaperReading reading_of(const sqmap_session_options& o)
+/// The layer that answers, k_L and the offset.
+query::QueryOptions query_of(const sqmap_session_options& o)
 {
-    if (o.projector < SQMAP_PROJECTOR_NEWTON || o.projector > SQMAP_PROJECTOR_PRINTED)
-        throw Failure{SQMAP_E_ARGUMENT, "options.projector", "is " + std::to_string(o.projector), "take one of sqmap_projector"};
-    if (o.nearest_steps > 100)
-        throw Failure{SQMAP_E_ARGUMENT, "options.nearest_steps", "is " + std::to_string(o.nearest_steps), "give at most 100"};
-    PaperReading how{o.projector, PaperReading{}.nearest_steps, o.without_gaps == 0, o.without_pruning == 0};
-    if (o.nearest_steps != 0) how.nearest_steps = std::max(0, o.nearest_steps);
-    return how;
+    query::QueryOptions out;
+    out.layer = layer_of(o.layer);
+    if (out.layer == query::Layer::One) out.layer = query::Layer::Two;  // a superquadric pushes from outside the surface
+    if (o.gate != 0) out.gate = o.gate;
+    out.offset = o.has_offset != 0;
+    return out;
 }
 
 /// The surface of a probe as the tool.
@@ -97,6 +97,20 @@ void take_surface(haptic::ToolDescription& tool, const sqmap_session_options& o)
     if (o.without_edges == 0) tool.triangles = std::move(triangles);
 }
 
+/// The impact sphere of a tool of points.
+void take_zone(haptic::ToolDescription& tool, double radius)
+{
+    tool.radius = checked(radius, 0, 1e6, "options.zone");
+    if (radius == 0) return;
+    if (tool.shape != haptic::ToolShape::Surface)
+        throw Failure{SQMAP_E_ARGUMENT, "options.zone", "counts for the surface of a tool, or a ball with the paper's force",
+                      "set it to 0, or give options.tool"};
+    if (std::ranges::none_of(tool.points, [&](Vec3d p) { return norm(p) < radius; }))
+        throw Failure{SQMAP_E_ARGUMENT, "options.zone",
+                      "is " + std::to_string(radius) + ", and no point of the tool is so near its centre",
+                      "give more, or 0 for the whole tool"};
+}
+
 /// The touched surface for the edges of a tool, in metres; null for a tool that has none.
 std::unique_ptr<query::Probe> edges_of(const Model& model, const sqmap_session_options& o, double metres_per_unit)
 {
@@ -114,19 +128,21 @@ haptic::Tool tool_of(const sqmap_session_options& o, bool is_paper_force)
 {
     haptic::ZoneOptions z;
     z.mode = mode_of(o.mode);
-    if (o.gate != 0) z.gate = o.gate;
-    z.offset = o.has_offset != 0;
+    const query::QueryOptions query = query_of(o);
+    z.layer = query.layer;
+    z.gate = query.gate;
+    z.offset = query.offset;
     z.side_path = checked(o.side_path, 0, 1, "options.side_path");
     const double radius = checked(o.radius, 0, 1, "options.radius");
     z.stiffness = or_default(o.stiffness, z.stiffness, 1e5, "options.stiffness");
     z.damping = checked(o.damping, 0, 1e4, "options.damping");
-    z.layer = layer_of(o.layer);
     if (z.mode == haptic::Mode::Coupled) haptic::choose_coupling(z, device_of(o));
     haptic::ToolDescription tool{.force = is_paper_force ? paper::with_paper_force(z) : z};
     if (o.tool.id != 0)
         take_surface(tool, o);
     else
         paper::take_ball(tool, radius);
+    take_zone(tool, o.zone);
     return haptic::Tool(std::move(tool));
 }
 
@@ -194,7 +210,7 @@ class Session {
 public:
     Session(std::shared_ptr<Model> model, const sqmap_session_options& o)
         : model_(std::move(model)),
-          read_(read_paper(model_->opened(), reading_of(o))),
+          read_(read_paper(model_->opened(), paper_options(o), query_of(o))),
           metres_per_unit_(or_default(o.metres_per_unit, 1, 1e6, "options.metres_per_unit")),
           view_(haptic::in_metres(read_.view, metres_per_unit_)),
           tool_(tool_of(o, has_paper_force(o, *model_))),

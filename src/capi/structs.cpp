@@ -156,6 +156,8 @@ query::QueryOptions query_options(const sqmap_query_options& o)
     out.layer = layer_of(o.layer);
     out.tolerance = checked(o.tolerance, 0, k_largest, "options.tolerance");
     out.margin = checked(o.margin, 0, k_largest, "options.margin");
+    if (o.gate != 0) out.gate = o.gate;
+    out.offset = o.has_offset != 0;
     out.smoothed_map = o.is_smooth != 0;
     out.first_only = o.is_first_only != 0;
     return out;

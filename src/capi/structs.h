@@ -5,6 +5,7 @@
 #include "sqmap.h"
 #include "sqmap/math/pose.h"
 #include "sqmap/mesh/words.h"
+#include "sqmap/paper/model.h"
 #include "sqmap/query/options.h"
 
 #include <algorithm>
@@ -90,6 +91,21 @@ Pose pose_of(const sqmap_pose* pose, const char* element);
 
 /// @throw Failure for a number that names no layer, and for numbers out of range
 query::QueryOptions query_options(const sqmap_query_options& options);
+/// Reads the options of paper models that queries and sessions have in common. @throw Failure for numbers out of range
+template <class Options>
+paper::QueryOptions paper_options(const Options& o)
+{
+    if (o.projector < SQMAP_PROJECTOR_NEWTON || o.projector > SQMAP_PROJECTOR_PRINTED)
+        throw Failure{SQMAP_E_ARGUMENT, "options.projector", "is " + std::to_string(o.projector), "take one of sqmap_projector"};
+    if (o.nearest_steps > 100)
+        throw Failure{SQMAP_E_ARGUMENT, "options.nearest_steps", "is " + std::to_string(o.nearest_steps), "give at most 100"};
+    paper::QueryOptions out;
+    out.projector = static_cast<paper::Projector>(o.projector);
+    if (o.nearest_steps != 0) out.nearest_steps = std::max(0, o.nearest_steps);
+    out.gaps = o.without_gaps == 0;
+    out.pruning = o.without_pruning == 0;
+    return out;
+}
 /// Threads of a batch. element: names the number. @throw Failure
 unsigned threads_of(std::uint32_t threads, const char* element = "options.threads");
 /// @throw Failure

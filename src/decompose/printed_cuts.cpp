@@ -222,4 +222,30 @@ DecomposeOptions printed_cuts()
     return options;
 }
 
+std::optional<IdleOption> idle_threshold(const DecomposeOptions& options)
+{
+    const DecomposeOptions plain;
+    constexpr const char *k_passes = "is of the default cuts", *k_printed = "is of printed cuts";
+    const bool passes = options.cutting == Cutting::Passes;
+    const auto changed = [&](auto DecomposeOptions::*member) { return options.*member != plain.*member; };
+    const struct {
+        const char* name;
+        bool is_changed, is_of_passes;
+        const char* cure;
+    } thresholds[] = {
+        {"boundary_strength", changed(&DecomposeOptions::boundary_strength), true, "give 'printed_strength'"},
+        {"hyperbolic_curvature", changed(&DecomposeOptions::hyperbolic_curvature), true, "give 'printed_curvature'"},
+        {"protrusion_ratio", changed(&DecomposeOptions::protrusion_ratio), true, "leave it out"},
+        {"boundary_concavity", changed(&DecomposeOptions::boundary_concavity), true, "leave it out"},
+        {"fragment_roundness", changed(&DecomposeOptions::fragment_roundness), true, "leave it out"},
+        {"printed_strength", changed(&DecomposeOptions::printed_strength), false, "set 'cuts' to printed"},
+        {"printed_curvature", changed(&DecomposeOptions::printed_curvature), false, "set 'cuts' to printed"},
+        {"mean_curvature", changed(&DecomposeOptions::curvature_mean), false, "set 'cuts' to printed"}};
+    for (const auto& t : thresholds)
+        if (t.is_changed && t.is_of_passes != passes) return IdleOption{t.name, t.is_of_passes ? k_passes : k_printed, t.cure};
+    if (options.protrusion == ProtrusionSum::Exact && changed(&DecomposeOptions::protrusion_sources))
+        return IdleOption{"protrusion_sources", "is of the sampled sum of eq. 4", "leave out 'exact_geodesics'"};
+    return std::nullopt;
+}
+
 }  // namespace sqmap::decompose

@@ -135,6 +135,9 @@ class Paper(unittest.TestCase):
     def test_what_changes_nothing_or_is_out_of_range_is_told_by_its_option(self):
         for wrong in (("--salient-window", "nan"), ("--hyperbolic-share", "2"), ("--minimum-part", "-1"), ("--max-looseness", "0.5"),
                       ("--max-q2", "2"), ("--smoothing-kernel", "box"), ("--printed-strength", "2"),
+                      ("--boundary-strength", "0.3", "--cuts", "printed"), ("--protrusion-sources", "9", "--exact-geodesics"),
+                      ("--smoothing-kernel", "box", "--projection", "normal"),
+                      ("--smoothing-length", "0.02", "--projection", "normal", "--smoothing-radius", "0"),
                       ("--grid", "4097x8192", "--projection", "normal", "--subdivisions", "1"),
                       ("--smoothing-radius", "4", "--smoothing", "distances", "--grid", "9x16", "--projection", "normal"), ("--no-locator", "--exact")):
             refused = run("bake", "hand.obj", "-o", "no.sqmap", *wrong)
@@ -186,7 +189,7 @@ class Paper(unittest.TestCase):
         self.assertLess(len(two ^ three), len(one ^ three))
 
     def test_the_search_of_eqs_15_to_19_finds_feet_as_printed_and_corrected(self):
-        newton, pyramid, printed = (query("hand.sqmap", self.points, "--layer", "2", "--nearest-steps", "0", "--projector", p)
+        newton, pyramid, printed = (query("hand.sqmap", self.points, "--layer", "2", "--projector", p)
                                     for p in ("newton", "pyramid", "printed"))
         whole = touching(newton)
         self.assertLess(len(touching(pyramid) ^ whole), 0.02 * len(whole))
@@ -219,6 +222,29 @@ class Paper(unittest.TestCase):
             refused = run("query", "central.sqmap", "points.csv", "-o", "no.csv", *option)
             self.assertEqual(refused.returncode, 2)
             self.assertIn(option[0], refused.stderr)
+
+    def test_options_of_queries_and_pictures_that_change_nothing_are_told_with_their_cure(self):
+        self.bake("both.sqmap", "--exact")
+        for wrong, cure in ((("--nearest-steps", "1", "--layer", "2"), "layer 3"), (("--no-gaps", "--layer", "exact"), "layers 2 and 3"),
+                            (("--nearest-steps", "1", "--projector", "printed"), "--projector to newton"),
+                            (("--gate", "5", "--layer", "3"), "--layer to gate"), (("--gate", "-5"), "from 0 to")):
+            refused = run("query", "both.sqmap", "points.csv", "-o", "no.csv", *wrong)
+            self.assertIn(refused.returncode, (2, 64), wrong)
+            self.assertIn(wrong[0], refused.stderr)
+            self.assertIn(cure, refused.stderr)
+            if wrong[0] != "--gate" or wrong[1] != "-5":
+                layer = () if "--layer" in wrong else ("--layer", "3")
+                touched = done("touch", "--object", "both.sqmap", "--seconds", "0.01", *wrong, *layer)
+                self.assertIn(f"{wrong[0]} ", touched.stdout + touched.stderr)
+                self.assertIn(cure, touched.stdout + touched.stderr)
+        for wrong in (("--what", "strength", "--boundary-strength", "0.5"), ("--what", "parts", "--locale-width", "0.1")):
+            refused = run("render", "both.sqmap", "-o", "no.png", *wrong)
+            self.assertEqual(refused.returncode, 64)
+            self.assertIn(wrong[0 if wrong[1] == "parts" else 2], refused.stderr)
+
+    def test_nearest_steps_count_for_the_papers_force(self):
+        felt = [[triple(row, "z0_fx", "z0_fy", "z0_fz") for row in self.touch("steps.csv", "--nearest-steps", n)] for n in ("0", "2")]
+        self.assertNotEqual(felt[0], felt[1])
 
     def test_the_exact_layer_searches_no_foot(self):
         self.bake("both.sqmap", "--exact")
@@ -272,7 +298,7 @@ class Paper(unittest.TestCase):
             return sum(math.dist(a, b) for a, b in zip(unit, unit[1:]))
         self.bake("rough.sqmap", "--smoothing-radius", "0", "--grid", "17x32", "--subdivisions", "2",
                   mesh="hand.obj")
-        self.bake("smooth.sqmap", "--smoothing-radius", "2", "--smoothing-kernel", "gaussian", "--grid", "17x32", "--subdivisions", "2",
+        self.bake("smooth.sqmap", "--smoothing", "distances", "--smoothing-radius", "2", "--smoothing-kernel", "gaussian", "--grid", "17x32", "--subdivisions", "2",
                   mesh="hand.obj")
         self.assertLess(turns("smooth.sqmap"), 0.95 * turns("rough.sqmap"))
 

@@ -133,6 +133,10 @@ class Thresholds(unittest.TestCase):
                 sqmap.bake(ball(2), projection="normal", paper=sqmap.PaperOptions(**{name: value}))
         with self.assertRaisesRegex(sqmap.ArgumentError, "paper.smoothing_radius is more than 3"):
             sqmap.bake(ball(2), projection="normal", paper=sqmap.PaperOptions(grid=(9, 16), smoothing="distances", smoothing_radius=4))
+        for name, options in (("boundary_strength", {"cuts": "printed", "boundary_strength": 0.3}), ("printed_strength", {"printed_strength": 0.3}),
+                              ("smoothing_kernel", {"smoothing_kernel": "box"}), ("smoothing_length", {"smoothing": "distances", "smoothing_length": 0.02})):
+            with self.assertRaisesRegex(sqmap.ArgumentError, f"paper.{name} "):
+                sqmap.bake(ball(2), projection="normal", paper=sqmap.PaperOptions(**options))
         with self.assertRaisesRegex(sqmap.ArgumentError, "projection is central"):
             sqmap.bake(ball(2), paper=sqmap.PaperOptions(offset_radius=2))
 
@@ -391,6 +395,40 @@ class Forces(unittest.TestCase):
             gained.append(with_offset - without)
         self.assertGreater(min(gained), -1e-6)
         self.assertGreater(max(gained), 1e-3)
+
+    def test_a_zone_is_the_impact_sphere_of_a_tool(self):
+        model = sqmap.bake(ball(4), projection="normal", exact=False)
+        forces = {zone: sqmap.Session(model, metres_per_unit=0.05, force="paper", radius=0.004, zone=zone, max_force=3.0, force_limit=3.0,
+                                      friction_law="none").tick((0, 0, 0.052), 0.001).commanded[2] for zone in (0.0, 0.0041)}
+        self.assertGreater(forces[0.0], 0.1)
+        self.assertNotEqual(forces[0.0], forces[0.0041])  # weights fall towards the sphere's surface
+        for options in ({"zone": 0.01}, {"zone": 1e-6, "radius": 0.004, "force": "paper"}):
+            with self.assertRaisesRegex(sqmap.ArgumentError, "zone"):
+                sqmap.Session(model, **options)
+
+    def test_points_are_answered_with_the_papers_options(self):
+        model = sqmap.bake(torus(), projection="normal")
+        points = np.random.default_rng(3).uniform(-1.4, 1.4, (3000, 3)) * (1, 1, 0.4)
+        plain = model.query(points)
+        self.assertTrue((model.query(points, pruning=False).contact >= plain.contact).all())
+        self.assertTrue((model.query(points, gaps=False).contact >= plain.contact).all())
+        line = model.query(points, nearest_steps=0)
+        self.assertTrue((line.contact == plain.contact).all())
+        shown = line.depth > 0  # steps also find surfaces that the foot's line does not show
+        self.assertGreater(line.depth[shown].sum(), plain.depth[shown].sum())
+        self.assertTrue((model.query(points, 2, offset=True).contact >= model.query(points, 2).contact).all())
+        self.assertFalse(np.array_equal(model.query(points, 2, projector="printed").depth, model.query(points, 2).depth))
+        low, high = (model.query(points, "gate", gate=k) for k in (1, 10**6))
+        self.assertTrue(np.array_equal(high.depth, plain.depth))
+        self.assertTrue(np.array_equal(low.depth, model.query(points, 2).depth))
+        for name, options in (("nearest_steps", {"layer": 2, "nearest_steps": 1}), ("gate", {"gate": 3}), ("projector", {"layer": "exact", "projector": "printed"}),
+                              ("gaps", {"layer": 1, "gaps": False}), ("nearest_steps", {"nearest_steps": 1, "projector": "printed"})):
+            with self.assertRaisesRegex(sqmap.ArgumentError, name):
+                model.query(points, **options)
+            with self.assertRaisesRegex(sqmap.ArgumentError, name):
+                sqmap.Session(model, **{"layer": 3, **options}) if options.get("layer") != 1 else model.query(points[:1], **options)
+        with self.assertRaisesRegex(sqmap.ArgumentError, "projector"):
+            ball_model().query(points, projector="pyramid")
 
     def test_eq_33_is_the_friction_of_the_papers_force(self):
         model = sqmap.bake(ball(), projection="normal", exact=False)

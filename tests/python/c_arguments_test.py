@@ -407,9 +407,9 @@ class Arguments(unittest.TestCase):
         """Members of options that the comment of a function says are not read."""
         comment = FUNCTIONS[function][1].replace("\n/// ", " ")
         if "only threads is read" in comment:
-            return {"layer", "tolerance", "margin", "band"}
+            return {"layer", "tolerance", "margin", "band", "projector", "nearest_steps"}
         if "are not read" in comment:
-            return {"layer", "tolerance", "margin"}
+            return {"layer", "tolerance", "margin", "projector", "nearest_steps"}
         return {"band", "threads"} if function in ("sqmap_query_probe", "sqmap_query_pair") else \
             {"band"} if function == "sqmap_query_points" else set()
 

@@ -48,12 +48,13 @@ void add_force_options(Command& command, TouchOptions& o)
     forces.flag("--offset", o.zone.offset, "Move the surface out by eq. 12, against tunnelling");
     forces.choice("--layer", o.zone.layer, k_touch_layers, "Layer to query; auto: exact for a sphere or a point, 3 for a mesh",
                   "auto|2|3|gate|exact");
-    forces.option("--gate", o.zone.gate,
-                  "k_L: --layer gate reads layer 3 for a part with fewer base samples than this times its vertices");
     forces
-        .option(
-            "--nearest-steps", o.paper.nearest_steps,
-            "Paper models, layer 3, Newton's foot: steps to the nearest surface without --force paper; 0: along the foot's line")
+        .option("--gate", o.zone.gate,
+                "k_L: --layer gate reads layer 3 for a part with fewer base samples than this times its vertices")
+        .in_range(0, 4294967295.);
+    forces
+        .option("--nearest-steps", o.paper.nearest_steps,
+                "Paper models, layer 3, Newton's foot: steps to the nearest surface; 0: the surface on the foot's line")
         .in_range(0, 100);
     forces.flag("--no-gaps", o.no_gaps, "Paper models: the first surface alone, as printed, not the openings behind it");
     forces.flag("--no-pruning", o.no_pruning, "Paper models: any part's claim counts where parts overlap");
@@ -102,8 +103,6 @@ void warn_of_idle(const Command& command, const TouchOptions& o)
     const std::tuple<const char*, bool, const char*> k_needs[] = {
         {"--mu-static", coulomb, "--friction coulomb"},
         {"--mu-dynamic", coulomb, "--friction coulomb"},
-        {"--gate", o.zone.layer == query::Layer::Gate, "--layer gate"},
-        {"--nearest-steps", o.paper.projector == paper::Projector::Newton, "--projector newton"},
         {"--f-c", paper, "--friction paper"},
         {"--k-f", paper, "--friction paper"},
         {"--proxy-depth", o.zone.mode == haptic::Mode::Proxy && !o.tool.starts_with("point"),

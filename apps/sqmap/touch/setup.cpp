@@ -1,6 +1,7 @@
 #include "touch/setup.h"
 
 #include "common/hash_text.h"
+#include "common/program_words.h"
 #include "sqmap/paper/model.h"
 
 #include <algorithm>
@@ -30,10 +31,6 @@ TouchSetup::TouchSetup(const TouchOptions& options, std::size_t zones, const std
         if (options_.paper_force && !paper::has_smoothed_map(view))
             notes_.push_back("warning: " + object.file +
                              " was baked with --smoothing-radius 0: the force is that of the unsmoothed map");
-        if (!paper::is_paper(view) && options_.paper != paper::QueryOptions{})
-            notes_.push_back("warning: " + object.file +
-                             " has the central projection: --projector, --nearest-steps, --no-gaps and --no-pruning count with "
-                             "--projection normal only");
         object.hash = hash;
         object.projection = paper::is_paper(view) ? "normal" : "central";
         if (!(object.metres_per_unit > 0) || !std::isfinite(object.metres_per_unit))
@@ -54,8 +51,19 @@ TouchSetup::TouchSetup(const TouchOptions& options, std::size_t zones, const std
     objects_ = MovingObjects(options_, solids_);
     pushes_.resize(solids_.size());
     load_tool(beside);
+    warn_of_idle_reading();
     state_ = std::make_unique<haptic::State>(tool_.state(solids_.size()));
     for (std::size_t z = 0; z < zones_; ++z) state_->options(z) = options_of(z);
+}
+
+void TouchSetup::warn_of_idle_reading()
+{
+    for (std::size_t i = 0; i < views_.size(); ++i) {
+        query::QueryOptions chosen{.layer = options_.zone.layer, .gate = options_.zone.gate, .offset = options_.zone.offset};
+        chosen.layer = query::chosen_layer(views_[i], chosen);
+        if (const auto idle = paper::idle_option(options_.paper, paper::is_paper(views_[i]), chosen))
+            notes_.push_back("warning: " + options_.objects[i].file + ": " + option_of(*idle) + " " + reason_of(*idle));
+    }
 }
 
 /// How far a finger is closed follows from how its tip lies: a torque there would bend it, and the loop would swing.

@@ -53,6 +53,7 @@ public:
 
 private:
     void load_tool(const std::filesystem::path& beside);
+    void warn_of_idle_reading();
     void load_mesh_tool(const std::filesystem::path& beside, haptic::ToolDescription& tool);
     void add_edges(const mesh::Mesh& mesh, haptic::ToolDescription& tool);
     void load_hand(device::HandMesh mesh, haptic::ToolDescription& tool);

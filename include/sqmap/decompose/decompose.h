@@ -1,10 +1,12 @@
 // Decomposition of a mesh into quasi-convex parts by visual salience and curvature (section 3).
 #pragma once
 
+#include "sqmap/math/idle_option.h"
 #include "sqmap/mesh/mesh.h"
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace sqmap::decompose {
@@ -76,7 +78,11 @@ struct DecomposeOptions {
     double printed_strength = 0.2;   ///< Printed: least rise of Boundary Strength from one locale to the next; where a
                                      ///< cylinder meets a plane it rises from 0 to 1
     double printed_curvature = 250;  ///< Printed: t_h, least |mean curvature of hyperbolic points| times the surface area
+    friend constexpr bool operator==(const DecomposeOptions&, const DecomposeOptions&) = default;
 };
+
+/// The first threshold that is not its default and that cuts of this kind do not read. Any thread.
+[[nodiscard]] std::optional<IdleOption> idle_threshold(const DecomposeOptions& options);
 
 /// Findings of decompose(), for pictures and reports.
 struct Decomposition {

@@ -71,6 +71,27 @@ struct MapOptions {
     return is_limited && options.grid.rows < 19 ? (options.grid.rows - 3) / 2 : 8;
 }
 
+/// The first option of smoothing that is not its default and that this smoothing does not read.
+[[nodiscard]] constexpr std::optional<IdleOption> idle_smoothing(const MapOptions& options)
+{
+    constexpr MapOptions k_plain{};
+    const bool none = options.smoothing_radius == 0, surface = options.smoothing == Smoothing::Surface;
+    const char* const cure = none      ? "set 'smoothing_radius' to 1 or more"
+                             : surface ? "set 'smoothing' to distances"
+                                       : "set 'smoothing' to surface";
+    const auto idle = [&](const char* name) {
+        return IdleOption{name,
+                          none      ? "counts with a smoothed map"
+                          : surface ? "is of smoothed distances"
+                                    : "is of the smoothed surface",
+                          cure};
+    };
+    if (options.smoothing_length != k_plain.smoothing_length && (none || !surface)) return idle("smoothing_length");
+    if (options.smoothing_kernel != k_plain.smoothing_kernel && (none || surface)) return idle("smoothing_kernel");
+    if (options.smoothing_radius > k_plain.smoothing_radius && surface) return idle("smoothing_radius");
+    return std::nullopt;
+}
+
 /// A mesh's vertices, smoothed, and their unit outward normals.
 struct SmoothSurface {
     std::vector<Vec3d> points, normals;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "sqmap/math/assert.h"
+#include "sqmap/math/idle_option.h"
 #include "sqmap/model/model_data.h"
 #include "sqmap/model/parse.h"
 #include "sqmap/query/body.h"
@@ -12,6 +13,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 namespace sqmap::paper {
@@ -242,6 +244,35 @@ struct QueryOptions {
     bool pruning = true;  ///< a part that proves a point free outweighs those that claim it (section 2); false: any claim counts
     friend constexpr bool operator==(const QueryOptions&, const QueryOptions&) = default;
 };
+
+/// The first option of queries and forces that is not its default and that answers do not depend on. layer: the one that answers.
+/// is_paper: the model is.
+[[nodiscard]] constexpr std::optional<IdleOption> idle_option(const QueryOptions& options, bool is_paper,
+                                                              const query::QueryOptions& query)
+{
+    constexpr QueryOptions k_plain{};
+    const query::Layer layer = query.layer;
+    if (query.gate != query::k_gate && layer != query::Layer::Gate)
+        return IdleOption{"gate", "counts with the layer gate", "set 'layer' to gate, or leave the default"};
+    const bool maps = layer != query::Layer::One && layer != query::Layer::Exact, finest = maps && layer != query::Layer::Two;
+    const bool steps = options.nearest_steps != k_plain.nearest_steps;
+    const auto idle = [&](const char* name) {
+        if (!is_paper)
+            return IdleOption{name, "counts for models of the normal projection, and this one has the central",
+                              "leave the default, or bake with the normal projection"};
+        return maps ? IdleOption{name, "counts on layer 3 and the gate", "take one of these layers, or leave the default"}
+                    : IdleOption{name, "counts on layers 2 and 3 and the gate", "take one of these layers, or leave the default"};
+    };
+    if (options.projector != k_plain.projector && !(is_paper && maps)) return idle("projector");
+    if (steps && !(is_paper && finest)) return idle("nearest_steps");
+    if (steps && options.projector != Projector::Newton)
+        return IdleOption{"nearest_steps", "counts with the projector newton", "set 'projector' to newton, or leave the default"};
+    if (options.gaps != k_plain.gaps && !(is_paper && finest)) return idle("gaps");
+    if (options.pruning != k_plain.pruning && !(is_paper && maps)) return idle("pruning");
+    if (query.offset && is_paper && !maps)
+        return IdleOption{"offset", "is the maps', which answer layers 2 and 3 and the gate", "take one of these layers"};
+    return std::nullopt;
+}
 
 /// A paper model as points, probes, pairs, scenes, skins, the haptic tick and the rest of sqmap query it: its view()
 /// is a model::ModelView, and each query of that view reads the paper's maps. Answers of points are

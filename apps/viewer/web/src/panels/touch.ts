@@ -45,9 +45,11 @@ const paperRows = [projectorChoice, stepsRow, ...readings];
 function showRows(): void {
   const s = state.settings;
   const anyPaper = state.facts.some((f, i) => i !== s.tool && !f.central);
-  for (const r of paperRows) r.hidden = !anyPaper;
-  stepsRow.hidden = !anyPaper || s.projector !== 'newton' || s.paperForce;
-  readings[2].hidden = !anyPaper || !s.paperForce;
+  // As paper::idle_option has it: hidden where they change nothing.
+  for (const r of paperRows) r.hidden = !anyPaper || s.layer === 'exact';
+  stepsRow.hidden ||= s.layer === '2' || s.projector !== 'newton';
+  readings[0].hidden ||= s.layer === '2';
+  readings[2].hidden ||= !s.paperForce;
   gateRow.hidden = s.layer !== 'gate';
   for (const [id, value] of [['touch-gaps', s.gaps], ['touch-pruning', s.pruning], ['touch-offset', s.offset], ['touch-edges', s.edges]] as [string, boolean][]) {
     const box = touchPanel.querySelector<HTMLInputElement>(`#${id}`)!;
