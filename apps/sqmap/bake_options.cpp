@@ -75,6 +75,7 @@ void add_decompose_options(Command& command, DecomposeSettings& settings)
     threshold("--printed-strength", d.printed_strength,
               "Of --cuts printed: rise of Boundary Strength that makes a cut; where a tube meets a plane it is 1");
     threshold("--printed-curvature", d.printed_curvature, "Of --cuts printed: t_h, |mean curvature| times the surface area");
+    settings.defaults = d;
     settings.given = [command](const std::string& option) { return command.given(option); };
 }
 

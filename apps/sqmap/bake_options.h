@@ -11,7 +11,7 @@ namespace sqmap::app {
 
 /// The settings that the flags of section 3 write.
 struct DecomposeSettings {
-    decompose::DecomposeOptions options;
+    decompose::DecomposeOptions options, defaults{};  ///< defaults: of the options, as add_decompose_options() leaves them
     bool exact_geodesics = false;
     std::function<bool(const std::string&)> given{};  ///< whether the user gave this option
 };

@@ -84,7 +84,7 @@ Image picture(const Subject& subject, const std::string& what, const View& view)
 void check_thresholds(const DecomposeSettings& cuts, bool has_fields, bool has_cuts)
 {
     if (has_cuts) return;  // decompose_options() checks them
-    if (!has_fields && (cuts.options != decompose::DecomposeOptions{} || cuts.exact_geodesics))
+    if (!has_fields && (cuts.options != cuts.defaults || cuts.exact_geodesics))
         throw WrongUsage("--what", "draws nothing that the thresholds of section 3 change: give a mesh, or a field of section 3");
     decompose::DecomposeOptions printed = cuts.options;
     printed.cutting = decompose::Cutting::Printed;

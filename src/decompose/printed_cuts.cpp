@@ -224,10 +224,13 @@ DecomposeOptions printed_cuts()
 
 std::optional<IdleOption> idle_threshold(const DecomposeOptions& options)
 {
-    const DecomposeOptions plain;
+    const DecomposeOptions plain, printed = printed_cuts();
     constexpr const char *k_passes = "is of the default cuts", *k_printed = "is of printed cuts";
     const bool passes = options.cutting == Cutting::Passes;
-    const auto changed = [&](auto DecomposeOptions::*member) { return options.*member != plain.*member; };
+    // Either kind's default counts as one.
+    const auto changed = [&](auto DecomposeOptions::*member) {
+        return options.*member != plain.*member && options.*member != printed.*member;
+    };
     const struct {
         const char* name;
         bool is_changed, is_of_passes;
