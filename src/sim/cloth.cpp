@@ -15,6 +15,14 @@ namespace {
 constexpr int k_last_pushes = 3;  ///< a node between several surfaces needs more than one
 constexpr int k_self_pushes = 8;  ///< at most: stop() puts back pairs that still cross
 
+/// True where the time is positive, the poses are finite, and no collider has a skin that expect() was not told of.
+bool can_step(double dt, std::span<const Collider> colliders, bool expects_skins)
+{
+    return std::isfinite(dt) && dt > 0 && std::all_of(colliders.begin(), colliders.end(), [&](const Collider& collider) {
+               return is_finite(collider.pose) && is_finite(collider.previous) && (collider.skin == nullptr || expects_skins);
+           });
+}
+
 }  // namespace
 
 Cloth::~Cloth() = default;
@@ -47,11 +55,7 @@ StepReport Cloth::step(double dt, std::span<const Collider> colliders) noexcept
 {
     State& s = *state_;
     StepReport report;
-    bool good = std::isfinite(dt) && dt > 0;
-    for (const Collider& collider : colliders)
-        good = good && is_finite(collider.pose) && is_finite(collider.previous) &&
-               (collider.skin == nullptr || s.contacts.expects_skins());
-    if (!good) {
+    if (!can_step(dt, colliders, s.contacts.expects_skins())) {
         report.status = k_cloth_bad_step;
         return report;
     }

@@ -166,7 +166,7 @@ HWY_NOINLINE Code judge(const Corners& c, D& depth)
 }
 
 using DIndex = hn::RebindToSigned<DD>;
-constexpr DIndex dindex{};
+constexpr DIndex di{};
 
 /// Numbers of the first coordinates of a block of pairs: corner, pair.
 struct CornerBlock {
@@ -192,7 +192,7 @@ struct CornerBlock {
 
 HWY_INLINE D3 load(const double* coordinates, const std::int64_t* from)
 {
-    const auto at = hn::Load(dindex, from);
+    const auto at = hn::Load(di, from);
     return {hn::GatherIndex(dd, coordinates, at), hn::GatherIndex(dd, coordinates + 1, at),
             hn::GatherIndex(dd, coordinates + 2, at)};
 }
