@@ -6,7 +6,7 @@
 // Structs: set `size` to sizeof the struct and everything else to zero; zero stands for the default. A program that was
 // compiled against another 0.x of this header goes on working: what it does not know stays at its default.
 // Libraries: libsqmap has all of it. libsqmap_query, a third as large, leaves out sqmap_bake, sqmap_bake_file, sqmap_export and
-// models of the normal projection, which it refuses with SQMAP_E_MISSING.
+// paper models, which it refuses with SQMAP_E_MISSING.
 // Errors: every function that can fail returns a code; sqmap_last_error() has the reason of this thread's last one. No
 // exception leaves the library. A handle that is {0}, closed or of another kind is an error (SQMAP_E_HANDLE), never a crash;
 // pointers have to be right. Errors count from zero, as arrays do: "mesh.triangles[3]" and "points.xyz[3]" are fourth rows.
@@ -129,7 +129,7 @@ typedef struct sqmap_paper_options {
     int32_t mean_curvature;                      ///< of printed cuts: 0 area, 1 count
     double printed_strength, printed_curvature;  ///< of printed cuts, 0.001 to 1000000
     double max_looseness, max_q2;                ///< 1 to 1000000; to 1
-    // Section 4.1: models of the normal projection.
+    // Section 4.1: paper models (projection 1).
     uint32_t rows, columns;    ///< of layer 2, 5 to 4097 and 8 to 8192; 0: by the target error
     int32_t subdivisions;      ///< A_S, to 5
     double offset_constant;    ///< a_N, to 100
@@ -175,7 +175,7 @@ typedef struct sqmap_facts {
     uint32_t vertices, triangles;  ///< of the baked mesh
     int32_t is_solid;              ///< 0: a surface without inside
     int32_t has_exact;             ///< the triangles are in the model
-    int32_t is_normal;             ///< of the normal projection
+    int32_t is_normal;             ///< a paper model: baked with projection 1
     int32_t is_doubtful;           ///< layer 3 has wrong verdicts or a depth p99 above 0.5 % of R_max: SQMAP_LAYER_AUTO is exact
     int32_t has_input;             ///< the mesh's own coordinates and numbers are in the model: exact distances are in double
     int32_t cure;                  ///< how the mesh became a solid: 0 as it was given or repaired, 1 closed, 2 wrapped
@@ -301,7 +301,7 @@ typedef struct sqmap_query_options {
     int32_t is_first_only;  ///< not zero: probes and pairs stop at the first contact
     uint32_t gate;          ///< k_L of SQMAP_LAYER_GATE; 0: 10
     int32_t has_offset;     ///< not zero: the surface moved out by eq. 12
-    // Points and probes against models of the normal projection. Options that change nothing are refused, as gate is.
+    // Points and probes against paper models. Options that change nothing are refused, as gate is.
     int32_t projector;        ///< sqmap_projector
     int32_t nearest_steps;    ///< to the nearest surface, layer 3, Newton's foot; 0: 2, below 0: none, at most 100
     int32_t without_gaps;     ///< layer 3; not zero: the first surface alone, as printed, not the openings behind it
@@ -730,7 +730,7 @@ typedef enum sqmap_mode {
 /// How contacts become a force.
 typedef enum sqmap_force_law {
     SQMAP_FORCE_FULL = 0,  ///< to the nearest surface, smoothed about the point, full across edges
-    SQMAP_FORCE_PAPER = 1  ///< eqs. 21, 26 and 32 on the smoothed map of a model of the normal projection, with SQMAP_MODE_DIRECT
+    SQMAP_FORCE_PAPER = 1  ///< eqs. 21, 26 and 32 on the smoothed map of a paper model, with SQMAP_MODE_DIRECT
 } sqmap_force_law;
 
 /// The friction of a session.
@@ -741,7 +741,7 @@ typedef enum sqmap_friction_law {
     SQMAP_FRICTION_NONE = 3
 } sqmap_friction_law;
 
-/// How the foot of a point is found on a model of the normal projection.
+/// How the foot of a point is found on a paper model.
 typedef enum sqmap_projector {
     SQMAP_PROJECTOR_NEWTON = 0,   ///< the exact foot
     SQMAP_PROJECTOR_PYRAMID = 1,  ///< the search of eqs. 16 to 19, corrected
@@ -771,7 +771,7 @@ typedef struct sqmap_session_options {
     int32_t friction_law;     ///< sqmap_friction_law
     double f_c;               ///< N, of eq. 33; 0: 0.2, below 0: none
     double k_f;               ///< 1/m, of eq. 33; 0: 100, below 0: none
-    // Models of the normal projection; others take the defaults alone. Options that change nothing are refused, as gate is.
+    // Paper models; others take the defaults alone. Options that change nothing are refused, as gate is.
     int32_t projector;        ///< sqmap_projector
     uint32_t gate;            ///< k_L of SQMAP_LAYER_GATE; 0: 10
     int32_t nearest_steps;    ///< to the nearest surface, layer 3, Newton's foot; 0: 2, below 0: none, at most 100

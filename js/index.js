@@ -654,6 +654,8 @@ class Sqmap {
            exact = true, keepInput = true, solid = "as-is", gap = 0.01, wrapTolerance = 0.002, unit, source, progress} = settings(options, bakeSettings);
     if (progress !== undefined && typeof progress !== "function")
       throw refuse("options.progress", `is ${kindOf(progress)}`, "give a function of a stage and the share that is done");
+    for (const name of ["targetError", "band", "maxParts"])
+      if (options[name] === 0) throw refuse(`options.${name}`, "is 0", "give a number above zero, or leave it out");
     if (source !== undefined && typeof source !== "string") throw refuse("options.source", `is ${kindOf(source)}`, "give a text");
     let failure;
     const called = progress === undefined ? 0 : this.#library.addFunction((context, stage, done) => {

@@ -182,8 +182,8 @@ void add_bake_options(Command& command, BakeSettings& settings)
         .in_range(k_ranges.band.least, k_ranges.band.max);
     Option no_exact =
         command.flag("--no-exact", settings.no_exact, "Leave the exact layer out: a smaller model, approximate answers");
-    Option exact = command.flag("--exact", settings.exact, "Store the exact layer: the default but for the normal projection")
-                       .excludes(no_exact);
+    Option exact =
+        command.flag("--exact", settings.exact, "Store the exact layer: the default but for paper models").excludes(no_exact);
     command.flag("--no-input", settings.no_input,
                  "Leave out the mesh's own coordinates and numbers: a smaller model, whose exact distances are in float");
     command

@@ -157,7 +157,7 @@ std::string answers(const model::ModelView& m, const std::vector<Vec3d>& points,
 std::string distances(const model::ModelView& m, const std::vector<Vec3d>& points, const QueryArguments& o)
 {
     if (paper::is_paper(m) && !model::has_distance(m))
-        throw BadPoints(o.model + " has the normal projection and no triangles, so no distances: bake it with --exact");
+        throw BadPoints(o.model + " is a paper model without triangles, so it has no distances: bake it with --exact");
     constexpr std::size_t k_slice = 16384;
     std::vector<query::SignedDistance> answers(points.size());
     parallel::for_slices(points.size(), k_slice, 0, [&](parallel::Slice slice) {

@@ -58,7 +58,7 @@ class Facts(NamedTuple):
     triangles: int      #: of the baked mesh
     is_solid: bool      #: False: a surface without inside
     has_exact: bool     #: the triangles are in the model
-    is_normal: bool     #: of the normal projection
+    is_normal: bool     #: a paper model: baked with projection="normal"
     is_doubtful: bool   #: layer 3 has wrong verdicts, or a 99th percentile of its depth error above 0.5 % of R_max: layer="auto" is exact
     has_input: bool     #: the mesh's own coordinates and numbers are kept: exact distances are in double
     cure: str           #: how the mesh became a solid: "" as it was given or repaired, "closed" or "wrapped"

@@ -48,6 +48,9 @@ class VersionError(ModelError):
 class MeshError(Error, ValueError):
     """A mesh that is refused; the code says why."""
 
+    def __str__(self) -> str:  # the element is a place, not the subject of the sentence
+        return f"{self.code} at {self.element}: {self.message}\n  cure: {self.cure}"
+
 
 class Cancelled(Error):
     """The progress callback stopped the bake."""

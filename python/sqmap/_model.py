@@ -228,7 +228,7 @@ class Model(Owned):
 
         layer: 1, 2, 3, "exact", "gate" (2 or 3 by gate, k_L, from 1), or "auto": the cheapest whose measured error is within
         tolerance. margin: the surface is moved out by so much, offset: by eq. 12. threads: None is one a core; the answers do not
-        depend on it. Of a model of the normal projection, as in Session: projector "newton", "pyramid" or "printed",
+        depend on it. Of a paper model, as in Session: projector "newton", "pyramid" or "printed",
         nearest_steps (layer 3 with newton, 0 to 100), gaps (layer 3) and pruning. Raises ArgumentError for an option that changes
         none of the answers."""
         xyz = rows(points)

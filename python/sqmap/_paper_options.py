@@ -22,7 +22,7 @@ class PaperOptions:
 
     Sections 2 and 3, of models of either projection: taper, bend. cuts: "passes" or "printed", which has thresholds of its own.
     exact_geodesics: eq. 4 over every triangle, else over protrusion_sources. mean_curvature ("area", "count"), printed_strength and
-    printed_curvature are of printed cuts. Section 4.1, of the normal projection: grid is (rows, columns) of layer 2, subdivisions A_S,
+    printed_curvature are of printed cuts. Section 4.1, of paper models: grid is (rows, columns) of layer 2, subdivisions A_S,
     offset_constant a_N. smoothing: "surface", or "distances" as section 6 has it; smoothing_length is of the surface,
     smoothing_radius and smoothing_kernel ("binomial", "box", "gaussian") are of distances; radius 0: no smoothed map."""
 

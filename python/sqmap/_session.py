@@ -62,7 +62,7 @@ class Session(Owned):
     surface and the exact layer allows. zone: m, the impact sphere about the tool's pose, whose contacts count (section 6.1), of a tool
     or of a ball with the paper's force; 0: all. Research software, not a safety device.
 
-    Of a model of the normal projection: force "paper" takes eqs. 21, 26, 32 and 33 on its smoothed map, with f_c (N) and k_f (1/m).
+    Of a paper model: force "paper" takes eqs. 21, 26, 32 and 33 on its smoothed map, with f_c (N) and k_f (1/m).
     friction_law: "default", "coulomb", "paper" (eq. 33) or "none". projector: how feet are found, "newton", "pyramid" or "printed"
     (with it the paper's force has eq. 21's depth). layer "gate": 2 or 3 by gate (k_L, from 1). nearest_steps: to the nearest surface,
     0 to 100. gaps: openings behind the first surface count. pruning: a part that proves a point free outweighs others. offset: move

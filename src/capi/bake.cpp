@@ -164,7 +164,7 @@ paper::MapOptions map_options(const sqmap_paper_options& o, bool is_normal)
                          o.smoothing != 0 || o.smoothing_length != 0 || o.smoothing_radius != 0 || o.smoothing_kernel != 0;
     if (of_maps && !is_normal)
         throw Failure{SQMAP_E_ARGUMENT, "options.projection", "is central, and options of the paper's maps are given",
-                      "set it to the normal projection"};
+                      "set it to 1, for a paper model"};
     return out;
 }
 

@@ -69,9 +69,8 @@ Surface::Surface(const model::ModelView& view) : mesh(mesh_of(view)), bvh(mesh),
 
 void refuse_bytes(model::ParseStatus status, const std::string& element)
 {
-    const bool is_other = status == model::ParseStatus::WrongVersion;
-    throw Failure{is_other ? SQMAP_E_VERSION : SQMAP_E_MODEL, element, model::to_string(status),
-                  is_other ? "bake the mesh again with this version" : "bake the mesh again, or get the whole file"};
+    throw Failure{status == model::ParseStatus::WrongVersion ? SQMAP_E_VERSION : SQMAP_E_MODEL, element, model::to_string(status),
+                  model::cure_of(status)};
 }
 
 Model::Model(const char* path) : Model(mapped(path), path) {}

@@ -63,7 +63,7 @@ Opened open_model(std::span<const std::byte> bytes, const std::string& element)
     Opened opened;
     const model::ParseStatus status = model::parse(bytes, opened.view);
     if (status == model::ParseStatus::PaperModel)
-        throw Failure{SQMAP_E_MISSING, "model", "is of the normal projection, which libsqmap_query leaves out",
+        throw Failure{SQMAP_E_MISSING, "model", "is a paper model, which libsqmap_query leaves out",
                       "link libsqmap, or bake it with the central projection"};
     if (status != model::ParseStatus::Ok) refuse_bytes(status, element);
     return opened;

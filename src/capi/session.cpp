@@ -62,7 +62,7 @@ bool has_paper_force(const sqmap_session_options& o, const Model& model)
         throw Failure{SQMAP_E_ARGUMENT, "options.force", "is " + std::to_string(o.force), "take one of sqmap_force_law"};
     if (!model.is_paper())
         throw Failure{SQMAP_E_ARGUMENT, "options.force", "is the paper's, of a model with the central projection",
-                      "bake with the normal projection, or take the full force"};
+                      "bake a paper model (projection 1), or take the full force"};
     if (o.mode != SQMAP_MODE_DEFAULT && o.mode != SQMAP_MODE_DIRECT)
         throw Failure{SQMAP_E_ARGUMENT, "options.mode", "is " + std::to_string(o.mode) + " with the paper's force",
                       "take the direct mode"};

@@ -135,7 +135,7 @@ std::optional<Capabilities> capabilities_of(Reader in)
     return c;
 }
 
-/// Equal but for the name.
+/// True where two devices can do the same; their names may differ.
 bool same(Capabilities a, const Capabilities& b)
 {
     a.name = b.name;

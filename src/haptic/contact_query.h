@@ -1,4 +1,4 @@
-// Which points of a zone are in contact with a touched body: the probe query, once per body, pose and probe in a tick.
+// The points of a zone that are in contact with a touched body: the probe query, once per body, pose and probe in a tick.
 #pragma once
 
 #include "zone_tick.h"

@@ -146,8 +146,7 @@ MappedBytes::MappedBytes(MappedBytes&& other) noexcept
 void check(model::ParseStatus status, const std::filesystem::path& path)
 {
     if (status == model::ParseStatus::Ok) return;
-    throw ModelFileError(path.string() + ": " + model::to_string(status) +
-                         (status == model::ParseStatus::NotAModel ? ": bake a mesh first" : ""));
+    throw ModelFileError(path.string() + ": " + model::to_string(status) + "\n  cure: " + model::cure_of(status));
 }
 
 MappedModel::MappedModel(const std::filesystem::path& path) : file_(path) { check(model::parse(bytes(), view_), path); }

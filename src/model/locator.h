@@ -1,4 +1,4 @@
-// Which cell of the locator holds a point, and how far the point is below the cell's planes: one point at a time.
+// The cell of the locator that holds a point, and how far the point lies below the cell's planes: one point at a time.
 #pragma once
 
 #include "model/locator_cells.h"

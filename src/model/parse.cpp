@@ -252,9 +252,9 @@ const char* to_string(ParseStatus status) noexcept
         case ParseStatus::NotAModel:
             return "not a .sqmap file";
         case ParseStatus::PaperModel:
-            return "a paper model: open it with sqmap::paper";
+            return "a paper model, which this reader does not know";
         case ParseStatus::WrongVersion:
-            return "made by another format version: bake the mesh again";
+            return "made by another format version";
         case ParseStatus::BadHash:
             return "content differs from what was written";
         case ParseStatus::BadStructure:
@@ -263,6 +263,26 @@ const char* to_string(ParseStatus status) noexcept
             return "a value is not finite or out of range";
     }
     return "unknown";
+}
+
+const char* cure_of(ParseStatus status) noexcept
+{
+    switch (status) {
+        case ParseStatus::Ok:
+            return "";
+        case ParseStatus::NotAModel:
+            return "bake a mesh first, or get the whole file";
+        case ParseStatus::PaperModel:
+            return "open it with sqmap::paper";
+        case ParseStatus::WrongVersion:
+            return "bake the mesh again with this version";
+        case ParseStatus::Truncated:
+        case ParseStatus::BadHash:
+        case ParseStatus::BadStructure:
+        case ParseStatus::BadValue:
+            break;
+    }
+    return "bake the mesh again, or get the whole file";
 }
 
 std::uint64_t content_hash(const ModelView& view) noexcept

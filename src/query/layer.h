@@ -1,4 +1,4 @@
-// Which layer answers, and by which code.
+// The layer that answers a query, and the code that runs it.
 #pragma once
 
 #include "model/chart.h"

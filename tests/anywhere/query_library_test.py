@@ -45,7 +45,7 @@ with tempfile.TemporaryDirectory() as folder:
     if whole[0] != 0 or whole != query:
         problems.append(f"other answers than libsqmap's:\n{whole[1]}\n{query[1]}")
     code, said = output(arguments.answers[1], normal)
-    if code == 0 or "normal projection" not in said:
+    if code == 0 or "paper model" not in said:
         problems.append(f"a paper model was not refused: {code} {said}")
 
 print("\n".join(problems))

@@ -23,6 +23,12 @@ class TouchWords(TouchTest):
         self.assertGreater(max(math.hypot(*(float(row["z0_f" + axis]) for axis in "xyz")) for row in rows_of("touch.csv")), 0.1)
         xml.dom.minidom.parse("touch.svg")
 
+    def test_the_readme_shows_what_a_bake_prints(self):
+        command, shown = re.search(r"^\$ sqmap (bake torus\.obj .*)\n((?:[^$\n].*\n)+)", read(README), re.MULTILINE).groups()
+        self.assertEqual(run("shapes", "torus", "-o", "torus.obj").returncode, 0)
+        without_time = lambda text: re.sub(r"in \S+ s of CPU", "in s of CPU", text)
+        self.assertEqual(without_time(run(*command.split()).stdout), without_time(shown))
+
     def test_a_layer_that_the_model_lacks_is_told(self):
         run("shapes", "sphere", "-o", "bare.obj")
         for options in (["--no-exact"], ["--projection", "normal", "--grid", "17x32"]):

@@ -167,7 +167,7 @@ TEST(ModelFile, AnOldPaperModelIsToBeBakedAgain)
     ModelView view;
     EXPECT_EQ(model::parse(bytes.span(), view), ParseStatus::WrongVersion);
     EXPECT_EQ(paper::AnyModel().parse(bytes.span()), ParseStatus::WrongVersion);
-    EXPECT_NE(std::string_view(model::to_string(ParseStatus::WrongVersion)).find("bake the mesh again"), std::string_view::npos);
+    EXPECT_NE(std::string_view(model::cure_of(ParseStatus::WrongVersion)).find("bake the mesh again"), std::string_view::npos);
 }
 
 TEST(ModelHash, CoversFiguresAndProvenance)

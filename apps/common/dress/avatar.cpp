@@ -19,7 +19,7 @@ namespace {
 void take_model(AvatarPart& part)
 {
     if (const auto status = part.opened.parse(part.bytes); status != model::ParseStatus::Ok)
-        throw io::ModelFileError(part.name + ": " + model::to_string(status));
+        throw io::ModelFileError(part.name + ": " + model::to_string(status) + "\n  cure: " + model::cure_of(status));
     part.model = part.opened.view();
 }
 

@@ -227,7 +227,7 @@ void add_touch(CommandLine& line)
                 "A mesh as tool without --tool-spacing is felt with ever more points, to 1.5 mm, while no more than so many "
                 "touch; 0: with its vertices")
         .in_range(0., 1e5)
-        .shows_default("1200, or 300 on a model of the normal projection");
+        .shows_default("1200, or 300 on a paper model");
     command.flag("--edges", arguments->touch.edges,
                  "Edges and faces of a mesh as tool touch too, not its points alone: a ridge is felt between two points");
     command.option("--tool-size", arguments->touch.tool_size, "R_max, m, that a mesh as tool is scaled to").above_zero();

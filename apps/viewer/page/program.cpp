@@ -59,7 +59,7 @@ using namespace sqmap::viewer;
 
 extern "C" {
 
-/// The page is there: it hears of the scene.
+/// Connects the page; the viewer sends it the scene.
 EMSCRIPTEN_KEEPALIVE void page_open() { program().viewer.on_open(k_page); }
 
 /// A message of the page.

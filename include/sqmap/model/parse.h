@@ -23,6 +23,8 @@ enum class ParseStatus {
 
 /// The meaning of a status, in a few words.
 [[nodiscard]] const char* to_string(ParseStatus status) noexcept;
+/// The cure of a status, in a few words; empty for Ok.
+[[nodiscard]] const char* cure_of(ParseStatus status) noexcept;
 
 /// Verifies bytes and sets view to spans over them; the bytes must be 8-byte aligned and outlive the view.
 /// Failures: any status but Ok, view untouched. Cost: linear in the bytes, no allocation.

@@ -258,8 +258,8 @@ struct QueryOptions {
     const bool steps = options.nearest_steps != k_plain.nearest_steps;
     const auto idle = [&](const char* name) {
         if (!is_paper)
-            return IdleOption{name, "counts for models of the normal projection, and this one has the central",
-                              "leave the default, or bake with the normal projection"};
+            return IdleOption{name, "counts for paper models, and this one is a central model",
+                              "leave the default, or bake a paper model (projection normal)"};
         return maps ? IdleOption{name, "counts on layer 3 and the gate", "take one of these layers, or leave the default"}
                     : IdleOption{name, "counts on layers 2 and 3 and the gate", "take one of these layers, or leave the default"};
     };

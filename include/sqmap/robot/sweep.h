@@ -1,4 +1,4 @@
-// Which links of a robot can collide within the limits of its joints: proven by branch and bound, not sampled.
+// Decides which links of a robot can collide within the limits of its joints: proven by branch and bound, not sampled.
 // Any number of threads, on files of their own.
 #pragma once
 

@@ -1,4 +1,4 @@
-// Which parts' charts answer in a cell.
+// The parts whose charts answer in a cell.
 #pragma once
 
 #include "bake/locator/draft.h"

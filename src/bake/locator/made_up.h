@@ -1,4 +1,4 @@
-// Which triangles and cells show surface that nothing of the input stood for.
+// The triangles and cells whose surface a cure of the mesh made up: no triangle of the input lies there.
 #pragma once
 
 #include "sqmap/mesh/mesh.h"

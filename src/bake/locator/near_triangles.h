@@ -1,4 +1,4 @@
-// Which triangles can be the nearest somewhere in a box.
+// The triangles that can be the nearest to some point of a box.
 #pragma once
 
 #include "math/triangle.h"

@@ -28,7 +28,7 @@ public:
 
     const CellBaker& cells() const { return cells_; }
 
-    /// Which of its cells have another nearest surface. fresh: the brick is new.
+    /// The cells of a brick that have another nearest surface than before, a bit each. fresh: the brick is new.
     std::uint64_t update(BrickDraft& brick, std::size_t number, bool fresh) const
     {
         const CellCube cube = grid_.brick_cube(number);

@@ -24,7 +24,7 @@ constexpr double k_decimation = 0.25;  ///< error of the decimation, in toleranc
 constexpr double k_finer = 0.9;        ///< of the tolerance that would just have been enough
 constexpr double k_crumb = 2;          ///< cells: diagonal of pieces that are left out
 
-/// Off the planes on which files like to put faces.
+/// Shift of the grid, so that no face at a round coordinate lies in a plane of it.
 constexpr Vec3d k_offset{0.3819660113, 0.4142135624, 0.4721359550};
 
 void check(const WrapOptions& options, std::size_t triangles)
@@ -58,7 +58,7 @@ Mesh soup_of(std::span<const Vec3d> points, std::span<const Triangle> triangles)
     return soup;
 }
 
-/// As large as the tolerance allows, larger where there would be too many.
+/// The side that the tolerance allows, or a larger one with which the grid has no more cells than the options allow.
 double cell_side(const Mesh& soup, double largest_distance, const WrapOptions& options)
 {
     double side = k_cell * options.tolerance * largest_distance;

@@ -1,4 +1,4 @@
-// Which surface of a part its projection along the superquadric's normals can show (section 5), in double.
+// The share of a part's surface that its projection along the superquadric's normals can show (section 5), in double.
 #pragma once
 
 #include "sqmap/mesh/bvh.h"

@@ -1,4 +1,4 @@
-// Which sides of two triangles meet the other triangle, for many pairs at once.
+// The sides of two triangles that meet the other triangle, for many pairs at once.
 #pragma once
 
 #include "candidates.h"

@@ -30,7 +30,7 @@ struct Settings {
     /// Not layer One. Nothing: as the tool needs it, Exact for a ball or a point, Three for a hand or a mesh.
     std::optional<query::Layer> layer{};
     double tolerance = 0.0002;  ///< m, of layer Auto, 0 to 0.01
-    bool paper_force = false;   ///< paper::with_paper_force, of models of the normal projection
+    bool paper_force = false;   ///< paper::with_paper_force, of paper models
     bool proxy = true;          ///< the tool stays on the surface while the hand goes below it; not with the paper's force
     double stiffness = haptic::ZoneOptions{}.stiffness;  ///< N/m, 0 to 2000
     double damping = 0.3;                                ///< N s/m, 0 to 5

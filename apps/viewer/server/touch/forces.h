@@ -50,7 +50,7 @@ public:
     };
 
     /// An object that is held as the tool (settings) is not there to be touched. The paper's force counts where all others are of
-    /// the normal projection.
+    /// a paper model.
     Forces(std::vector<ObjectPtr> objects, const Settings& settings);
     Forces(const Forces&) = delete;
     Forces& operator=(const Forces&) = delete;

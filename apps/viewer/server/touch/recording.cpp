@@ -34,7 +34,7 @@ void repeat(const Take& take, const std::optional<Other>& other, Visit visit)
     }
 }
 
-/// Everything but the contact.
+/// Adds a tick to the frame, without its contacts.
 void add_tick(TouchFrame& frame, const Take::Tick& tick, const Forces::Found& found)
 {
     if (frame.ticks.empty()) frame.time = tick.time;

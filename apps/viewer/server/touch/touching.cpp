@@ -25,7 +25,7 @@ Touching::Touching(Audience& audience, Scene& scene, Worker& pictures, Worker& b
     };
 }
 
-// ---- What the pages fetch
+// Files and values that a page fetches.
 
 ObjectPtr Touching::held_object() const
 {
@@ -72,7 +72,7 @@ void Touching::list_devices()
     });
 }
 
-// ---- What the pages say
+// Messages that a page sends.
 
 void Touching::hold(ConnectionId connection, const Message& message)
 {
@@ -223,7 +223,7 @@ void Touching::begin_or_restart(bool begin)
     }
 }
 
-// ---- What the pages are told
+// Messages that all pages get.
 
 void Touching::stream(std::uint64_t frame_number)
 {
@@ -266,7 +266,7 @@ void Touching::stream_floats(const std::vector<float>& values)
     audience_.stream(bytes);
 }
 
-/// Once more where there are none any longer.
+/// Sends the feet of the contacts; an empty list once after the last contact, so that the pages clear theirs.
 void Touching::stream_feet()
 {
     const std::vector<Foot> feet = touch_->feet(frame_);

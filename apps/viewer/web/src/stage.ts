@@ -38,7 +38,7 @@ function errorNote(): string {
 const NOTES: Record<string, string> = {
   locales: 'A colour for each feature, paler in every second locale. Grey: no feature is reached.',
   regions: 'Grey: not known, as of all models but paper models (bake as the paper).', difference: '1 % of its size below the surface. Blue: only one finds contact. Grey: neither does. Baked one way alone: its parts.' };
-/// For readers of the paper.
+/// Tooltips of the colours: where the paper defines each quantity.
 const TIPS: Record<string, string> = { protrusion: 'Eq. 4 of the paper', curvature: 'Eq. 6 of the paper; size: its R_max, the largest distance between two vertices', locales: 'Section 3.1 of the paper', strength: 'Section 3.1 of the paper', regions: 'Section 5 of the paper: convex, Q1 and Q2' };
 world.objects.onTrouble = trouble;
 world.objects.onWait = (kind, done, of) => {
