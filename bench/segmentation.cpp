@@ -18,6 +18,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <span>
 #include <stdexcept>
@@ -166,11 +167,9 @@ Model made(const std::filesystem::path& folder, std::size_t number, bool printed
     Model m;
     m.number = number;
     const std::filesystem::path path = folder / "models" / (std::to_string(number) + ".off");
-    io::ReadResult file = io::read_mesh_file(path);
-    if (file.error) throw std::runtime_error(path.string() + ": " + file.error->code + ": " + file.error->message);
-    m.soup = std::move(file.soup);
-    const std::size_t polygon_count = m.soup.polygon_offsets.size() - 1;
     BakeMeshOptions options;
+    const std::function<void(io::PolygonSoup&)> keep = [&](const io::PolygonSoup& read) { m.soup = read; };
+    options.mesh.as_read = &keep;
     options.bake.locator = options.bake.exact = false;  // parts alone count
     options.bake.target_error = 100;
     const BakedModel baked = bake_mesh(path, options);
@@ -183,7 +182,7 @@ Model made(const std::filesystem::path& folder, std::size_t number, bool printed
     m.groups = app::polygon_labels(m.soup, baked.mesh, groups);
     for (std::size_t k = 0; k < k_max_people; ++k) {
         const std::filesystem::path person = folder / "humans" / (std::to_string(number) + "_" + std::to_string(k) + ".seg.gz");
-        if (std::filesystem::exists(person)) m.people.push_back(read_labels(person, polygon_count));
+        if (std::filesystem::exists(person)) m.people.push_back(read_labels(person, m.soup.polygon_offsets.size() - 1));
     }
     if (m.people.empty()) throw std::runtime_error(path.string() + ": no person's labels in " + (folder / "humans").string());
     return m;

@@ -8,6 +8,7 @@
 #include "sqmap/paper/model_file.h"
 
 #include <cstdio>
+#include <functional>
 #include <optional>
 #include <span>
 
@@ -34,17 +35,16 @@ int write_labels(const std::string& model, const std::string& output, const Labe
                      model.c_str());
         return 2;
     }
-    const std::optional<AdmittedMesh> mesh = mesh_of_model(view, model, options.mesh, options.load);
+    io::PolygonSoup soup;
+    MeshOptions load = options.load;
+    const std::function<void(io::PolygonSoup&)> keep = [&](const io::PolygonSoup& read) { soup = read; };
+    load.as_read = &keep;
+    const std::optional<AdmittedMesh> mesh = mesh_of_model(view, model, options.mesh, load);
     if (!mesh) return 2;
-    const io::ReadResult read = io::read_mesh_file(options.mesh, options.load.limits);
-    if (read.error) {  // the file was changed since
-        std::fprintf(stderr, "%s: %s: %s\n", options.mesh.c_str(), read.error->code.c_str(), read.error->message.c_str());
-        return 2;
-    }
     std::vector<std::uint32_t> names;
     for (std::uint32_t t = 0; t < view.triangle_part.size(); ++t)
         names.push_back(model::group_of_part(view, model::part_of_triangle(view, t)));
-    const std::vector<std::int32_t> labels = polygon_labels(read.soup, *mesh, names, options.load.admit.unit.value_or(1));
+    const std::vector<std::int32_t> labels = polygon_labels(soup, *mesh, names, options.load.admit.unit.value_or(1));
     std::string text;
     for (const std::int32_t label : labels) text += std::to_string(label) + '\n';
     io::replace_file(output, std::as_bytes(std::span(text)));

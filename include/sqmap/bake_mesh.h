@@ -14,6 +14,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -36,6 +37,8 @@ using MeshInput = std::variant<std::filesystem::path, MeshBytes, mesh::PolygonVi
 struct MeshOptions {
     mesh::AdmitOptions admit{};
     io::ReadLimits limits{};
+    /// Gets a file's polygons after they are read and before they are judged: it may move them, or keep a copy. Null: none does.
+    const std::function<void(io::PolygonSoup&)>* as_read = nullptr;
 };
 
 /// A mesh that was admitted, or the diagnosis of one that was refused.

@@ -36,13 +36,15 @@ AdmittedMesh admitted_as(const mesh::PolygonView& polygons, const MeshOptions& o
     return {mesh::admit(polygons, options.admit), "", std::move(source)};
 }
 
-AdmittedMesh admitted(const io::ReadResult& read, const MeshOptions& options, const std::filesystem::path& name)
+AdmittedMesh admitted(io::ReadResult read, const MeshOptions& options, const std::filesystem::path& name)
 {
     AdmittedMesh out;
     if (read.error)
         out.diagnosis = {refusal_of(*read.error), read.error->element, read.error->message, cure_of(*read.error)};
-    else
+    else {
+        if (options.as_read != nullptr) (*options.as_read)(read.soup);
         out = admitted_as({read.soup.positions, read.soup.polygon_offsets, read.soup.indices}, options, "");
+    }
     if (read.format) out.format = io::format_name(*read.format);
     out.source = name.filename().string();
     return out;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <functional>
 #include <utility>
 
 namespace sqmap::robot {
@@ -34,54 +35,52 @@ void reverse_polygons(io::PolygonSoup& soup)
         std::reverse(soup.indices.begin() + soup.polygon_offsets[i], soup.indices.begin() + soup.polygon_offsets[i + 1]);
 }
 
-/// Fans of the polygons whose corners are there. Convex shapes that hold the corners hold the polygons, whatever the fans.
+/// Fans of the polygons. Convex shapes that hold the corners hold the polygons, whatever the fans. @pre each corner is there
 mesh::Mesh fans_of(const io::PolygonSoup& soup)
 {
     mesh::Mesh out{.vertices = soup.positions, .triangles = {}};
-    const auto is_corner = [&](std::int64_t i) { return i >= 0 && static_cast<std::size_t>(i) < soup.positions.size(); };
+    const auto corner = [&](std::size_t i) { return static_cast<std::uint32_t>(soup.indices[i]); };
     for (std::size_t i = 0; i + 1 < soup.polygon_offsets.size(); ++i)
-        for (std::size_t k = soup.polygon_offsets[i] + 1; k + 1 < soup.polygon_offsets[i + 1]; ++k) {
-            const std::int64_t a = soup.indices[soup.polygon_offsets[i]], b = soup.indices[k], c = soup.indices[k + 1];
-            if (is_corner(a) && is_corner(b) && is_corner(c))
-                out.triangles.push_back(
-                    {static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b), static_cast<std::uint32_t>(c)});
-        }
+        for (std::size_t k = soup.polygon_offsets[i] + 1; k + 1 < soup.polygon_offsets[i + 1]; ++k)
+            out.triangles.push_back({corner(soup.polygon_offsets[i]), corner(k), corner(k + 1)});
     return out;
+}
+
+/// True where admission found the corners of all polygons there and finite.
+bool has_all_corners(const AdmittedMesh& mesh)
+{
+    return !mesh.refused() || (mesh.diagnosis.code != mesh::Refusal::Index && mesh.diagnosis.code != mesh::Refusal::NonFinite);
 }
 
 }  // namespace
 
 LinkMesh load_mesh(const fs::path& path, const CollisionMesh& as, const MeshOptions& options)
 {
-    const auto refuse = [&](mesh::Refusal code, const std::string& message, mesh::Words cure) {
-        throw mesh::RefusedMesh({code, path.string(), message, std::move(cure)});
-    };
     std::error_code ignored;
     if (!fs::is_regular_file(path, ignored))
-        refuse(mesh::Refusal::Format, "there is no such file",
-               mesh::Words("correct the name").with(", or give its package's folder: ", mesh::Setting::Packages, "NAME=DIR"));
-    io::ReadResult read = io::read_mesh_file(path, options.limits);
-    if (read.error) {  // the front door has its code and its cure
-        mesh::Diagnosis diagnosis = admit_mesh(path, options).diagnosis;
-        diagnosis.element = path.string() + (diagnosis.element.empty() ? "" : ", " + diagnosis.element);
-        throw mesh::RefusedMesh(std::move(diagnosis));
-    }
-    io::PolygonSoup& soup = read.soup;
-    const bool z_up = has_z_up(path);
+        throw mesh::RefusedMesh(
+            {mesh::Refusal::Format, path.string(), "there is no such file",
+             mesh::Words("correct the name").with(", or give its package's folder: ", mesh::Setting::Packages, "NAME=DIR")});
     // Admission would scale its result alone, and after the pose: metres come first, for the soup too.
     MeshOptions in_metres = options;
     in_metres.admit.unit.reset();
     const Vec3d scale = options.admit.unit.value_or(1.) * as.scale;
-    for (Vec3d& p : soup.positions) {
-        if (z_up) p = {p.x, -p.z, p.y};
-        p = apply(as.pose, Vec3d{scale.x * p.x, scale.y * p.y, scale.z * p.z});
-        if (!is_finite(p)) refuse(mesh::Refusal::NonFinite, "a coordinate is not finite", "repair the file");
-    }
-    if (as.scale.x * as.scale.y * as.scale.z < 0) reverse_polygons(soup);
-    LinkMesh out{.soup = fans_of(soup), .admitted = {}};
-    if (out.soup.triangles.empty()) refuse(mesh::Refusal::Empty, "it has no faces", "export the mesh again");
-    out.admitted = admit_mesh(mesh::PolygonView{soup.positions, soup.polygon_offsets, soup.indices}, in_metres);
-    return out;
+    io::PolygonSoup soup;
+    const std::function<void(io::PolygonSoup&)> move = [&, z_up = has_z_up(path)](io::PolygonSoup& read) {
+        for (Vec3d& p : read.positions) {
+            if (z_up) p = {p.x, -p.z, p.y};
+            p = apply(as.pose, Vec3d{scale.x * p.x, scale.y * p.y, scale.z * p.z});
+        }
+        if (as.scale.x * as.scale.y * as.scale.z < 0) reverse_polygons(read);
+        soup = read;
+    };
+    in_metres.as_read = &move;
+    LinkMesh out{.soup = {}, .admitted = admit_mesh(path, in_metres)};
+    if (has_all_corners(out.admitted)) out.soup = fans_of(soup);
+    if (!out.soup.triangles.empty()) return out;
+    mesh::Diagnosis& diagnosis = out.admitted.diagnosis;
+    diagnosis.element = path.string() + (diagnosis.element.empty() ? "" : ", " + diagnosis.element);
+    throw mesh::RefusedMesh(std::move(diagnosis));
 }
 
 }  // namespace sqmap::robot

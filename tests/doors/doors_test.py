@@ -58,6 +58,13 @@ def plates(count):
     return "\n".join(rows + [f"4 {a} {b} {d} {e}" for a, b, d, e in faces]) + "\n"
 
 
+# Meshes that no door takes, a robot's link neither, with the beginnings of their refusals.
+UNREADABLE = {
+    "nan.off": ("OFF\n3 1 0\n0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n", "E_NONFINITE", "vertex 2"),
+    "index.off": ("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 9\n", "E_INDEX", "face 1"),
+    "empty.off": ("OFF\n3 0 0\n0 0 0\n1 0 0\n0 1 0\n", "E_EMPTY", "mesh"),
+    "cut.off": ("OFF\n3 1 0\n0 0 0\n1 0 0\n", "E_TRUNCATED", ""),
+}
 SHEET = "OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n3 0 2 3\n"
 
 
@@ -102,6 +109,18 @@ def through_program(path, folder):
         return {"notes": notes}
     verdict = json.loads(subprocess.run([program, "check", path, "--json"], capture_output=True, text=True).stdout)
     return {k: verdict[k] for k in ("code", "element", "message", "cure")}
+
+
+def through_urdf(path, folder):
+    """The refusal of a mesh that a robot's link names: one sentence, which names the file beside the element."""
+    robot, report = folder / "robot.urdf", folder / "robot.json"
+    robot.write_text(f'<robot name="r"><link name="l"><collision><geometry><mesh filename="{path.name}"/></geometry></collision>'
+                     "</link></robot>")
+    subprocess.run([program, "urdf", robot, "-o", folder / "made.urdf", "--report", report], capture_output=True)
+    found = re.fullmatch(r"(E_\w+) at (.*): (.*) \((.*)\)", json.loads(report.read_text())[0]["problem"])
+    code, where, message, cure = found.groups()
+    assert where.startswith(f"{path}, "), where
+    return {"code": code, "element": where[len(f"{path}, "):], "message": message, "cure": cure}
 
 
 def through_batch(folder):
@@ -157,14 +176,22 @@ with tempfile.TemporaryDirectory() as name:
     cured.write_text(grid(6, True))
     refused.write_text(SHEET)
     doubtful.write_text(plates(6))
+    for bad, (text, _, _) in UNREADABLE.items():
+        (folder / bad).write_text(text)
     check_options(cured)
     batch = through_batch(folder)
     expected = {cured: ("moved: ", "made up: "), doubtful: ("W_SELFX: ", "W_TARGET: ", "W_LAYER3: "), refused: ()}
+    expected |= {folder / bad: () for bad in UNREADABLE}
     for path, beginnings in expected.items():
         answers = json.loads(subprocess.run([doors, path], capture_output=True, text=True, check=True).stdout)
         answers |= {"program": through_program(path, folder), "c": through_c(path, 0), "python": through_python(path),
                     "batch": batch[path.name], "javascript": through_npm(path)}
         first = answers["program"]
+        if path.name in UNREADABLE:
+            _, code, element = UNREADABLE[path.name]
+            assert first["code"] == code and first["element"].startswith(element), first
+            answers["urdf"] = through_urdf(path, folder)
+            assert answers["urdf"]["cure"] == first["cure"], (answers["urdf"], first)
         for door, answer in answers.items():
             same = {k: v for k, v in answer.items() if k != "cure"}
             wanted = {k: v for k, v in first.items() if k != "cure"}

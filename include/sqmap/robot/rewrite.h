@@ -57,7 +57,7 @@ struct LinkMesh {
     AdmittedMesh admitted;  ///< the solid that it bounds, or the reason why it bounds none
 };
 /// Reads a mesh, scales and turns it, and admits it. The unit of the options is the mesh file's; the link's frame is in metres.
-/// @throw mesh::RefusedMesh where the file cannot be read
+/// @throw mesh::RefusedMesh where the file cannot be read, names corners that are not there or not finite, or has no faces
 [[nodiscard]] LinkMesh load_mesh(const std::filesystem::path& path, const CollisionMesh& as, const MeshOptions& options);
 
 }  // namespace sqmap::robot
