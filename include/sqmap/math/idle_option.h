@@ -4,7 +4,7 @@
 
 namespace sqmap {
 
-/// See above.
+/// The option, the reason and the cure.
 struct IdleOption {
     const char* name;  ///< as in C and Python: "nearest_steps"
     const char* why;   ///< after the name: "counts with ..."

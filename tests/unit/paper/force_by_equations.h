@@ -12,7 +12,7 @@
 #include <optional>
 #include <vector>
 
-namespace sqmap::paper::test {
+namespace sqmap::paper::by_equations {
 
 /// rad: errors of the kernels' sines, cosines and angles beside functions in double (docs/algorithms/paper-map.md, Powers).
 inline constexpr double k_angle_rounding = 4e-7;
@@ -341,4 +341,4 @@ inline std::optional<Spring> spring_by_equations(const model::ModelView& view, V
     return least;
 }
 
-}  // namespace sqmap::paper::test
+}  // namespace sqmap::paper::by_equations

@@ -23,7 +23,7 @@ namespace {
 
 using paper::ProjectionOptions;
 using paper::Projector;
-using paper::test::Spring;
+using paper::by_equations::Spring;
 using query::Layer;
 
 constexpr double k_stiffness = 300;
@@ -78,7 +78,7 @@ Mean mean_spring(const model::ModelView& view, const BallZone& zone, Vec3d at, c
     double weights = 0;
     for (std::size_t i = 0; i < zone.points.size(); ++i) {
         const Vec3f p = cast<float>(zone.points[i]) + cast<float>(at);
-        std::optional<Spring> spring = paper::test::spring_by_equations(view, p, options, traced.smoothed);
+        std::optional<Spring> spring = paper::by_equations::spring_by_equations(view, p, options, traced.smoothed);
         const bool decided = spring.has_value();
         if (!decided) {
             // The point's own query says which sample or part was read where rounding decides that.
