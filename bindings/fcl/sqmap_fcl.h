@@ -80,8 +80,8 @@ inline int element_of(sqmap::query::Feature feature, std::uint32_t index)
     return static_cast<int>(feature == sqmap::query::Feature::Edge ? index / 3 : index);
 }
 
-/// The answer of a query. One that has more contacts than the workspace has space for is asked again with more, so that none is
-/// lost; that allocates.
+/// The answer of a query, with all its contacts: while they are more than the workspace holds, the query is repeated with a
+/// larger workspace, which allocates.
 template <typename Workspace, typename Query>
 auto whole_answer(Workspace& workspace, const Query& query)
 {

@@ -288,7 +288,7 @@ private:
             middle += weight * line;
         }
         if (weights == 0) return Spring{-1, {}};
-        if (!(norm(normal) > 0.3 * weights)) return std::nullopt;  // walls that face each other: what is left is rounding
+        if (!(norm(normal) > 0.3 * weights)) return std::nullopt;  // normals of opposite walls cancel: the rest is rounding
         const Vec3d unit = normalized(normal);
         return Spring{std::max(0.5 * (planes + dot(middle, unit)) / weights, 0.), unit};
     }
@@ -310,7 +310,7 @@ inline std::optional<Spring> spring_by_equations(const model::ModelView& view, V
     std::vector<PartAnswer> answers(view.parts.size());
     for (std::size_t i = 0; i < answers.size(); ++i) {
         const MapView map = map_of(view, i);
-        // The spheres come first (section 4.2): a part is asked about points in its own and the object's.
+        // Bounding spheres come first (section 4.2): a part answers points that lie in its sphere and in the object's.
         const auto beyond = [&](const float* sphere) {
             return norm(point - cast<double>(model::vec3(sphere))) - double(sphere[3]);
         };
