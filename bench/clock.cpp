@@ -1,7 +1,8 @@
 #include "clock.h"
 
+#include "math/percentile.h"
+
 #include <algorithm>
-#include <array>
 #include <ctime>
 #if defined(__x86_64__)
 #include <x86intrin.h>
@@ -30,13 +31,6 @@ std::uint64_t ticks()
 #endif
 }
 
-template <std::size_t N>
-double median(std::array<double, N>& values)
-{
-    std::nth_element(values.begin(), values.begin() + N / 2, values.end());
-    return values[N / 2];
-}
-
 }  // namespace
 
 double thread_seconds() { return 1e-9 * static_cast<double>(nanoseconds(CLOCK_THREAD_CPUTIME_ID)); }
@@ -49,15 +43,15 @@ FrameClock::FrameClock()
     std::int64_t t1 = t0;
     while (t1 - t0 < 60'000'000) t1 = nanoseconds(CLOCK_MONOTONIC_RAW);
     us_per_tick_ = 1e-3 * static_cast<double>(t1 - t0) / static_cast<double>(ticks() - c0);
-    std::array<double, 1001> by_counter, by_cpu;
+    std::vector<double> by_counter(1001), by_cpu(1001);
     for (std::size_t i = 0; i < by_counter.size(); ++i) {
         const Mark mark = start();
         const std::uint64_t now = ticks();
         by_cpu[i] = 1e-3 * static_cast<double>(nanoseconds(CLOCK_THREAD_CPUTIME_ID) - mark.cpu_ns);
         by_counter[i] = us_per_tick_ * static_cast<double>(now - mark.ticks);
     }
-    empty_us_ = median(by_counter);
-    empty_cpu_us_ = median(by_cpu);
+    empty_us_ = percentile(by_counter, 50);
+    empty_cpu_us_ = percentile(by_cpu, 50);
 }
 
 FrameClock::Mark FrameClock::start()

@@ -6,6 +6,7 @@
 #include "distance_grid.h"
 #include "fcl_tree.h"
 #include "io/replace_file.h"
+#include "math/percentile.h"
 #include "measure.h"
 #include "sim/walker.h"
 #include "sqmap/bake_mesh.h"
@@ -133,12 +134,7 @@ std::size_t query_field(const bench::DistanceGrid& g, const Pose& pose, std::spa
     return count;
 }
 
-double median(std::vector<double> v)
-{
-    if (v.empty()) return NAN;
-    std::nth_element(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2), v.end());
-    return v[v.size() / 2];
-}
+double median(std::vector<double> v) { return v.empty() ? NAN : percentile(v, 50); }
 
 template <class Run>
 nlohmann::json timed(const bench::FrameClock& clock, const Case& c, Run&& run)

@@ -1,5 +1,6 @@
 // Skin that is seen where cloth should hide it: garments on the walking figure, pulled, pinned and cut, as pictures in two
 // colours.
+#include "clock.h"
 #include "common/dress/avatar.h"
 #include "common/dress/costumes.h"
 #include "measure.h"
@@ -11,7 +12,6 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <numbers>
 #include <set>
 #include <string>
@@ -97,13 +97,6 @@ std::vector<std::uint8_t> open_triangles(Triangles triangles, std::span<const st
     for (std::size_t t = 0; t < out.size(); ++t)
         for (const std::uint32_t v : triangles[t]) out[t] |= rim[name[v]];
     return out;
-}
-
-double cpu_seconds()
-{
-    timespec t{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
 struct Figure {
@@ -258,9 +251,9 @@ Run play(Figure& figure, const std::string& garment, const std::string& fabric, 
         spent += s.predict + s.move + s.query + s.response + s.threads + s.self;
         // As the page shows it.
         if (step % k_frame == 0) {
-            const double start = cpu_seconds();
+            const double start = bench::thread_seconds();
             (void)cloth.settle(figure.solids);
-            spent += cpu_seconds() - start;
+            spent += bench::thread_seconds() - start;
         }
         // While its seams are drawn together a garment is not worn yet.
         if (step % k_every != 0 || time < 1.5) continue;

@@ -1,5 +1,6 @@
 // Cost of a scene's broad phase and of a pile in a frame: run under callgrind, whose counts do not depend on the machine's load.
 #include "math/random.h"
+#include "math/turns.h"
 #include "measure.h"
 #include "sqmap/bake_mesh.h"
 #include "sqmap/mesh/shapes.h"
@@ -14,11 +15,6 @@
 namespace {
 
 using namespace sqmap;
-
-Mat3d about_z(double angle)
-{
-    return {{{std::cos(angle), -std::sin(angle), 0}, {std::sin(angle), std::cos(angle), 0}, {0, 0, 1}}};
-}
 
 int run(std::string_view kind, std::size_t bodies, int frames)
 {

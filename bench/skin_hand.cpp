@@ -2,6 +2,7 @@
 #include "skin_hand.h"
 
 #include "clock.h"
+#include "math/turns.h"
 #include "sqmap/bake/skin_lattice.h"
 #include "sqmap/bake_mesh.h"
 
@@ -15,8 +16,6 @@
 
 namespace sqmap::bench {
 namespace {
-
-Mat3d about_x(double a) { return {{{1, 0, 0}, {0, std::cos(a), -std::sin(a)}, {0, std::sin(a), std::cos(a)}}}; }
 
 /// How far a joint is bent, radians, when the finger is fully closed.
 double curl_of(const std::string& name)

@@ -3,7 +3,6 @@
 #include "sqmap/bulk/clearances.h"
 #include "structs.h"
 
-#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <optional>
@@ -12,29 +11,6 @@
 
 namespace sqmap::capi {
 namespace {
-
-bool is_finite_pose(const sqmap_pose& pose)
-{
-    for (const double x : pose.rotation)
-        if (!std::isfinite(x)) return false;
-    for (const double x : pose.translation)
-        if (!std::isfinite(x)) return false;
-    return true;
-}
-
-/// The caller's poses. One with a number that is not finite is all NaN; a matrix that is no rotation is refused.
-std::vector<Pose> poses_of(const sqmap_poses& given)
-{
-    if (given.count > 0) (void)needed(given.pose, "poses.pose");
-    std::vector<Pose> out;
-    out.reserve(given.count);
-    for (std::size_t i = 0; i < given.count; ++i) {
-        const sqmap_pose& pose = given.pose[i];
-        out.push_back(is_finite_pose(pose) ? pose_of(&pose, ("poses.pose[" + std::to_string(i) + "]").c_str())
-                                           : pose_or_nan(pose));
-    }
-    return out;
-}
 
 bulk::ToolPoints tool_of(const sqmap_points& tool)
 {
@@ -95,7 +71,7 @@ sqmap_code sqmap_query_poses(sqmap_model model, const sqmap_points* tool, const 
         const sqmap_pose_clearances out = capi::taken(&capi::needed(clearances, "clearances"), "clearances");
         constexpr double k_infinite = std::numeric_limits<double>::infinity();
         const bulk::ToolPoints grouped = capi::tool_of(points);
-        const std::vector<Pose> frames = capi::poses_of(given);
+        const std::vector<Pose> frames = capi::poses_of(given.pose, given.count, "poses.pose");
         bulk::ClearanceQuery query{.touched = {&m.view(), nullptr, capi::pose_of(points.pose, "tool.pose")},
                                    .tool = &grouped,
                                    .poses = frames,

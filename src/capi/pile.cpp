@@ -3,7 +3,6 @@
 #include "objects.h"
 #include "structs.h"
 
-#include <cmath>
 #include <cstddef>
 #include <memory>
 #include <string>
@@ -37,15 +36,6 @@ struct KeptPile {
 
 Handles<KeptPile, 6>& piles() { return table<KeptPile, 6>(); }
 
-bool is_finite_pose_of_body(const sqmap_pose& pose)
-{
-    for (const double x : pose.rotation)
-        if (!std::isfinite(x)) return false;
-    for (const double x : pose.translation)
-        if (!std::isfinite(x)) return false;
-    return true;
-}
-
 /// Poses of bodies that there are. All are read before one is set.
 void move_bodies(KeptPile& p, const sqmap_pile_step& step)
 {
@@ -53,12 +43,7 @@ void move_bodies(KeptPile& p, const sqmap_pile_step& step)
         throw Failure{SQMAP_E_ARGUMENT, "step.count",
                       "is " + std::to_string(step.count) + ", of " + std::to_string(p.kept.size()) + " bodies",
                       "give a pose for each number that sqmap_add_body has given, and no more"};
-    std::vector<Pose> poses;
-    for (std::size_t i = 0; i < step.count; ++i) {
-        const sqmap_pose& pose = step.pose[i];
-        poses.push_back(is_finite_pose_of_body(pose) ? pose_of(&pose, ("step.pose[" + std::to_string(i) + "]").c_str())
-                                                     : pose_or_nan(pose));
-    }
+    const std::vector<Pose> poses = poses_of(step.pose, step.count, "step.pose");
     for (std::size_t i = 0; i < poses.size(); ++i)
         if (p.has(i)) (void)p.pile.set_pose(static_cast<query::BodyId>(i), poses[i]);
 }

@@ -128,6 +128,17 @@ Pose pose_of(const sqmap_pose* pose, const char* element)
     return out;
 }
 
+std::vector<Pose> poses_of(const sqmap_pose* poses, std::size_t count, const std::string& element)
+{
+    if (count > 0) (void)needed(poses, element.c_str());
+    std::vector<Pose> out;
+    out.reserve(count);
+    for (std::size_t i = 0; i < count; ++i)
+        out.push_back(is_finite(as_given(poses[i])) ? pose_of(&poses[i], (element + "[" + std::to_string(i) + "]").c_str())
+                                                    : pose_or_nan(poses[i]));
+    return out;
+}
+
 query::Layer layer_of(int layer)
 {
     switch (layer) {

@@ -15,6 +15,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 namespace sqmap::capi {
 
@@ -88,6 +89,9 @@ Pose pose_or_nan(const sqmap_pose& pose) noexcept;
 /// Null stands for the identity. A rotation whose rows are off by 1e-6 to 1e-4 is made orthonormal, a better one keeps its bits.
 /// element: names the pose. @throw Failure for a number that is not finite, and for a matrix that is no rotation
 Pose pose_of(const sqmap_pose* pose, const char* element);
+/// A caller's poses. One with a number that is not finite is all NaN. element: names the array. @throw Failure for null where
+/// there are some, and for a matrix that is no rotation
+std::vector<Pose> poses_of(const sqmap_pose* poses, std::size_t count, const std::string& element);
 
 /// @throw Failure for a number that names no layer, and for numbers out of range
 query::QueryOptions query_options(const sqmap_query_options& options);

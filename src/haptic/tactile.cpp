@@ -30,31 +30,17 @@ struct TactileJob {
 #define HWY_TARGET_INCLUDE "haptic/tactile.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
+#include "math/double_lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sqmap::haptic::HWY_NAMESPACE {
+using namespace sqmap::HWY_NAMESPACE;
 namespace {
 
-namespace hn = hwy::HWY_NAMESPACE;
-
-using DD = hn::CappedTag<double, 8>;
-using D = hn::Vec<DD>;
-constexpr DD dd{};
 constexpr std::size_t k_block = 64;
 
-struct D3 {
-    D x, y, z;
-};
 HWY_INLINE D set(double v) { return hn::Set(dd, v); }
-HWY_INLINE D3 minus(const D3& a, const D3& b) { return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)}; }
 HWY_INLINE D3 scaled(D k, const D3& v) { return {hn::Mul(k, v.x), hn::Mul(k, v.y), hn::Mul(k, v.z)}; }
-HWY_INLINE D dot(const D3& a, const D3& b) { return hn::Add(hn::Add(hn::Mul(a.x, b.x), hn::Mul(a.y, b.y)), hn::Mul(a.z, b.z)); }
-HWY_INLINE D3 cross(const D3& a, const D3& b)
-{
-    return {hn::Sub(hn::Mul(a.y, b.z), hn::Mul(a.z, b.y)), hn::Sub(hn::Mul(a.z, b.x), hn::Mul(a.x, b.z)),
-            hn::Sub(hn::Mul(a.x, b.y), hn::Mul(a.y, b.x))};
-}
-HWY_INLINE D3 all(Vec3d v) { return {set(v.x), set(v.y), set(v.z)}; }
 HWY_INLINE D positive(D v) { return hn::IfThenElseZero(hn::Gt(v, hn::Zero(dd)), v); }
 HWY_INLINE D3 apply(const Pose& pose, const D3& p)
 {

@@ -1,5 +1,6 @@
 #include "sim/walker.h"
 
+#include "math/turns.h"
 #include "sqmap/math/assert.h"
 
 #include <algorithm>
@@ -12,10 +13,6 @@ namespace sqmap::sim {
 namespace {
 
 enum Part { Pelvis, Chest, Head, UpperArmL, ForearmL, UpperArmR, ForearmR, ThighL, ShinL, FootL, ThighR, ShinR, FootR, k_parts };
-
-Mat3d about_x(double a) { return {{{1, 0, 0}, {0, std::cos(a), -std::sin(a)}, {0, std::sin(a), std::cos(a)}}}; }
-Mat3d about_y(double a) { return {{{std::cos(a), 0, std::sin(a)}, {0, 1, 0}, {-std::sin(a), 0, std::cos(a)}}}; }
-Mat3d about_z(double a) { return {{{std::cos(a), -std::sin(a), 0}, {std::sin(a), std::cos(a), 0}, {0, 0, 1}}}; }
 
 double eased(double share)
 {

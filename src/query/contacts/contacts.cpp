@@ -107,7 +107,7 @@ private:
 
     void add_meetings()
     {
-        if (a_.probe == nullptr || b_.probe == nullptr || a_.probe->triangle_count() == 0 || b_.probe->triangle_count() == 0) {
+        if (!has_triangles(a_) || !has_triangles(b_)) {
             result_.status |= k_no_triangles;
             return;
         }

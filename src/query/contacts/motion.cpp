@@ -207,8 +207,7 @@ BodyTouch first_touch(const Body& a, const Body& b, const Pose& to) noexcept { r
 BodyTouch first_touch(const Body& a, const Pose& to_a, const Body& b, const Pose& to_b) noexcept
 {
     if (!is_finite(a.pose) || !is_finite(b.pose) || !is_finite(to_a) || !is_finite(to_b)) return {true, 0, k_not_finite};
-    if (a.probe == nullptr || b.probe == nullptr || a.probe->triangle_count() == 0 || b.probe->triangle_count() == 0)
-        return {false, 1, k_no_triangles};
+    if (!has_triangles(a) || !has_triangles(b)) return {false, 1, k_no_triangles};
     // Squares of longer ways are infinite.
     const auto is_far = [](const Pose& from, const Pose& to) { return !(norm(to.translation - from.translation) < 1e150); };
     if (is_far(a.pose, b.pose) || is_far(to_a, to_b)) return {true, 0, k_not_finite};

@@ -219,8 +219,7 @@ double area_of(const TriangleTree& tree)
 Overlap overlap(const Body& a, const Body& b, OverlapWorkspace& workspace) noexcept
 {
     if (!is_finite(a.pose) || !is_finite(b.pose)) return {0, 0, k_not_finite};
-    if (a.probe == nullptr || b.probe == nullptr || a.probe->triangle_count() == 0 || b.probe->triangle_count() == 0)
-        return {0, 0, k_no_triangles};
+    if (!has_triangles(a) || !has_triangles(b)) return {0, 0, k_no_triangles};
     const TriangleTree &tree_a = a.probe->triangles(), &tree_b = b.probe->triangles();
     if (!workspace.holds(*a.probe, *b.probe)) return {0, 0, k_full};
     OverlapQuery query(tree_a, tree_b, b_in_a(a, b), workspace);

@@ -14,13 +14,11 @@ namespace sqmap::query {
 
 namespace {
 
-bool is_solid_probe(const Body& body) { return body.probe != nullptr && body.probe->triangle_count() > 0; }
-
 /// The bits of what forbids a search; k_ok where nothing does.
 std::uint8_t refusal(const Body& a, const Body& b, const SeparatingWorkspace& workspace)
 {
     if (!is_finite(a.pose) || !is_finite(b.pose) || !(norm(b_in_a(a, b).shift) < 1e150)) return k_not_finite;
-    if (!is_solid_probe(a) || !is_solid_probe(b)) return k_no_triangles;
+    if (!has_triangles(a) || !has_triangles(b)) return k_no_triangles;
     return workspace.holds(*a.probe, *b.probe) ? k_ok : k_full;
 }
 

@@ -167,7 +167,6 @@ bool find_inside(const Body& touched, const Body& collider, double gap, Vec3d& p
     }
     return false;
 }
-bool has_triangles(const Body& body) { return body.probe != nullptr && body.probe->triangle_count() > 0; }
 
 }  // namespace
 

@@ -11,6 +11,9 @@
 
 namespace sqmap::query {
 
+/// True where the body's surface is known, not its points alone.
+inline bool has_triangles(const Body& body) noexcept { return body.probe != nullptr && body.probe->triangle_count() > 0; }
+
 /// Near triangles make a leaf of 16, near leaves a group of 16, each with a box. Positions stay as they are given, in double.
 /// Thread safety: any number of threads may query one tree; move() needs it alone.
 class TriangleTree {

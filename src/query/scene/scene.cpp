@@ -3,6 +3,7 @@
 #include "sqmap/query/scene.h"
 
 #include "pair_query.h"
+#include "query/probe/triangle_tree.h"
 
 #include <algorithm>
 #include <cmath>
@@ -19,7 +20,6 @@ bool touch(const Sphere& a, const Sphere& b, double slack)
 
 bool can_touch(const Body& a, const Body& b)
 {
-    const auto has_triangles = [](const Body& body) { return body.probe != nullptr && body.probe->triangle_count() > 0; };
     return (a.model != nullptr && b.probe != nullptr) || (b.model != nullptr && a.probe != nullptr) ||
            (has_triangles(a) && has_triangles(b));
 }

@@ -12,17 +12,14 @@
 #define HWY_TARGET_INCLUDE "query/skin/skin_kernels.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
+#include "math/double_lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {
+using namespace sqmap::HWY_NAMESPACE;
 namespace {
 
-namespace hn = hwy::HWY_NAMESPACE;
-
-using DD = hn::CappedTag<double, 8>;
-using D = hn::Vec<DD>;
 using MD = hn::Mask<DD>;
-constexpr DD dd{};
 constexpr std::size_t k_slots = 8;  ///< for six orders
 
 HWY_INLINE std::uint32_t bits_of(MD mask)
@@ -85,18 +82,6 @@ std::uint32_t leaves(std::span<const SkinLattice::Node> nodes, std::span<const P
     }
     return i;
 }
-
-struct D3 {
-    D x, y, z;
-};
-HWY_INLINE D3 minus(const D3& a, const D3& b) { return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)}; }
-HWY_INLINE D3 cross(const D3& a, const D3& b)
-{
-    return {hn::Sub(hn::Mul(a.y, b.z), hn::Mul(a.z, b.y)), hn::Sub(hn::Mul(a.z, b.x), hn::Mul(a.x, b.z)),
-            hn::Sub(hn::Mul(a.x, b.y), hn::Mul(a.y, b.x))};
-}
-HWY_INLINE D dot(const D3& a, const D3& b) { return hn::Add(hn::Add(hn::Mul(a.x, b.x), hn::Mul(a.y, b.y)), hn::Mul(a.z, b.z)); }
-HWY_INLINE D3 all(Vec3d v) { return {hn::Set(dd, v.x), hn::Set(dd, v.y), hn::Set(dd, v.z)}; }
 
 std::size_t hits(const std::array<Vec3d, 8>& corners, double least, double border, const SkinCluster& cluster,
                  std::uint32_t points, std::span<CellHit, k_max_cell_hits> found)

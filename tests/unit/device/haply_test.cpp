@@ -1,6 +1,7 @@
 // Haply's device against a service of ours that speaks its protocol: a state, then nothing until a force was asked for.
 #include "device/haply_message.h"
 #include "sqmap/device/open.h"
+#include "support/within.h"
 
 #include <gtest/gtest.h>
 #include <boost/asio/io_context.hpp>
@@ -21,21 +22,11 @@ namespace sqmap::device {
 namespace {
 
 using namespace std::chrono_literals;
+using test::within;
 namespace asio = boost::asio;
 namespace beast = boost::beast;
 using asio::ip::tcp;
 using nlohmann::json;
-
-template <class Condition>
-bool within(std::chrono::milliseconds limit, Condition condition)
-{
-    const auto end = std::chrono::steady_clock::now() + limit;
-    while (!condition()) {
-        if (std::chrono::steady_clock::now() > end) return false;
-        std::this_thread::sleep_for(1ms);
-    }
-    return true;
-}
 
 std::string state(double x, const std::string& id = "0001")
 {

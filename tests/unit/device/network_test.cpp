@@ -2,6 +2,7 @@
 #include "device/network.h"
 
 #include "sqmap/haptic/safety.h"
+#include "support/within.h"
 
 #include <gtest/gtest.h>
 
@@ -24,6 +25,7 @@ namespace sqmap::device {
 namespace {
 
 using namespace std::chrono_literals;
+using test::within;
 using Bytes = std::vector<unsigned char>;
 
 template <class T>
@@ -161,17 +163,6 @@ struct Pair {
     Client client;
     std::unique_ptr<Device> device;
 };
-
-template <class Condition>
-bool within(std::chrono::milliseconds limit, Condition condition)
-{
-    const auto end = std::chrono::steady_clock::now() + limit;
-    while (!condition()) {
-        if (std::chrono::steady_clock::now() > end) return false;
-        std::this_thread::sleep_for(1ms);
-    }
-    return true;
-}
 
 Vec3d force_in(const Bytes& wrench, std::size_t zone = 0)
 {

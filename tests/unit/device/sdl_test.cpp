@@ -1,6 +1,7 @@
 // Joysticks of SDL's own making: what they are told to rumble is seen in their callback.
 #include "device/sdl_effect.h"
 #include "sqmap/device/open.h"
+#include "support/within.h"
 
 #include <SDL2/SDL.h>
 #include <gtest/gtest.h>
@@ -8,23 +9,12 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
-#include <thread>
 
 namespace sqmap::device {
 namespace {
 
 using namespace std::chrono_literals;
-
-template <class Condition>
-bool within(std::chrono::milliseconds limit, Condition condition)
-{
-    const auto end = std::chrono::steady_clock::now() + limit;
-    while (!condition()) {
-        if (std::chrono::steady_clock::now() > end) return false;
-        std::this_thread::sleep_for(1ms);
-    }
-    return true;
-}
+using test::within;
 
 class Joystick {
 public:

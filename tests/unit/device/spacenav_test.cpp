@@ -1,5 +1,6 @@
 // SpaceNavigator through the real libspnav, against a daemon of ours that speaks its protocol of eight integers a message.
 #include "sqmap/device/open.h"
+#include "support/within.h"
 
 #include <gtest/gtest.h>
 
@@ -19,17 +20,7 @@ namespace sqmap::device {
 namespace {
 
 using namespace std::chrono_literals;
-
-template <class Condition>
-bool within(std::chrono::milliseconds limit, Condition condition)
-{
-    const auto end = std::chrono::steady_clock::now() + limit;
-    while (!condition()) {
-        if (std::chrono::steady_clock::now() > end) return false;
-        std::this_thread::sleep_for(1ms);
-    }
-    return true;
-}
+using test::within;
 
 class Daemon {
 public:
