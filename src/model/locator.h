@@ -87,15 +87,17 @@ struct FlatGap {
     float gap = INFINITY;
     std::size_t plane = 0, group_end = 0;
 };
-inline FlatGap flat_gap(const Locator& locator, std::span<const std::uint32_t> planes, Vec3f offset)
+/// gap(k): below plane k; is_joined(k): it goes on with the group of the plane before it.
+template <class Gap, class IsJoined>
+FlatGap flat_gap(std::size_t planes, Gap&& gap, IsJoined&& is_joined)
 {
     FlatGap lowest;
-    for (std::size_t k = 0; k < planes.size();) {
+    for (std::size_t k = 0; k < planes;) {
         FlatGap highest{-INFINITY};
         do {
-            const float gap = plane_gap(locator, {planes[k]}, offset);
-            if (gap > highest.gap) highest = {gap, k};
-        } while (++k < planes.size() && LocatorPlane{planes[k]}.is_joined());
+            const float below = gap(k);
+            if (below > highest.gap) highest = {below, k};
+        } while (++k < planes && is_joined(k));
         if (highest.gap < lowest.gap) lowest = {highest.gap, highest.plane, k};
     }
     return lowest;

@@ -35,8 +35,6 @@ inline std::uint32_t encode_gap(double gap, double cell)
     const double steps = std::floor(gap * (1 - 1e-5) / (cell * k_gap_step));
     return static_cast<std::uint32_t>(std::clamp(steps, 0.0, 1048575.0));
 }
-/// In cells.
-constexpr float decode_gap(std::uint32_t code) { return static_cast<float>(code) * k_gap_step; }
 
 /// A brick: free as a whole, with a gap from its centre; deep, one cell; or stored, 64 cells from the first on, x fastest.
 struct LocatorBrick {

@@ -50,16 +50,4 @@ inline std::uint16_t encode_normal(Vec3f n) noexcept
     return static_cast<std::uint16_t>(code(u) | code(v) << 8);
 }
 
-inline Vec3f decode_normal(std::uint16_t code) noexcept
-{
-    float u = static_cast<float>(code & 255u) / 127.5f - 1, v = static_cast<float>(code >> 8) / 127.5f - 1;
-    const float z = 1 - std::abs(u) - std::abs(v);
-    if (z < 0) {
-        const float fold = (1 - std::abs(v)) * (u < 0 ? -1.0f : 1.0f);
-        v = (1 - std::abs(u)) * (v < 0 ? -1.0f : 1.0f);
-        u = fold;
-    }
-    return normalized(Vec3f{u, v, z});
-}
-
 }  // namespace sqmap::model

@@ -4,27 +4,22 @@
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/paper/bake.h"
 #include "sqmap/paper/projection.h"
+#include "support/decoded.h"
+#include "unit/fit/shapes.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
-#include <numeric>
 
 namespace sqmap {
 namespace {
 
+using fit::test::all_triangles;
 using paper::Map;
 using paper::MapRays;
 using shape::Superquadricd;
 using std::numbers::pi;
-
-std::vector<std::uint32_t> all_triangles(const mesh::Mesh& m)
-{
-    std::vector<std::uint32_t> out(m.triangles.size());
-    std::iota(out.begin(), out.end(), 0u);
-    return out;
-}
 
 Map at_level(const mesh::Mesh& m, const Superquadricd& sq, int level, bool corrections = false)
 {
@@ -110,7 +105,7 @@ TEST(Paper, Eq12OffsetIsZeroOnASphereInASphereAndPositiveOnBumps)
     const Map smooth = at_level(mesh::sphere(0.5, 6), Superquadricd{}, 4);
     double largest = 0;
     for (std::size_t i = 0; i < smooth.normal.size(); ++i)
-        largest = std::max(largest, double(smooth.offset_scale) * paper::offset_steps(smooth.offset, i));
+        largest = std::max(largest, double(smooth.offset_scale) * test::offset_steps(smooth.offset, i));
     EXPECT_LT(largest, 0.02);  // facets only
     // A box corner close to the superquadric is a local minimum of the map, where grad D = 0 but delta is wanted.
     Superquadricd sq;
@@ -119,7 +114,7 @@ TEST(Paper, Eq12OffsetIsZeroOnASphereInASphereAndPositiveOnBumps)
     largest = 0;
     int minima = 0;
     for (std::size_t i = 0; i < box.normal.size(); ++i) {
-        const std::uint32_t steps = paper::offset_steps(box.offset, i);
+        const std::uint32_t steps = test::offset_steps(box.offset, i);
         largest = std::max(largest, double(box.offset_scale) * steps);
         minima += steps > 0;
     }

@@ -81,8 +81,6 @@ public:
     [[nodiscard]] double work() const noexcept { return work_; }
     /// Energy, J, that the mechanism's own friction has dissipated since reset.
     [[nodiscard]] double dissipated() const noexcept { return dissipated_; }
-    /// Seconds since a wrench was written.
-    [[nodiscard]] double since_write() const noexcept { return since_write_; }
 
 private:
     Mechanism mechanism_;

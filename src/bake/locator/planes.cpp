@@ -46,20 +46,12 @@ public:
             planes_[count_++] = {p.plane.normal(), p.plane.distance(locator.plane_reach) * locator.cell, p.plane.is_joined()};
     }
 
-    /// As model::flat_gap, to the bit.
     model::FlatGap at(const Sample& sample) const
     {
         const auto offset = cast<float>(sample.point - centre_);
-        model::FlatGap lowest;
-        for (std::size_t k = 0; k < count_;) {
-            model::FlatGap highest{-INFINITY};
-            do {
-                const float gap = planes_[k].distance - dot(planes_[k].normal, offset);
-                if (gap > highest.gap) highest = {gap, k};
-            } while (++k < count_ && planes_[k].is_joined);
-            if (highest.gap < lowest.gap) lowest = {highest.gap, highest.plane, k};
-        }
-        return lowest;
+        return model::flat_gap(
+            count_, [&](std::size_t k) { return planes_[k].distance - dot(planes_[k].normal, offset); },
+            [&](std::size_t k) { return planes_[k].is_joined; });
     }
 
 private:

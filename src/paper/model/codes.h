@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 
 namespace sqmap::paper {
 
@@ -17,12 +16,6 @@ inline constexpr std::int16_t k_not_smoothed = -32768;
 /// Offsets are four bits each, the low ones first; their squares count.
 inline constexpr std::uint32_t k_largest_offset_code = 15, k_largest_offset = k_largest_offset_code * k_largest_offset_code;
 constexpr std::size_t offset_bytes(std::size_t samples) { return (samples + 1) / 2; }
-/// The offset of a sample of the base grid, in units of offset_scale.
-constexpr std::uint32_t offset_steps(std::span<const std::uint8_t> offsets, std::size_t sample)
-{
-    const std::uint32_t code = offsets[sample / 2] >> 4 * (sample % 2) & 15u;
-    return code * code;
-}
 /// Rounded up. offset: times offset_scale.
 inline std::uint32_t offset_code(double offset)
 {

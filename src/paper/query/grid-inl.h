@@ -22,8 +22,6 @@ using sqmap::HWY_NAMESPACE::blend;
 /// nothing.
 class GridArcs {
 public:
-    static constexpr std::size_t k_max_rows = k_max_map_rows, k_max_columns = k_max_map_columns;
-
     static HWY_INLINE ArcLanes row(const SuperquadricLanes& sq, const MapView& map, I index)
     {
         const F eta = mul_add(to_float(index), set(k_pi / static_cast<float>(map.eta_count - 1)), set(-0.5f * k_pi));
@@ -58,7 +56,7 @@ public:
     HWY_INLINE ArcLanes column(I index) const { return read(columns_, index); }
 
 private:
-    using Column = std::array<float, k_max_columns + k_lanes>;
+    using Column = std::array<float, k_max_map_columns + k_lanes>;
     static I last(std::uint32_t count) { return set_int(static_cast<std::int32_t>(count) - 1); }
     static HWY_INLINE ArcLanes read(const Column* from, I index)
     {

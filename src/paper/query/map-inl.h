@@ -351,7 +351,7 @@ private:
                 hn::Or(flag(miss, k_projection_miss), flag(cap, k_projection_cap))};
     }
 
-    /// As model::decode_normal.
+    /// The normal of a code that model::encode_normal gave.
     static HWY_INLINE V3 decoded(I code)
     {
         const auto coordinate = [](I byte) { return hn::Sub(hn::Mul(to_float(byte), set(1.f / 127.5f)), set(1.f)); };

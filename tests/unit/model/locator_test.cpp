@@ -3,6 +3,7 @@
 
 #include "math/lanes-inl.h"
 #include "query/locator/locate-inl.h"
+#include "support/decoded.h"
 #include "support/parsed.h"
 
 #include <gtest/gtest.h>
@@ -73,7 +74,7 @@ TEST(Locator, AVectorOfPointsIsFoundWhereEachOfThemIs)
                 divided += one.index != brick.first() + one.within ? 1u : 0u;
                 if (!one.cell.is_flat()) continue;
                 const auto planes = view.planes.subspan(one.cell.first(), one.cell.planes());
-                ASSERT_NEAR(lanes.below[k] * grid.cell, model::flat_gap(grid, planes, grid.cell * one.offset).gap,
+                ASSERT_NEAR(lanes.below[k] * grid.cell, test::flat_gap(grid, planes, grid.cell * one.offset).gap,
                             1e-5f * grid.cell);
             }
         }

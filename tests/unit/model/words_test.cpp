@@ -128,7 +128,7 @@ TEST(Words, AGapIsNeverLongerThanTheTruth)
     test::Random random(4);
     for (int i = 0; i < 1000; ++i) {
         const double cell = random.between(0.01, 0.2), gap = cell * random.between(0, 100);
-        const double stored = static_cast<double>(decode_gap(encode_gap(gap, cell))) * cell;
+        const double stored = encode_gap(gap, cell) * static_cast<double>(k_gap_step) * cell;
         EXPECT_LE(stored, gap);
         EXPECT_GE(stored, gap * (1 - 2e-5) - cell / 64);
     }

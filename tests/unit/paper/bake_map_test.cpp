@@ -1,30 +1,24 @@
 #include "sqmap/paper/bake.h"
 
-#include "model/octahedral.h"
 #include "paper/model/codes.h"
 
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/paper/projection.h"
+#include "support/decoded.h"
+#include "unit/fit/shapes.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 
 namespace sqmap::paper {
 namespace {
 
+using fit::test::all_triangles;
 using shape::Superquadricd;
 using std::numbers::pi;
-
-std::vector<std::uint32_t> all_triangles(const mesh::Mesh& m)
-{
-    std::vector<std::uint32_t> out(m.triangles.size());
-    std::iota(out.begin(), out.end(), 0u);
-    return out;
-}
 
 mesh::Mesh joined(mesh::Mesh a, const mesh::Mesh& b, Vec3d shift_b)
 {
@@ -91,7 +85,7 @@ TEST(Map, SphereInAnEllipsoidMatchesTheClosedForm)
             const std::uint32_t every = 1u << map.subdivisions;
             if (i % every != 0 || j % every != 0) continue;
             const std::size_t base = std::size_t{i / every} * (map.omega_count / every) + j / every;
-            EXPECT_GT(dot(cast<double>(model::decode_normal(map.normal[base])), m) / 0.6, std::cos(0.07));
+            EXPECT_GT(dot(cast<double>(test::decode_normal(map.normal[base])), m) / 0.6, std::cos(0.07));
         }
     EXPECT_GT(hits, static_cast<int>(map.distance.size() / 2));
     EXPECT_LE(map.report.quantization_error, 0.51 * double(map.distance_scale));
@@ -234,7 +228,7 @@ TEST(Map, TheOffsetOfEq12GrowsWithTheRadiusItLooksAt)
         const Map map = bake_map(rays, all_triangles(box), Superquadricd{}, {.offset_radius = radius});
         double sum = 0, greatest = 0;
         for (std::size_t i = 0; i < map.normal.size(); ++i) {
-            const double offset = double(map.offset_scale) * offset_steps(map.offset, i);
+            const double offset = double(map.offset_scale) * test::offset_steps(map.offset, i);
             sum += offset;
             greatest = std::max(greatest, offset);
         }

@@ -2,9 +2,9 @@
 // model. Feet and verdicts are those of the searches, whose own tests stand in projection_test.cpp.
 #pragma once
 
-#include "model/octahedral.h"
 #include "paper/model/codes.h"
 #include "sqmap/paper/projection.h"
+#include "support/decoded.h"
 
 #include <algorithm>
 #include <array>
@@ -197,7 +197,7 @@ private:
         }
         return norm(sum) > 0 ? normalized(sum) : sum;
     }
-    static Vec3d decoded(std::uint16_t code) { return cast<double>(model::decode_normal(code)); }
+    static Vec3d decoded(std::uint16_t code) { return cast<double>(test::decode_normal(code)); }
 
     /// A sample with what smoothing adds there; as it is where the smoothed map has a hole.
     [[nodiscard]] Sample smoothed(shape::SurfaceAngles<double> angles, Sample sample) const

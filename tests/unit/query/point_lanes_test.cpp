@@ -1,6 +1,7 @@
 // The pieces of the probe kernels, on every instruction set, against the same for one point.
 #include "bake/locator/approach.h"
 #include "model/locator.h"
+#include "support/decoded.h"
 #include "support/parsed.h"
 #include "support/superquadrics.h"
 
@@ -232,7 +233,7 @@ void check_cells(const test::Parsed& m, const std::string& what)
         ASSERT_EQ(one.offset, found[i].offset) << what;
         if (one.cell.is_flat()) {
             const auto planes = view.planes.subspan(one.cell.first(), one.cell.planes());
-            const float gap = model::flat_gap(view.locator, planes, cell_size * one.offset).gap;
+            const float gap = test::flat_gap(view.locator, planes, cell_size * one.offset).gap;
             const float rounding = 4e-6f * cell_size * view.locator.plane_reach;
             ASSERT_NEAR(gap, cell_size * found[i].gap, rounding) << what;
             ASSERT_NEAR(lowest_gap(view, one), found[i].coarse_gap, rounding) << what;

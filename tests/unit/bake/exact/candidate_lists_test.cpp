@@ -3,6 +3,7 @@
 #include "math/triangle.h"
 #include "model/candidate_lists.h"
 #include "model/locator.h"
+#include "support/decoded.h"
 #include "support/parsed.h"
 
 #include <gtest/gtest.h>
@@ -114,7 +115,7 @@ TEST(CandidateLists, NoPointOfTheSolidIsAboveAFlatCellsPlanesByMoreThanItsRise)
             const float rise = static_cast<float>(code) * model::k_rise_step * v.locator.cell;
             for (int k = 0; k < 8; ++k) {
                 const Vec3d p = cell.centre + cell.half * random.in_box({-1, -1, -1}, {1, 1, 1});
-                const float gap = model::flat_gap(v.locator, planes, cast<float>(p - cell.centre)).gap;
+                const float gap = test::flat_gap(v.locator, planes, cast<float>(p - cell.centre)).gap;
                 const bool is_inside = m.solid().inside(p);
                 (is_inside ? inside : outside) += 1;
                 if (is_inside) {

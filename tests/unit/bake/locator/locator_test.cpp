@@ -2,6 +2,7 @@
 
 #include "bake/locator/approach.h"
 #include "model/locator.h"
+#include "support/decoded.h"
 #include "support/parsed.h"
 
 #include <gtest/gtest.h>
@@ -205,7 +206,7 @@ TEST(Locator, ThePlanesOfAFlatCellAreTheSurface)
             for (int k = 0; k < 3; ++k) {
                 const Vec3d p = point_in(cell, random);
                 if (!m.solid().inside(p)) continue;
-                const float lowest = model::flat_gap(v.locator, planes_of(v, cell), cast<float>(p - cell.centre)).gap;
+                const float lowest = test::flat_gap(v.locator, planes_of(v, cell), cast<float>(p - cell.centre)).gap;
                 errors.push_back(std::abs(static_cast<double>(lowest) - m.solid().closest_boundary(p).distance));
             }
         }
