@@ -83,7 +83,7 @@ async function pictures(browser) {
   });
 
   if (animal)
-    await picture(browser, [animal], 'view.png', [1360, 1000], async (page) => {
+    await picture(browser, [animal], 'view.png', [1360, 1160], async (page) => {
       await page.click('#tab-touch');
       await page.waitForTimeout(800);
       // The highest point of the back that is seen.
