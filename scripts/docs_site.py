@@ -76,7 +76,6 @@ docs/guide/c
 docs/guide/javascript
 docs/guide/anywhere
 docs/guide/view
-docs/guide/robots
 docs/guide/dress
 docs/guide/paper
 {guides}

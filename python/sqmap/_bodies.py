@@ -45,7 +45,7 @@ PILE_PAIR = _rows_of(c.PilePair, {"a": "u4", "b": "u4", "first": "u8", "count": 
 class Probe(Owned):
     """Points (n, 3) prepared once and queried many times: the vertices of a tool. Any number of threads may query it.
 
-    triangles: (t, 3) between the points, of a closed mesh, which complete contacts need: Probe(*model.mesh). Raises MeshError with
+    triangles: (t, 3) between the points, of a closed mesh, which complete contacts need: ``Probe(*model.mesh)``. Raises MeshError with
     the triangle and a cure where they are open, turned round or inside out."""
 
     _closes = "sqmap_close_probe"
