@@ -43,6 +43,13 @@ const std::deque<BakedShape>& shapes_and_shared()
     return all;
 }
 
+/// The torus by default options, for all tests that compare it with another.
+const BakeResult& baked_torus()
+{
+    static const BakeResult baked = bake(test::small_torus(), true, {});
+    return baked;
+}
+
 std::vector<std::byte> bytes_of(const mesh::Mesh& mesh, const BakeOptions& options = {})
 {
     return io::serialize(bake(mesh, true, options).model);
@@ -212,12 +219,9 @@ TEST(Bake, WhatIsKeptInADividedLeafLiesOnItsSide)
 
 TEST(Bake, TwiceAndOnAnyNumberOfThreadsGivesTheSameBytes)
 {
-    const auto expect_same = [](const mesh::Mesh& mesh, std::initializer_list<unsigned> others) {
-        const std::vector<std::byte> first = bytes_of(mesh, {.threads = 1});
-        for (const unsigned threads : others) EXPECT_EQ(first, bytes_of(mesh, {.threads = threads})) << threads << " threads";
-    };
-    expect_same(test::small_torus(), {1, 3});
-    expect_same(test::small_hand(), {7});
+    const std::vector<std::byte> torus = io::serialize(baked_torus().model), hand = bytes_of(test::small_hand(), {.threads = 1});
+    for (const unsigned threads : {1, 3}) EXPECT_EQ(torus, bytes_of(test::small_torus(), {.threads = threads})) << threads;
+    EXPECT_EQ(hand, bytes_of(test::small_hand(), {.threads = 7}));
 }
 
 TEST(Bake, ProgressComesFromTheCallingThreadAndGoesThroughTheStages)
@@ -260,14 +264,12 @@ TEST(Bake, OrderOfFacesAndVerticesDoesNotMatter)
 
 TEST(Bake, APowerOfTwoInScaleGivesTheSameParts)
 {
-    for (const mesh::Mesh& mesh : {test::small_torus()}) {
-        const BakeResult plain = bake(mesh, true, {});
-        for (const double scale : {0x1p-20, 0x1p10}) {
-            const BakeResult scaled = bake(test::mapped(mesh, scale, {}), true, {});
-            EXPECT_EQ(plain.report.partition.part_of_triangle, scaled.report.partition.part_of_triangle) << scale;
-            EXPECT_EQ(plain.model.samples, scaled.model.samples) << scale;
-            EXPECT_EQ(scaled.model.header.unit, scale * plain.model.header.unit);
-        }
+    const BakeResult& plain = baked_torus();
+    for (const double scale : {0x1p-20, 0x1p10}) {
+        const BakeResult scaled = bake(test::mapped(test::small_torus(), scale, {}), true, {});
+        EXPECT_EQ(plain.report.partition.part_of_triangle, scaled.report.partition.part_of_triangle) << scale;
+        EXPECT_EQ(plain.model.samples, scaled.model.samples) << scale;
+        EXPECT_EQ(scaled.model.header.unit, scale * plain.model.header.unit);
     }
 }
 
@@ -374,10 +376,9 @@ TEST(Bake, OptionsOutOfRangeAreRefused)
 
 TEST(Bake, WithoutTheExactLayerIsSmallerAndSaysSo)
 {
-    const mesh::Mesh mesh = test::small_torus();
     BakeOptions options;
     options.exact = false;
-    const BakeResult full = bake(mesh, true, {}), lean = bake(mesh, true, options);
+    const BakeResult &full = baked_torus(), lean = bake(test::small_torus(), true, options);
     const auto sections = [](const BakeResult& baked) {
         return io::section_bytes(baked.model.view(), io::serialize(baked.model).size());
     };
