@@ -4,7 +4,11 @@ type Child = Node | string | null | undefined | false;
 type Props = Record<string, unknown>;
 
 /// An element: on… are listeners, class and other names attributes, known properties are set as such.
-export function h<K extends keyof HTMLElementTagNameMap>(tag: K, props: Props = {}, ...children: Child[]): HTMLElementTagNameMap[K] {
+export function h<K extends keyof HTMLElementTagNameMap>(
+  tag: K,
+  props: Props = {},
+  ...children: Child[]
+): HTMLElementTagNameMap[K] {
   const e = document.createElement(tag);
   for (const [key, value] of Object.entries(props)) {
     if (value === undefined || value === false) continue;
@@ -17,7 +21,9 @@ export function h<K extends keyof HTMLElementTagNameMap>(tag: K, props: Props = 
 }
 
 /// Replaces what the element held; what is not there is left out.
-export function fill(e: Element, ...children: Child[]): void { e.replaceChildren(...children.filter((c): c is Node | string => !!c)); }
+export function fill(e: Element, ...children: Child[]): void {
+  e.replaceChildren(...children.filter((c): c is Node | string => !!c));
+}
 
 export function save(name: string, data: BlobPart, type: string): void {
   const url = URL.createObjectURL(new Blob([data], { type }));
@@ -36,7 +42,9 @@ document.body.append(live, alertBox);
 export function announce(text: string, urgent = false): void {
   const box = urgent ? alertBox : live;
   box.textContent = '';
-  setTimeout(() => { box.textContent = text; }, 30);
+  setTimeout(() => {
+    box.textContent = text;
+  }, 30);
 }
 
 export const bytes = (n: number): string => (n < 1e6 ? `${Math.round(n / 1e3)} kB` : `${(n / 1e6).toFixed(1)} MB`);

@@ -17,5 +17,8 @@ export function inFile(f: ObjectFacts, p: THREE.Vector3): THREE.Vector3 {
 /// A point in the file's coordinates as text, as exact as a ten-thousandth of the object's size.
 export function pointInFile(f: ObjectFacts, p: THREE.Vector3): string {
   const decimals = Math.min(Math.max(4 - Math.ceil(Math.log10(f.rMax / f.metresPerUnit)), 0), 9);
-  return inFile(f, p).toArray().map((x) => (Math.abs(x) < 0.5 * 10 ** -decimals ? 0 : x).toFixed(decimals)).join(', ');
+  return inFile(f, p)
+    .toArray()
+    .map((x) => (Math.abs(x) < 0.5 * 10 ** -decimals ? 0 : x).toFixed(decimals))
+    .join(', ');
 }

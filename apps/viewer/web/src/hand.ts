@@ -3,14 +3,15 @@ import * as THREE from 'three';
 import type { Hit } from './objects';
 import type { World } from './world';
 
-const LIFT = 0.018;  // m above the surface when let go
-const LEAST_PRESS = -0.005, LARGEST_PRESS = 0.02;  // m
-const NUMB = 700;    // ms without a force, until it is lifted
+const LIFT = 0.018; // m above the surface when let go
+const LEAST_PRESS = -0.005,
+  LARGEST_PRESS = 0.02; // m
+const NUMB = 700; // ms without a force, until it is lifted
 
 export class Hand {
-  press = 0.006;    ///< m below the surface that the hand wants to be
-  only = -1;        ///< one object alone, or all
-  enabled = false;  ///< touch mode
+  press = 0.006; ///< m below the surface that the hand wants to be
+  only = -1; ///< one object alone, or all
+  enabled = false; ///< touch mode
   private held = false;
   private lastPoint = new THREE.Vector3();
   private lastNormal = new THREE.Vector3(0, 0, 1);
@@ -18,20 +19,34 @@ export class Hand {
   private target = new THREE.Vector3();
   onAim: (target: THREE.Vector3, held: boolean, hit: Hit | null) => void = () => {};
   onKeyTouch: (text: string) => void = () => {};
-  onAsk: () => void = () => {};  ///< the user wants to hear the touched part and the force
+  onAsk: () => void = () => {}; ///< the user wants to hear the touched part and the force
 
-  constructor(private world: World, private canvas: HTMLCanvasElement) {
+  constructor(
+    private world: World,
+    private canvas: HTMLCanvasElement,
+  ) {
     canvas.addEventListener('pointerdown', (e) => this.down(e), { capture: true });
-    canvas.addEventListener('pointermove', (e) => { if (this.held && this.drags) { this.at.copy(this.world.onCanvas(e)); this.aim(); } });
-    const up = (e: PointerEvent) => { if (this.drags && e.type !== 'pointerleave') this.letGo(); };
+    canvas.addEventListener('pointermove', (e) => {
+      if (this.held && this.drags) {
+        this.at.copy(this.world.onCanvas(e));
+        this.aim();
+      }
+    });
+    const up = (e: PointerEvent) => {
+      if (this.drags && e.type !== 'pointerleave') this.letGo();
+    };
     canvas.addEventListener('pointerup', up);
     canvas.addEventListener('pointercancel', up);
-    canvas.addEventListener('wheel', (e) => {
-      if (!this.held) return;
-      e.preventDefault();
-      e.stopImmediatePropagation();
-      this.deeper(e.deltaY < 0 ? 0.0005 : -0.0005);
-    }, { capture: true, passive: false });
+    canvas.addEventListener(
+      'wheel',
+      (e) => {
+        if (!this.held) return;
+        e.preventDefault();
+        e.stopImmediatePropagation();
+        this.deeper(e.deltaY < 0 ? 0.0005 : -0.0005);
+      },
+      { capture: true, passive: false },
+    );
     canvas.addEventListener('keydown', (e) => this.key(e));
     // The tool stays while the user works at the sliders, so that their effect can be touched; Space lets go from there, too.
     canvas.addEventListener('blur', (e) => {
@@ -42,13 +57,19 @@ export class Hand {
   }
 
   private drags = false;
-  private inSpace = false;  ///< a hand in space holds the tool, and lifts it without help
-  get holding(): boolean { return this.held; }
+  private inSpace = false; ///< a hand in space holds the tool, and lifts it without help
+  get holding(): boolean {
+    return this.held;
+  }
   /// The position that the hand wants; null where it holds nothing, or is above the surface until the program has the tool.
-  get wanted(): THREE.Vector3 | null { return this.held && !this.downAt ? this.target : null; }
+  get wanted(): THREE.Vector3 | null {
+    return this.held && !this.downAt ? this.target : null;
+  }
 
   /// The position on the surface that the hand points at, m.
-  get point(): number[] { return this.lastPoint.toArray(); }
+  get point(): number[] {
+    return this.lastPoint.toArray();
+  }
 
   private down(e: PointerEvent): void {
     if (!this.enabled || e.button !== 0 || e.ctrlKey || e.shiftKey) return;
@@ -70,12 +91,18 @@ export class Hand {
       this.lastPoint.copy(hit.point);
       this.lastNormal.copy(hit.normal);
       // A mesh is lifted towards the eye, where nothing can be in between.
-      const span = this.world.tool.span(), way = span > 0 ? this.world.camera.position.clone().sub(hit.point).normalize() : hit.normal;
+      const span = this.world.tool.span(),
+        way = span > 0 ? this.world.camera.position.clone().sub(hit.point).normalize() : hit.normal;
       this.over(hit.point, hit.normal, 0).addScaledVector(way, LIFT + span);
     } else this.target.copy(this.world.beside(this.at.x, this.at.y, this.lastPoint));
     this.onAim(this.target, true, hit);
     this.downAt = performance.now() + 60;
-    setTimeout(() => { if (this.held && this.downAt > 0) { this.downAt = 0; this.aim(); } }, 1000);
+    setTimeout(() => {
+      if (this.held && this.downAt > 0) {
+        this.downAt = 0;
+        this.aim();
+      }
+    }, 1000);
   }
 
   /// Sets the target so that the first point of the tool to touch stands that high above a point.
@@ -109,7 +136,10 @@ export class Hand {
       if (this.held) this.aim();
       return;
     }
-    if (!this.held || !numb) { this.numbSince = 0; return; }
+    if (!this.held || !numb) {
+      this.numbSince = 0;
+      return;
+    }
     this.numbSince ||= now;
     if (now - this.numbSince < NUMB) return;
     this.numbSince = 0;
@@ -118,10 +148,15 @@ export class Hand {
 
   /// Says where the nearest object is on the screen when the hand is over none, so that the arrow keys find it.
   private seek(): void {
-    if (this.world.cast(this.at.x, this.at.y, this.only)) { this.onSeek(null, 0, ''); return; }
+    if (this.world.cast(this.at.x, this.at.y, this.only)) {
+      this.onSeek(null, 0, '');
+      return;
+    }
     const near = this.world.nearestOnScreen(this.at, this.only);
     if (!near) return;
-    const dx = near.x - this.at.x, dy = near.y - this.at.y, words: string[] = [];
+    const dx = near.x - this.at.x,
+      dy = near.y - this.at.y,
+      words: string[] = [];
     if (Math.abs(dy) > 0.04) words.push(dy > 0 ? 'up' : 'down');
     if (Math.abs(dx) > 0.04) words.push(dx > 0 ? 'right' : 'left');
     this.onSeek(near.object, Math.hypot(dx, dy), words.join(' and ') || 'close by');
@@ -134,12 +169,16 @@ export class Hand {
     if (this.held) this.aim();
     this.onPress();
   }
-  onPress: () => void = () => {};  ///< another depth is wanted
+  onPress: () => void = () => {}; ///< another depth is wanted
 
   /// Takes the tool up again after a lost connection.
-  again(): void { if (this.held) this.begin(); }
+  again(): void {
+    if (this.held) this.begin();
+  }
   /// Tells whether the tool is held and the program has not engaged it yet.
-  get waits(): boolean { return this.held && this.downAt > 0; }
+  get waits(): boolean {
+    return this.held && this.downAt > 0;
+  }
 
   letGo(): void {
     if (!this.held) return;
@@ -165,7 +204,11 @@ export class Hand {
 
   /// Touches the surface, or lifts the tool.
   toggle(): void {
-    if (this.held) { this.letGo(); this.onKeyTouch('Lifted'); return; }
+    if (this.held) {
+      this.letGo();
+      this.onKeyTouch('Lifted');
+      return;
+    }
     this.hold();
     this.onKeyTouch('Touching');
     this.seek();
@@ -173,7 +216,10 @@ export class Hand {
 
   /// Moves the hand over the stage, by shares of half its height; takes the tool up where it is not held.
   moveBy(right: number, up: number): void {
-    if (!this.held) { this.hold(); return; }
+    if (!this.held) {
+      this.hold();
+      return;
+    }
     this.at.set(Math.min(Math.max(this.at.x + right / this.world.camera.aspect, -1), 1), Math.min(Math.max(this.at.y + up, -1), 1));
     this.aim();
     this.seek();
@@ -191,8 +237,14 @@ export class Hand {
   private key(e: KeyboardEvent): void {
     if (!this.enabled) return;
     const step = e.shiftKey ? 0.006 : 0.024;
-    const moves: Record<string, [number, number]> = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, step], ArrowDown: [0, -step] };
-    const move = moves[e.key], letter = e.key.length === 1 ? e.key.toLowerCase() : e.key;  // Shift and Caps Lock make no difference
+    const moves: Record<string, [number, number]> = {
+      ArrowLeft: [-step, 0],
+      ArrowRight: [step, 0],
+      ArrowUp: [0, step],
+      ArrowDown: [0, -step],
+    };
+    const move = moves[e.key],
+      letter = e.key.length === 1 ? e.key.toLowerCase() : e.key; // Shift and Caps Lock make no difference
     if (move) {
       e.preventDefault();
       e.stopPropagation();

@@ -7,14 +7,14 @@ import { hand, world } from './stage';
 import { state } from './state';
 import { stopButton } from './stop';
 
-const BEFORE = new THREE.Vector3(0, -0.2, -0.5);  // m from the eyes to the middle of what is shown
-const EYES = 1.55;                                   // m above the floor
-const PULSE = 60;                                    // ms
+const BEFORE = new THREE.Vector3(0, -0.2, -0.5); // m from the eyes to the middle of what is shown
+const EYES = 1.55; // m above the floor
+const PULSE = 60; // ms
 
 export const immersiveButton = h('button', { id: 'immersive', hidden: true, onclick: () => void enter() }, 'Headset');
 
 let session: XRSession | null = null;
-let tool: XRInputSource | null = null;  ///< the controller or hand that has the tool
+let tool: XRInputSource | null = null; ///< the controller or hand that has the tool
 let pose: number[] = [];
 const target = new THREE.Vector3();
 
@@ -26,14 +26,18 @@ function pointOf(source: XRInputSource, frame: XRFrame, space: XRReferenceSpace)
 }
 
 function each(frame: XRFrame): void {
-  const space = world.renderer!.xr.getReferenceSpace(), sources = [...(session?.inputSources ?? [])];
+  const space = world.renderer!.xr.getReferenceSpace(),
+    sources = [...(session?.inputSources ?? [])];
   if (!space) return;
   if (!tool || !sources.includes(tool)) tool = sources.find((s) => s.handedness === 'right') ?? sources[0] ?? null;
   const point = hand.enabled && tool && pointOf(tool, frame, space);
   if (point && !state.status?.stopped) hand.moveTo(point);
   else hand.letGo();
-  const force = state.frame ? Math.hypot(...state.frame.force) : 0, motor = tool?.gamepad?.hapticActuators?.[0] as unknown as { pulse?(strength: number, ms: number): Promise<unknown> } | undefined;
-  if (force > 0.05 && state.settings.forceLimit > 0) void motor?.pulse?.(Math.min(force / state.settings.forceLimit, 1), PULSE)?.catch(() => {});
+  const force = state.frame ? Math.hypot(...state.frame.force) : 0,
+    motor = tool?.gamepad?.hapticActuators?.[0] as unknown as
+      { pulse?(strength: number, ms: number): Promise<unknown> } | undefined;
+  if (force > 0.05 && state.settings.forceLimit > 0)
+    void motor?.pulse?.(Math.min(force / state.settings.forceLimit, 1), PULSE)?.catch(() => {});
 }
 
 function select(e: XRInputSourceEvent): void {
@@ -44,10 +48,16 @@ function select(e: XRInputSourceEvent): void {
 
 async function enter(): Promise<void> {
   const { renderer } = world;
-  if (!renderer || session) { await session?.end(); return; }
+  if (!renderer || session) {
+    await session?.end();
+    return;
+  }
   try {
     session = await navigator.xr!.requestSession('immersive-vr', { optionalFeatures: ['local-floor', 'hand-tracking'] });
-  } catch (e) { trouble(e); return; }
+  } catch (e) {
+    trouble(e);
+    return;
+  }
   pose = world.pose();
   session.addEventListener('end', leave);
   session.addEventListener('selectstart', select);
@@ -72,7 +82,12 @@ function leave(): void {
   world.redraw();
 }
 
-void navigator.xr?.isSessionSupported('immersive-vr').then((yes) => { immersiveButton.hidden = !yes || !world.renderer; }, () => {});
+void navigator.xr?.isSessionSupported('immersive-vr').then(
+  (yes) => {
+    immersiveButton.hidden = !yes || !world.renderer;
+  },
+  () => {},
+);
 
 /// For tests: the hand that has the tool.
 export const immersive = () => (session ? (tool?.handedness ?? '') : null);

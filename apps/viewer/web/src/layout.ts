@@ -2,7 +2,9 @@
 // that slides over the stage.
 import { h } from './dom';
 
-const LEAST = 280, LARGEST = 640, STEP = 20;  // px
+const LEAST = 280,
+  LARGEST = 640,
+  STEP = 20; // px
 const narrow = matchMedia('(max-width: 900px)');
 
 export const main = h('main', {});
@@ -14,17 +16,34 @@ function widen(to: number): void {
   edge.setAttribute('aria-valuenow', String(width));
 }
 const wide = (): number => panel.getBoundingClientRect().width;
-export const edge = h('div', { class: 'edge', role: 'separator', tabIndex: 0, 'aria-orientation': 'vertical', 'aria-label': 'Width of the panel', 'aria-valuemin': String(LEAST), 'aria-valuemax': String(LARGEST), 'aria-valuenow': '372', 'aria-controls': 'panel',
+export const edge = h('div', {
+  class: 'edge',
+  role: 'separator',
+  tabIndex: 0,
+  'aria-orientation': 'vertical',
+  'aria-label': 'Width of the panel',
+  'aria-valuemin': String(LEAST),
+  'aria-valuemax': String(LARGEST),
+  'aria-valuenow': '372',
+  'aria-controls': 'panel',
   onpointerdown: (e: Event) => edge.setPointerCapture((e as PointerEvent).pointerId),
-  onpointermove: (e: Event) => { if (edge.hasPointerCapture((e as PointerEvent).pointerId)) widen(innerWidth - (e as PointerEvent).clientX); },
+  onpointermove: (e: Event) => {
+    if (edge.hasPointerCapture((e as PointerEvent).pointerId)) widen(innerWidth - (e as PointerEvent).clientX);
+  },
   onkeydown: (e: Event) => {
     const by = { ArrowLeft: STEP, ArrowRight: -STEP }[(e as KeyboardEvent).key];
     if (!by) return;
     e.preventDefault();
     widen(wide() + by);
-  } });
+  },
+});
 
-export const sheet = h('button', { class: 'sheet', id: 'sheet', 'aria-controls': 'panel', onclick: () => openSheet(main.dataset.sheet !== 'open') });
+export const sheet = h('button', {
+  class: 'sheet',
+  id: 'sheet',
+  'aria-controls': 'panel',
+  onclick: () => openSheet(main.dataset.sheet !== 'open'),
+});
 /// Opens or closes the sheet of a narrow screen; a wide screen shows the panel always.
 export function openSheet(open: boolean): void {
   main.dataset.sheet = open ? 'open' : 'closed';

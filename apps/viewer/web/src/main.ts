@@ -37,22 +37,60 @@ import { applyTheme, themeButton } from './theme';
 import { immersive, immersiveButton } from './immersive';
 
 const connection = h('span', { class: 'pill', id: 'connection', role: 'status' }, 'connecting …');
-panel.append(notice, progressBox, dialog, modePanel, pickBox, answersBox, mapCard, factsBox, folded('Timing', 'timing', counters, pageCost));
+panel.append(
+  notice,
+  progressBox,
+  dialog,
+  modePanel,
+  pickBox,
+  answersBox,
+  mapCard,
+  factsBox,
+  folded('Timing', 'timing', counters, pageCost),
+);
 main.append(stage, edge, sheet, panel, charts.element);
-document.getElementById('app')!.replaceChildren(h('header', {}, h('h1', {}, 'sqmap'), tabList, h('div', { class: 'joined' }, openButton, readingButton), exportMenu, connection, soundButton, immersiveButton, themeButton, help.button, stopButton), main, zone, help.dialog);
+document
+  .getElementById('app')!
+  .replaceChildren(
+    h(
+      'header',
+      {},
+      h('h1', {}, 'sqmap'),
+      tabList,
+      h('div', { class: 'joined' }, openButton, readingButton),
+      exportMenu,
+      connection,
+      soundButton,
+      immersiveButton,
+      themeButton,
+      help.button,
+      stopButton,
+    ),
+    main,
+    zone,
+    help.dialog,
+  );
 
 // The numbers of a picked point stand above the choices of what is drawn.
-on(['pick'], () => { if (state.pick) modePanel.before(pickBox); else modePanel.after(pickBox); });
+on(['pick'], () => {
+  if (state.pick) modePanel.before(pickBox);
+  else modePanel.after(pickBox);
+});
 
 leaveOut();
 let first = true;
 showEmpty();
 
 function scene({ objects, loading, removed }: Scene): void {
-  const before = state.facts, number = (id: number | undefined) => objects.findIndex((f) => f.id === id), selected = before[state.selected?.object ?? -1]?.id, picked = before[state.pick?.object ?? -1], touched = before[state.touched]?.id;
+  const before = state.facts,
+    number = (id: number | undefined) => objects.findIndex((f) => f.id === id),
+    selected = before[state.selected?.object ?? -1]?.id,
+    picked = before[state.pick?.object ?? -1],
+    touched = before[state.touched]?.id;
   for (const f of objects) {
     const old = before.find((g) => g.id === f.id);
-    if (old && old.revision !== f.revision && old.up === f.up) announce(`${f.name}: ${count(f.parts.length)}${f.edited ? ', edited' : ''}.`);
+    if (old && old.revision !== f.revision && old.up === f.up)
+      announce(`${f.name}: ${count(f.parts.length)}${f.edited ? ', edited' : ''}.`);
   }
   Object.assign(state, { facts: objects, loading, removed });
   settle();
@@ -61,37 +99,59 @@ function scene({ objects, loading, removed }: Scene): void {
   if (state.selected) state.selected = number(selected) < 0 ? null : { ...state.selected, object: number(selected) };
   const own = objects[number(picked?.id)];
   if (state.pick && (!own || own.hidden || own.up !== picked.up)) dropPick();
-  else if (state.pick) { state.pick.object = objects.indexOf(own); state.pick.point.add(vector(own.position).sub(vector(picked.position))); world.tool.mark(state.pick.point); }
+  else if (state.pick) {
+    state.pick.object = objects.indexOf(own);
+    state.pick.point.add(vector(own.position).sub(vector(picked.position)));
+    world.tool.mark(state.pick.point);
+  }
   if (state.selected && state.selected.part >= objects[state.selected.object].parts.length) state.selected.part = -1;
   changed('scene');
   const fresh = objects.findIndex((f) => !before.some((g) => g.id === f.id));
-  void world.setScene(objects).then(() => {
-    if (first) { if (objects.length > before.length || !loading) firstMinute(); }
-    else if (fresh >= 0) showFresh(fresh);
-    else if (objects.length < before.length) { world.frame(); lookAt(-1); }
-    if (loading) return;
-    if (first && saved) restoreSaved();
-    else if (first && packed) void restorePacked().catch(trouble);
-    else if (first) restoreView();
-    first = false;
-    document.body.dataset.ready = String(state.frames);
-  }).catch((e) => trouble(e));
+  void world
+    .setScene(objects)
+    .then(() => {
+      if (first) {
+        if (objects.length > before.length || !loading) firstMinute();
+      } else if (fresh >= 0) showFresh(fresh);
+      else if (objects.length < before.length) {
+        world.frame();
+        lookAt(-1);
+      }
+      if (loading) return;
+      if (first && saved) restoreSaved();
+      else if (first && packed) void restorePacked().catch(trouble);
+      else if (first) restoreView();
+      first = false;
+      document.body.dataset.ready = String(state.frames);
+    })
+    .catch((e) => trouble(e));
 }
 
 /// Brings a new object into view. The other kind of maps is drawn beside its object, from the same side: there the eye looks.
 function showFresh(object: number): void {
   const pair = world.objects.beside === 'twin' ? world.objects.pair() : null;
-  if (pair?.includes(object)) { world.frame(pair[0], world.direction()); return; }
+  if (pair?.includes(object)) {
+    world.frame(pair[0], world.direction());
+    return;
+  }
   lookAt(object);
   world.frameClosely(object);
 }
 
 /// Words for a connection that stands, and for one that is lost.
-const WORDS = { server: ['connected', 'connection lost: no force; trying again …'], worker: ['in this page', 'ended: no force'], kept: ['a saved page', ''] };
+const WORDS = {
+  server: ['connected', 'connection lost: no force; trying again …'],
+  worker: ['in this page', 'ended: no force'],
+  kept: ['a saved page', ''],
+};
 function connected(yes: boolean): void {
   connection.textContent = WORDS[program.kind][yes ? 0 : 1];
   connection.className = yes ? 'pill good' : 'pill bad';
-  if (yes) { again(); costume.again(); return; }
+  if (yes) {
+    again();
+    costume.again();
+    return;
+  }
   sound.quiet();
   hideTool();
   state.frame = null;
@@ -105,7 +165,10 @@ applyTheme();
 link.open({
   scene,
   status(s) {
-    if (state.status && state.status.program !== s.program) { wait('The program has been started anew.'); announce('The program has been started anew.', true); }
+    if (state.status && state.status.program !== s.program) {
+      wait('The program has been started anew.');
+      announce('The program has been started anew.', true);
+    }
     state.status = s;
     tabs.dress.hidden = !s.cloth.here;
     changed('status');
@@ -113,23 +176,61 @@ link.open({
   frame(f) {
     ++state.frames;
     state.frame = f;
-    if (f.contacts > 0 && f.object >= 0 && f.object !== state.touched) { state.touched = f.object; changed('touched'); }
+    if (f.contacts > 0 && f.object >= 0 && f.object !== state.touched) {
+      state.touched = f.object;
+      changed('touched');
+    }
     hand.heard(f.engaged, f.contacts > 0 && !f.engaged && f.faults === 0);
     hear(f);
   },
-  cloth(f) { costume.frame(f); },
+  cloth(f) {
+    costume.frame(f);
+  },
   feet: showFeet,
-  progress(p) { showProgress(p); heardProgress(p); },
+  progress(p) {
+    showProgress(p);
+    heardProgress(p);
+  },
   trouble,
   connected,
   stranger() {
     connection.textContent = 'another program is running here';
     endInvitation();
-    question('A new program is running at this address, and only the address that it printed opens it: look where sqmap view was started.', 'I have read it', () => {});
+    question(
+      'A new program is running at this address, and only the address that it printed opens it: look where sqmap view was started.',
+      'I have read it',
+      () => {},
+    );
   },
-  held() { question('Another window has the tool in hand.', 'Take it over', () => link.say({ say: 'take' })); },
-  taken() { hand.letGo(); trouble('Another window has taken the tool over.'); },
+  held() {
+    question('Another window has the tool in hand.', 'Take it over', () => link.say({ say: 'take' }));
+  },
+  taken() {
+    hand.letGo();
+    trouble('Another window has taken the tool over.');
+  },
 });
 
 // For the browser tests.
-Object.assign(window, { sqmap: { distinctColours, meter, world, map, inspected, shownMeetings, hand, charts, game, sweep, link, costume, recorder, immersive, facts: () => state.facts, status: () => state.status, frame: () => state.frame, frames: () => state.frames } });
+Object.assign(window, {
+  sqmap: {
+    distinctColours,
+    meter,
+    world,
+    map,
+    inspected,
+    shownMeetings,
+    hand,
+    charts,
+    game,
+    sweep,
+    link,
+    costume,
+    recorder,
+    immersive,
+    facts: () => state.facts,
+    status: () => state.status,
+    frame: () => state.frame,
+    frames: () => state.frames,
+  },
+});

@@ -7,7 +7,8 @@ const progressBar = h('progress', { max: 1, value: 0, 'aria-label': 'Baking' });
 const progressText = h('span', {});
 export const progressBox = h('div', { class: 'progress', id: 'progress', hidden: true }, progressText, progressBar);
 
-let noticeDue = 0, offers = false;  // offers: it has a button
+let noticeDue = 0,
+  offers = false; // offers: it has a button
 /// Shows a text for five seconds, or until the scene changes.
 export function wait(text: string): void {
   offers = false;
@@ -15,11 +16,14 @@ export function wait(text: string): void {
   notice.className = 'notice';
   notice.textContent = text;
   clearTimeout(noticeDue);
-  noticeDue = window.setTimeout(() => { notice.hidden = true; }, 5000);
+  noticeDue = window.setTimeout(() => {
+    notice.hidden = true;
+  }, 5000);
 }
 export function trouble(what: unknown): void {
   const text = what instanceof Error ? what.message : String(what);
-  wait(text); notice.className = 'notice bad';
+  wait(text);
+  notice.className = 'notice bad';
   announce(text, true);
 }
 /// Shows a question, which stays until the user answers it.
@@ -27,25 +31,62 @@ export function question(text: string, answer: string, act: () => void): void {
   wait(text);
   clearTimeout(noticeDue);
   offers = true;
-  notice.append(' ', h('button', { id: 'answer', onclick: () => { notice.hidden = true; act(); } }, answer));
+  notice.append(
+    ' ',
+    h(
+      'button',
+      {
+        id: 'answer',
+        onclick: () => {
+          notice.hidden = true;
+          act();
+        },
+      },
+      answer,
+    ),
+  );
   announce(text, true);
 }
 
 /// Hides a text that the scene has answered; one with a button stays.
-export function settle(): void { if (!offers) notice.hidden = true; }
+export function settle(): void {
+  if (!offers) notice.hidden = true;
+}
 /// Says what was done, with a button that takes it back, for twelve seconds.
 export function undoable(text: string, undo: () => void): void {
   wait(text);
   clearTimeout(noticeDue);
-  noticeDue = window.setTimeout(() => { notice.hidden = true; }, 12000);
+  noticeDue = window.setTimeout(() => {
+    notice.hidden = true;
+  }, 12000);
   offers = true;
-  notice.append(' ', h('button', { id: 'take-back', onclick: () => { notice.hidden = true; undo(); } }, 'Undo'));
+  notice.append(
+    ' ',
+    h(
+      'button',
+      {
+        id: 'take-back',
+        onclick: () => {
+          notice.hidden = true;
+          undo();
+        },
+      },
+      'Undo',
+    ),
+  );
   announce(`${text} Undo is in the list of models.`);
 }
 
 export function showProgress(p: Progress): void {
   progressBox.hidden = p.stage === 'done' || p.stage === 'failed' || p.stage === 'cancelled';
-  const stages: Record<string, [string, number]> = { decompose: ['cutting into parts', 0.1], fit: ['fitting superquadrics', 0.3], map: ['making maps', 0.5], measure: ['measuring', 0.75], refine: ['refining', 0.85], bones: ['its bones', p.done] };
+  const stages: Record<string, [string, number]> = {
+    decompose: ['cutting into parts', 0.1],
+    fit: ['fitting superquadrics', 0.3],
+    map: ['making maps', 0.5],
+    measure: ['measuring', 0.75],
+    refine: ['refining', 0.85],
+    bones: ['its bones', p.done],
+  };
   const [text, at] = stages[p.stage] ?? [p.stage, 1];
   progressText.textContent = `Baking${p.name ? ` ${p.name}` : ''}: ${text}`;
   progressBar.value = p.done >= 1 ? 1 : at;

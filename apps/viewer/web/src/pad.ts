@@ -3,13 +3,22 @@ import { hand, world } from './stage';
 import { stopButton } from './stop';
 import { state } from './state';
 
-const STILL = 0.16;                  // share of a stick's travel that is slack
-const GLIDE = 0.7, TURN = 1.6;       // at full travel: half heights of the stage a second, rad/s
-const DEEPER = 0.008, NEARER = 1.2;  // m/s of press; of the distance a second
-const LONGEST = 0.1;                 // s, the longest time between two readings
-const A = 0, B = 1, X = 2, LEFT = 4, RIGHT = 5, SOFTER = 6, HARDER = 7;
+const STILL = 0.16; // share of a stick's travel that is slack
+const GLIDE = 0.7,
+  TURN = 1.6; // at full travel: half heights of the stage a second, rad/s
+const DEEPER = 0.008,
+  NEARER = 1.2; // m/s of press; of the distance a second
+const LONGEST = 0.1; // s, the longest time between two readings
+const A = 0,
+  B = 1,
+  X = 2,
+  LEFT = 4,
+  RIGHT = 5,
+  SOFTER = 6,
+  HARDER = 7;
 
-let last = 0, looks = false;
+let last = 0,
+  looks = false;
 let before: boolean[] = [];
 
 /// The travel of a stick without its slack, finer near the middle.
@@ -19,9 +28,15 @@ function travel(x: number): number {
 }
 
 function take(pad: Gamepad, dt: number): void {
-  const value = (button: number) => pad.buttons[button]?.value ?? 0, held = (button: number) => pad.buttons[button]?.pressed ?? false;
+  const value = (button: number) => pad.buttons[button]?.value ?? 0,
+    held = (button: number) => pad.buttons[button]?.pressed ?? false;
   const pressed = (button: number) => held(button) && !before[button];
-  const [right, up, turn, tilt] = [travel(pad.axes[0] ?? 0), -travel(pad.axes[1] ?? 0), travel(pad.axes[2] ?? 0), travel(pad.axes[3] ?? 0)];
+  const [right, up, turn, tilt] = [
+    travel(pad.axes[0] ?? 0),
+    -travel(pad.axes[1] ?? 0),
+    travel(pad.axes[2] ?? 0),
+    travel(pad.axes[3] ?? 0),
+  ];
   if (hand.enabled) {
     if (pressed(A)) hand.toggle();
     if (right || up) hand.moveBy(GLIDE * dt * right, GLIDE * dt * up);
@@ -42,4 +57,10 @@ function look(now: number): void {
   looks = Array.from(navigator.getGamepads()).some((p) => p);
   if (looks) requestAnimationFrame(look);
 }
-addEventListener('gamepadconnected', () => { if (!looks) { looks = true; last = performance.now(); requestAnimationFrame(look); } });
+addEventListener('gamepadconnected', () => {
+  if (!looks) {
+    looks = true;
+    last = performance.now();
+    requestAnimationFrame(look);
+  }
+});

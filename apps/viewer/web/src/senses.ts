@@ -2,7 +2,9 @@
 import { MODES, PLAIN } from './materials';
 import type { Frame } from './messages';
 
-const PING = 220, FURTHER = 0.002, LOWEST = 260;  // ms and m from a tone of the position to the next; Hz at an object's foot
+const PING = 220,
+  FURTHER = 0.002,
+  LOWEST = 260; // ms and m from a tone of the position to the next; Hz at an object's foot
 
 /// Turns force into sound: pitch and loudness follow its size, a rustle follows the speed of sliding, a tap marks every new contact.
 export class Sound {
@@ -15,8 +17,8 @@ export class Sound {
   private before: number[] | null = null;
   private depthBefore = 0;
   private band!: BiquadFilterNode;
-  material = PLAIN;   ///< the touched surface's
-  size = 0.1;         ///< the touched object's, m
+  material = PLAIN; ///< the touched surface's
+  size = 0.1; ///< the touched object's, m
   on = false;
   onSwitch: () => void = () => {};
 
@@ -24,7 +26,10 @@ export class Sound {
   start(): void {
     this.on = true;
     this.onSwitch();
-    if (this.context) { void this.context.resume(); return; }
+    if (this.context) {
+      void this.context.resume();
+      return;
+    }
     const c = new AudioContext();
     this.context = c;
     this.pan = c.createStereoPanner();
@@ -35,7 +40,8 @@ export class Sound {
     this.toneGain.gain.value = 0;
     this.tone.connect(this.toneGain).connect(this.pan);
     this.tone.start();
-    const buffer = c.createBuffer(1, c.sampleRate, c.sampleRate), samples = buffer.getChannelData(0);
+    const buffer = c.createBuffer(1, c.sampleRate, c.sampleRate),
+      samples = buffer.getChannelData(0);
     for (let i = 0; i < samples.length; ++i) samples[i] = 2 * Math.random() - 1;
     const noise = c.createBufferSource();
     noise.buffer = buffer;
@@ -49,7 +55,11 @@ export class Sound {
     noise.start();
   }
 
-  stop(): void { this.on = false; this.onSwitch(); this.quiet(); }
+  stop(): void {
+    this.on = false;
+    this.onSwitch();
+    this.quiet();
+  }
 
   quiet(): void {
     if (!this.context) return;
@@ -63,7 +73,8 @@ export class Sound {
   /// Plays a frame. side: the tool's position on the object, -1 left to 1 right.
   play(frame: Frame, side: number): void {
     if (!this.on || !this.context) return;
-    const t = this.context.currentTime, force = Math.hypot(...frame.force);
+    const t = this.context.currentTime,
+      force = Math.hypot(...frame.force);
     const touching = frame.contacts > 0;
     this.pan.pan.setTargetAtTime(Math.max(-1, Math.min(1, side)), t, 0.03);
     this.tone.frequency.setTargetAtTime(170 * Math.pow(2, Math.min(force, 2.5) * 1.1), t, 0.015);
@@ -81,7 +92,10 @@ export class Sound {
   /// Plays the modes of a bar of the touched object's size and material that is struck at this speed, m/s. The lowest lasts longest.
   strike(speed: number): void {
     if (!this.on || !this.context) return;
-    const c = this.context, m = this.material, lowest = Math.min(Math.max(m.speed / this.size, 60), 2400), loud = 0.3 * m.loud * Math.min(0.25 + 2 * speed, 1);
+    const c = this.context,
+      m = this.material,
+      lowest = Math.min(Math.max(m.speed / this.size, 60), 2400),
+      loud = 0.3 * m.loud * Math.min(0.25 + 2 * speed, 1);
     MODES.forEach((ratio, k) => {
       if (lowest * ratio > 9000) return;
       this.ring(c, lowest * ratio, loud / (1 + 1.2 * k), 3 * Math.max(m.periods / lowest / (1 + 0.6 * k), 0.012));
@@ -89,7 +103,9 @@ export class Sound {
   }
 
   /// Guides a hand that looks for an object: a shorter distance gives a higher tone.
-  guide(distance: number): void { this.tap(900 / (1 + 3 * distance)); }
+  guide(distance: number): void {
+    this.tap(900 / (1 + 3 * distance));
+  }
 
   private pinged = { at: 0, tool: [Infinity, 0, 0] };
   /// A short tone while the tool moves: the higher it is on the object, 0 to 1, the higher the tone, over two octaves.
@@ -106,7 +122,8 @@ export class Sound {
 
   /// A tone of that pitch, Hz, that dies away in so many seconds.
   private ring(c: AudioContext, pitch: number, loud: number, lasts: number): void {
-    const o = c.createOscillator(), g = c.createGain();
+    const o = c.createOscillator(),
+      g = c.createGain();
     o.frequency.value = pitch;
     g.gain.setValueAtTime(loud, c.currentTime);
     g.gain.exponentialRampToValueAtTime(0.0005, c.currentTime + lasts);
@@ -120,15 +137,21 @@ export class Sound {
 export class Rumble {
   private last = 0;
   on = true;
-  available(): boolean { return Array.from(navigator.getGamepads?.() ?? []).some((p) => p && p.vibrationActuator); }
+  available(): boolean {
+    return Array.from(navigator.getGamepads?.() ?? []).some((p) => p && p.vibrationActuator);
+  }
   play(force: number, limit: number): void {
     const now = performance.now();
     if (!this.on || force < 0.05 || now - this.last < 80) return;
     this.last = now;
     for (const pad of navigator.getGamepads?.() ?? [])
-      void pad?.vibrationActuator?.playEffect('dual-rumble', {
-        duration: 110, strongMagnitude: Math.min(force / limit, 1), weakMagnitude: Math.min(0.6 * force / limit, 1),
-      }).catch(() => {});
+      void pad?.vibrationActuator
+        ?.playEffect('dual-rumble', {
+          duration: 110,
+          strongMagnitude: Math.min(force / limit, 1),
+          weakMagnitude: Math.min((0.6 * force) / limit, 1),
+        })
+        .catch(() => {});
   }
 }
 
@@ -137,7 +160,7 @@ export class Voice {
   private pending = 0;
   private said = '';
   private saidWhere = '';
-  private pends = false;  ///< the name of the part has not been said yet
+  private pends = false; ///< the name of the part has not been said yet
   private heardBy = 0;
   on = false;
   onSay: (text: string) => void = () => {};
@@ -153,7 +176,13 @@ export class Voice {
     this.pends = other && !!name;
     if (!name) return;
     const text = other ? `${name}${knew ? ', touched before' : ''}${where ? `. ${where}` : ''}` : where;
-    this.pending = window.setTimeout(() => { this.pends = false; this.say(text); }, Math.max(250, this.heardBy - performance.now()));
+    this.pending = window.setTimeout(
+      () => {
+        this.pends = false;
+        this.say(text);
+      },
+      Math.max(250, this.heardBy - performance.now()),
+    );
   }
 
   /// Answers a question; a part that is touched meanwhile does not cut the answer short.
@@ -170,5 +199,9 @@ export class Voice {
     words.rate = 1.15;
     speechSynthesis.speak(words);
   }
-  forget(): void { clearTimeout(this.pending); this.said = this.saidWhere = ''; this.pends = false; }
+  forget(): void {
+    clearTimeout(this.pending);
+    this.said = this.saidWhere = '';
+    this.pends = false;
+  }
 }

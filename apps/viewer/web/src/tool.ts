@@ -3,18 +3,20 @@ import * as THREE from 'three';
 import { geometryOf, vector } from './geometry';
 import type { Frame } from './messages';
 
-const ARROW = 0.03;  // m of arrow a newton
+const ARROW = 0.03; // m of arrow a newton
 const HEAD = 0.0145; // m, the arrow's head
-const COILS = 7, STEPS = 16;
-const STILL = 2e-5;          // m (and radians): less is no motion
-const END_ON = 0.94;          // cosine of the angle to the line of sight: nearer, an arrow is a ring
-const LEAST_SPRING = 0.0003;  // m: shorter ones are not drawn
+const COILS = 7,
+  STEPS = 16;
+const STILL = 2e-5; // m (and radians): less is no motion
+const END_ON = 0.94; // cosine of the angle to the line of sight: nearer, an arrow is a ring
+const LEAST_SPRING = 0.0003; // m: shorter ones are not drawn
 
 /// A spring of unit length along y, its first and last tenth straight.
 function coil(): THREE.BufferGeometry {
   const points = [new THREE.Vector3()];
   for (let i = 0; i <= COILS * STEPS; ++i) {
-    const t = i / (COILS * STEPS), a = 2 * Math.PI * COILS * t;
+    const t = i / (COILS * STEPS),
+      a = 2 * Math.PI * COILS * t;
     points.push(new THREE.Vector3(Math.cos(a), 0.1 + 0.8 * t, Math.sin(a)));
   }
   points.push(new THREE.Vector3(0, 1, 0));
@@ -36,18 +38,21 @@ export class Tool {
   private arrow = new THREE.Group();
   private shaft: THREE.Mesh;
   private head: THREE.Mesh;
-  private shaftEdge: THREE.Mesh;  ///< white edges, so that the arrow is seen on every colour
+  private shaftEdge: THREE.Mesh; ///< white edges, so that the arrow is seen on every colour
   private headEdge: THREE.Mesh;
-  private ring: THREE.Group;    ///< stands for an arrow that points at the eye or away from it
+  private ring: THREE.Group; ///< stands for an arrow that points at the eye or away from it
   private marker: THREE.Mesh;
-  private hand: THREE.Mesh;     ///< stands where the hand is, below the surface that holds the tool
-  private spring: THREE.Line;   ///< joins the tool and the hand
+  private hand: THREE.Mesh; ///< stands where the hand is, below the surface that holds the tool
+  private spring: THREE.Line; ///< joins the tool and the hand
 
-  constructor(scene: THREE.Scene, private redraw: () => void) {
-    const ball = this.ball = new THREE.SphereGeometry(1, 32, 24);
+  constructor(
+    scene: THREE.Scene,
+    private redraw: () => void,
+  ) {
+    const ball = (this.ball = new THREE.SphereGeometry(1, 32, 24));
     // Black with a white rim is seen on every part's colour, in light and dark.
     this.mesh = new THREE.Mesh(ball, new THREE.MeshStandardMaterial({ color: 0x14181d, roughness: 0.35 }));
-    const rim = this.rim = new THREE.Mesh(ball, new THREE.MeshBasicMaterial({ color: 0xffffff, side: THREE.BackSide }));
+    const rim = (this.rim = new THREE.Mesh(ball, new THREE.MeshBasicMaterial({ color: 0xffffff, side: THREE.BackSide })));
     rim.scale.setScalar(1.18);
     this.mesh.add(rim);
     this.mesh.scale.setScalar(0.006);
@@ -62,7 +67,10 @@ export class Tool {
     this.arrow.renderOrder = 10;
     scene.add(this.arrow);
     this.ring = new THREE.Group();
-    this.ring.add(inFront(new THREE.TorusGeometry(0.0125, 0.0016, 8, 40), 0xffffff, 9), inFront(new THREE.TorusGeometry(0.0125, 0.0009, 8, 40), 0xd4145a, 10));
+    this.ring.add(
+      inFront(new THREE.TorusGeometry(0.0125, 0.0016, 8, 40), 0xffffff, 9),
+      inFront(new THREE.TorusGeometry(0.0125, 0.0009, 8, 40), 0xd4145a, 10),
+    );
     this.ring.visible = false;
     scene.add(this.ring);
     this.hand = inFront(ball, 0xffe600, 9);
@@ -79,7 +87,13 @@ export class Tool {
     this.marker.scale.setScalar(0.0022);
     this.marker.visible = false;
     // The mark does not grow on the screen when the eye comes near.
-    this.marker.onBeforeRender = (_renderer, _scene, camera) => { this.marker.scale.setScalar(0.0022 * Math.min(1, this.marker.position.distanceTo(camera.getWorldPosition(new THREE.Vector3())) / 0.4)); this.marker.updateMatrixWorld(); this.marker.modelViewMatrix.multiplyMatrices(camera.matrixWorldInverse, this.marker.matrixWorld); };
+    this.marker.onBeforeRender = (_renderer, _scene, camera) => {
+      this.marker.scale.setScalar(
+        0.0022 * Math.min(1, this.marker.position.distanceTo(camera.getWorldPosition(new THREE.Vector3())) / 0.4),
+      );
+      this.marker.updateMatrixWorld();
+      this.marker.modelViewMatrix.multiplyMatrices(camera.matrixWorldInverse, this.marker.matrixWorld);
+    };
     scene.add(this.marker);
   }
 
@@ -124,10 +138,14 @@ export class Tool {
   tip(normal: THREE.Vector3): THREE.Vector3 {
     const p = this.vertices;
     if (!p) return normal.clone().multiplyScalar(-this.radius);
-    let least = Infinity, best = 0;
+    let least = Infinity,
+      best = 0;
     for (let k = 0; k < p.length; k += 3) {
       const d = p[k] * normal.x + p[k + 1] * normal.y + p[k + 2] * normal.z;
-      if (d < least) { least = d; best = k; }
+      if (d < least) {
+        least = d;
+        best = k;
+      }
     }
     return vector(p, best);
   }
@@ -136,22 +154,31 @@ export class Tool {
   show(frame: Frame | null, inSight: (from: THREE.Vector3, to: THREE.Vector3) => number = () => 1): void {
     // A tool that stands still is not drawn again, so that the stage comes to rest and is drawn in full.
     const now = frame && [...frame.tool, ...frame.hand, ...frame.turn, ...frame.force.map((f) => ARROW * f)];
-    if (!now || !this.drawn?.every((x, i) => Math.abs(x - now[i]) < STILL)) { this.drawn = now; this.redraw(); }
+    if (!now || !this.drawn?.every((x, i) => Math.abs(x - now[i]) < STILL)) {
+      this.drawn = now;
+      this.redraw();
+    }
     this.mesh.visible = frame !== null;
     this.arrow.visible = this.ring.visible = this.hand.visible = this.spring.visible = this.drawsForce = false;
     if (!frame) return;
     this.mesh.position.fromArray(frame.tool);
     const m = frame.turn;
-    this.mesh.quaternion.setFromRotationMatrix(new THREE.Matrix4().set(m[0], m[1], m[2], 0, m[3], m[4], m[5], 0, m[6], m[7], m[8], 0, 0, 0, 0, 1));
+    this.mesh.quaternion.setFromRotationMatrix(
+      new THREE.Matrix4().set(m[0], m[1], m[2], 0, m[3], m[4], m[5], 0, m[6], m[7], m[8], 0, 0, 0, 0, 1),
+    );
     this.showSpring(vector(frame.hand));
-    const force = vector(frame.force), at = this.mesh.position, length = ARROW * force.length(), all = length + HEAD;
+    const force = vector(frame.force),
+      at = this.mesh.position,
+      length = ARROW * force.length(),
+      all = length + HEAD;
     const seen = length > 0 ? inSight(at, at.clone().addScaledVector(force, (ARROW * all) / length)) : 1;
     this.placeArrow(at, force, 1, seen < 1 ? Math.max(seen * all - HEAD, 0.1 * length) / length : 1);
   }
 
   /// Draws the spring from the tool to the hand, where they are apart.
   private showSpring(hand: THREE.Vector3): void {
-    const along = hand.clone().sub(this.mesh.position), length = along.length();
+    const along = hand.clone().sub(this.mesh.position),
+      length = along.length();
     this.hand.visible = this.spring.visible = length > LEAST_SPRING;
     if (!this.spring.visible) return;
     this.hand.position.copy(hand);
@@ -161,12 +188,18 @@ export class Tool {
   }
 
   /// For tests: the length of the spring as it is drawn; 0 where it is not.
-  springNow(): number { return this.spring.visible ? this.spring.scale.y : 0; }
+  springNow(): number {
+    return this.spring.visible ? this.spring.scale.y : 0;
+  }
 
   /// Draws an arrow of force at a point; null: none. thick: times the usual thickness, for larger scenes.
-  showArrow(at: THREE.Vector3 | null, force = new THREE.Vector3(), thick = 1): void { this.placeArrow(at, force, thick, 1); this.redraw(); }
+  showArrow(at: THREE.Vector3 | null, force = new THREE.Vector3(), thick = 1): void {
+    this.placeArrow(at, force, thick, 1);
+    this.redraw();
+  }
   private placeArrow(at: THREE.Vector3 | null, force: THREE.Vector3, thick: number, share: number): void {
-    const size = force.length(), length = share * ARROW * size;
+    const size = force.length(),
+      length = share * ARROW * size;
     this.arrow.visible = this.ring.visible = false;
     this.drawsForce = at !== null && size >= 0.02;
     if (!at || !this.drawsForce) return;
@@ -175,7 +208,10 @@ export class Tool {
     this.arrow.position.copy(at);
     this.arrow.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), force.clone().divideScalar(size));
     for (const shaft of [this.shaft, this.shaftEdge]) shaft.scale.set(thick, length, thick);
-    for (const head of [this.head, this.headEdge]) { head.scale.setScalar(thick); head.position.y = length; }
+    for (const head of [this.head, this.headEdge]) {
+      head.scale.setScalar(thick);
+      head.position.y = length;
+    }
     this.turnTo(this.eye);
   }
 
@@ -184,8 +220,12 @@ export class Tool {
   /// Draws the force for an eye: an arrow that is seen nearly end-on would cover the contact, and is a ring about it.
   turnTo(eye: THREE.Camera | null): void {
     this.eye = eye;
-    if (!eye) { this.arrow.visible = this.drawsForce; return; }
-    const along = new THREE.Vector3(0, 1, 0).applyQuaternion(this.arrow.quaternion), sight = eye.getWorldPosition(new THREE.Vector3()).sub(this.arrow.position).normalize();
+    if (!eye) {
+      this.arrow.visible = this.drawsForce;
+      return;
+    }
+    const along = new THREE.Vector3(0, 1, 0).applyQuaternion(this.arrow.quaternion),
+      sight = eye.getWorldPosition(new THREE.Vector3()).sub(this.arrow.position).normalize();
     this.ring.visible = this.drawsForce && Math.abs(along.dot(sight)) > END_ON;
     this.arrow.visible = this.drawsForce && !this.ring.visible;
     if (this.ring.visible) eye.getWorldQuaternion(this.ring.quaternion);
@@ -194,7 +234,9 @@ export class Tool {
   /// The end of the arrow, or the right edge of the ring; null where neither is drawn.
   tipOfArrow(): THREE.Vector3 | null {
     if (this.ring.visible) return new THREE.Vector3(0.016, 0, 0).applyQuaternion(this.ring.quaternion).add(this.ring.position);
-    return this.arrow.visible ? new THREE.Vector3(0, this.head.position.y + 0.012, 0).applyQuaternion(this.arrow.quaternion).add(this.arrow.position) : null;
+    return this.arrow.visible
+      ? new THREE.Vector3(0, this.head.position.y + 0.012, 0).applyQuaternion(this.arrow.quaternion).add(this.arrow.position)
+      : null;
   }
 
   /// For tests: whether a force is drawn, as an arrow or a ring, its direction and length.
@@ -204,7 +246,9 @@ export class Tool {
   }
 
   /// For tests: the position of the mark.
-  marked(): THREE.Vector3 { return this.marker.position; }
+  marked(): THREE.Vector3 {
+    return this.marker.position;
+  }
   mark(p: THREE.Vector3 | null): void {
     this.marker.visible = p !== null;
     if (p) this.marker.position.copy(p);

@@ -10,16 +10,17 @@ import { Tool } from './tool';
 import { Traces } from './traces';
 
 const IN_SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
-const SAMPLES = 2;  // samples along each side of a pixel, of a still picture drawn in software
-const TILE = 2048;  // pixels of a picture that are drawn at once, along each side
-const LONG = 700;   // ms without a change before such a picture: it costs as much as ten others
+const SAMPLES = 2; // samples along each side of a pixel, of a still picture drawn in software
+const TILE = 2048; // pixels of a picture that are drawn at once, along each side
+const LONG = 700; // ms without a change before such a picture: it costs as much as ten others
 
 /// Tells whether the browser draws without a graphics card. Smooth edges then cost more than all else, and only a still picture has
 /// them.
 function isSoftware(): boolean {
   const gl = document.createElement('canvas').getContext('webgl2');
   if (!gl) return false;
-  const name = gl.getExtension('WEBGL_debug_renderer_info'), renderer = String(gl.getParameter(name ? name.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+  const name = gl.getExtension('WEBGL_debug_renderer_info'),
+    renderer = String(gl.getParameter(name ? name.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
   gl.getExtension('WEBGL_lose_context')?.loseContext();
   return IN_SOFTWARE.test(renderer);
 }
@@ -28,34 +29,37 @@ function rendererOf(canvas: HTMLCanvasElement, antialias: boolean): THREE.WebGLR
   try {
     const renderer = new THREE.WebGLRenderer({ canvas, antialias });
     renderer.localClippingEnabled = true;
-    renderer.debug.checkShaderErrors = false;  // a check would wait for the graphics card
+    renderer.debug.checkShaderErrors = false; // a check would wait for the graphics card
     return renderer;
-  } catch { return null; }
+  } catch {
+    return null;
+  }
 }
 
 const FRONT = new THREE.Vector3(0.28, 0.3, 1).normalize();
-const cornersOf = ({ min, max }: THREE.Box3): THREE.Vector3[] => Array.from({ length: 8 }, (_, c) => new THREE.Vector3(c & 1 ? max.x : min.x, c & 2 ? max.y : min.y, c & 4 ? max.z : min.z));
+const cornersOf = ({ min, max }: THREE.Box3): THREE.Vector3[] =>
+  Array.from({ length: 8 }, (_, c) => new THREE.Vector3(c & 1 ? max.x : min.x, c & 2 ? max.y : min.y, c & 4 ? max.z : min.z));
 
 export class World {
-  readonly renderer: THREE.WebGLRenderer | null;  ///< null: this browser has no WebGL; all but the picture goes on
+  readonly renderer: THREE.WebGLRenderer | null; ///< null: this browser has no WebGL; all but the picture goes on
   readonly camera = new THREE.PerspectiveCamera(35, 1, 0.005, 20);
-  readonly rig = new THREE.Group();  ///< stands where the floor of a headset's user is, else at the origin
+  readonly rig = new THREE.Group(); ///< stands where the floor of a headset's user is, else at the origin
   readonly controls: OrbitControls;
   private scene = new THREE.Scene();
   readonly objects: Objects;
   readonly tool: Tool;
   readonly traces: Traces;
-  readonly extra = new THREE.Group();  ///< the figure and its cloth
+  readonly extra = new THREE.Group(); ///< the figure and its cloth
   private raycaster = new THREE.Raycaster();
   private ground: THREE.GridHelper;
-  private shadows: GroundShadow[];  ///< of the only or left view, and of the right one
-  onFrame: (now: number) => boolean = () => false;  ///< before each draw; true: another frame is wanted
-  onImmersive: (frame: XRFrame) => void = () => {};  ///< before that, while a headset shows the scene
+  private shadows: GroundShadow[]; ///< of the only or left view, and of the right one
+  onFrame: (now: number) => boolean = () => false; ///< before each draw; true: another frame is wanted
+  onImmersive: (frame: XRFrame) => void = () => {}; ///< before that, while a headset shows the scene
   readonly pace = new Pace();
   private software = isSoftware();
-  private ratio = 0;  ///< pixels of the last picture to one of the page, along each side
-  readonly size = new THREE.Vector2(1, 1);  ///< the stage's, pixels of the page
-  private framed: { again: () => void; at: THREE.Vector3 } | null = null;  ///< frames the same again; the eye's position then
+  private ratio = 0; ///< pixels of the last picture to one of the page, along each side
+  readonly size = new THREE.Vector2(1, 1); ///< the stage's, pixels of the page
+  private framed: { again: () => void; at: THREE.Vector3 } | null = null; ///< frames the same again; the eye's position then
   private dirty = true;
 
   constructor(private canvas: HTMLCanvasElement) {
@@ -86,7 +90,11 @@ export class World {
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement as HTMLElement);
     this.resize();
     this.renderer?.xr.setAnimationLoop(this.step);
-    this.renderer?.xr.addEventListener('sessionend', () => { this.renderer!.setAnimationLoop(null); this.renderer!.xr.setAnimationLoop(this.step); this.redraw(); });
+    this.renderer?.xr.addEventListener('sessionend', () => {
+      this.renderer!.setAnimationLoop(null);
+      this.renderer!.xr.setAnimationLoop(this.step);
+      this.redraw();
+    });
     this.wake();
   }
 
@@ -105,7 +113,10 @@ export class World {
     if (seen) this.onImmersive(seen);
     const more = this.onFrame(now);
     meter.spend('draw', () => {
-      if (this.renderer?.xr.isPresenting) { this.renderer.render(this.scene, this.camera); return; }
+      if (this.renderer?.xr.isPresenting) {
+        this.renderer.render(this.scene, this.camera);
+        return;
+      }
       this.controls.update();
       if (!this.dirty) {
         if (!this.pace.still(now, this.stillAfter)) return;
@@ -119,14 +130,22 @@ export class World {
       this.draw(this.renderer);
     });
     clearTimeout(this.rest);
-    if (more || this.dirty) { this.wake(); return; }
+    if (more || this.dirty) {
+      this.wake();
+      return;
+    }
     meter.rest();
     // A stage that was drawn coarsely is drawn in full once it is still.
     if (this.pace.waits) this.rest = window.setTimeout(() => this.wake(), this.stillAfter + 20);
   };
-  private get stillAfter(): number { return this.software ? LONG : STILL; }
+  private get stillAfter(): number {
+    return this.software ? LONG : STILL;
+  }
 
-  redraw(): void { this.dirty = true; this.wake(); }
+  redraw(): void {
+    this.dirty = true;
+    this.wake();
+  }
 
   /// Draws each of two views with its own content; view: 0 is the left one.
   private inTurn(draw: (view: number) => void): void {
@@ -144,8 +163,15 @@ export class World {
   }
 
   private draw(renderer: THREE.WebGLRenderer): void {
-    const { x: wide, y: high } = this.size, half = 0.5 * wide, { info } = renderer;
-    if (!this.split) { this.showShadow(0); renderer.render(this.scene, this.camera); meter.drawn(info.render.calls, info.render.triangles); return; }
+    const { x: wide, y: high } = this.size,
+      half = 0.5 * wide,
+      { info } = renderer;
+    if (!this.split) {
+      this.showShadow(0);
+      renderer.render(this.scene, this.camera);
+      meter.drawn(info.render.calls, info.render.triangles);
+      return;
+    }
     info.autoReset = false;
     info.reset();
     renderer.setScissorTest(true);
@@ -168,17 +194,23 @@ export class World {
     this.resize();
     this.shade();
   }
-  get halved(): boolean { return this.split; }
+  get halved(): boolean {
+    return this.split;
+  }
   /// Pixels of the page across one view.
-  private get across(): number { return this.split ? 0.5 * this.size.x : this.size.x; }
+  private get across(): number {
+    return this.split ? 0.5 * this.size.x : this.size.x;
+  }
 
   private fineness(ratio: number): void {
     if (ratio === this.ratio) return;
     this.ratio = ratio;
-    this.renderer?.setPixelRatio(ratio);  // sets the size as well
+    this.renderer?.setPixelRatio(ratio); // sets the size as well
   }
   /// The pixels of a still picture.
-  finest(): number { return this.software ? Math.max(SAMPLES, fullRatio()) : fullRatio(); }
+  finest(): number {
+    return this.software ? Math.max(SAMPLES, fullRatio()) : fullRatio();
+  }
 
   theme(): void {
     const style = getComputedStyle(document.documentElement);
@@ -209,10 +241,18 @@ export class World {
   private shaded = '';
   /// Draws the shadow of what is seen on the ground anew, for each view its own; where that is as before, only if it moved.
   shade(moved = true): void {
-    const views = this.split ? (['left', 'right'] as const) : (['both'] as const), seen = views.map((view) => this.objects.seenIn(view)), key = JSON.stringify(seen);
+    const views = this.split ? (['left', 'right'] as const) : (['both'] as const),
+      seen = views.map((view) => this.objects.seenIn(view)),
+      key = JSON.stringify(seen);
     if (!moved && key === this.shaded) return;
     this.shaded = key;
-    this.shadows.forEach((shadow, i) => shadow.draw((seen[i] ?? []).map((object) => this.objects.surfaceOf(object)), this.objects.box(), this.objects.low - 0.001));
+    this.shadows.forEach((shadow, i) =>
+      shadow.draw(
+        (seen[i] ?? []).map((object) => this.objects.surfaceOf(object)),
+        this.objects.box(),
+        this.objects.low - 0.001,
+      ),
+    );
     this.redraw();
   }
   private figureShadow: GroundShadow | null = null;
@@ -224,17 +264,30 @@ export class World {
     this.figureShaded = now;
     this.figureShadow ??= new GroundShadow(this.scene, this.renderer, this.software ? 96 : 512);
     const box = new THREE.Box3();
-    for (const mesh of surfaces) { mesh.geometry.computeBoundingBox(); box.union(mesh.geometry.boundingBox!); }
+    for (const mesh of surfaces) {
+      mesh.geometry.computeBoundingBox();
+      box.union(mesh.geometry.boundingBox!);
+    }
     this.figureShadow.draw(surfaces, box, 0, 0.35);
     this.figureShadow.seen = true;
   }
-  hideFigureShadow(): void { if (this.figureShadow) this.figureShadow.seen = false; }
-  private showShadow(view: number): void { this.shadows.forEach((shadow, i) => { shadow.seen = i === view; }); }
+  hideFigureShadow(): void {
+    if (this.figureShadow) this.figureShadow.seen = false;
+  }
+  private showShadow(view: number): void {
+    this.shadows.forEach((shadow, i) => {
+      shadow.seen = i === view;
+    });
+  }
 
   /// Brings all objects, or one, into sight. from: the direction of the eye; by default the front, and a little above.
-  frame(object = -1, from = FRONT): void { this.frameBox(this.objects.box(object), from); }
+  frame(object = -1, from = FRONT): void {
+    this.frameBox(this.objects.box(object), from);
+  }
   /// The direction from the middle of the view to the eye.
-  direction(): THREE.Vector3 { return this.offset.normalize(); }
+  direction(): THREE.Vector3 {
+    return this.offset.normalize();
+  }
 
   /// Tells whether the box of another object overlaps this object's on the screen.
   crowded(object: number): boolean {
@@ -254,14 +307,25 @@ export class World {
   /// Frames one object from a side where the others stand behind it, and brings the eye near until its surface fills the view below
   /// the hint.
   frameClosely(object: number): void {
-    const own = this.objects.box(object).getCenter(new THREE.Vector3()), all = this.objects.box().getCenter(new THREE.Vector3());
-    const away = own.clone().sub(all).setY(0), from = away.length() > 1e-6 ? away.normalize().setY(0.25).addScaledVector(FRONT, 1.1).normalize() : FRONT;
+    const own = this.objects.box(object).getCenter(new THREE.Vector3()),
+      all = this.objects.box().getCenter(new THREE.Vector3());
+    const away = own.clone().sub(all).setY(0),
+      from = away.length() > 1e-6 ? away.normalize().setY(0.25).addScaledVector(FRONT, 1.1).normalize() : FRONT;
     this.frame(object, from);
-    const points: THREE.Vector3[] = [], p = new THREE.Vector3(), { target } = this.controls;
+    const points: THREE.Vector3[] = [],
+      p = new THREE.Vector3(),
+      { target } = this.controls;
     this.objects.eachVertex(object, 7, (_, v) => points.push(v.clone()));
     for (let k = 0; k < 40; ++k) {
-      let low = 1, high = -1, wide = 0;
-      for (const v of points) { p.copy(v).project(this.camera); low = Math.min(low, p.y); high = Math.max(high, p.y); wide = Math.max(wide, Math.abs(p.x)); }
+      let low = 1,
+        high = -1,
+        wide = 0;
+      for (const v of points) {
+        p.copy(v).project(this.camera);
+        low = Math.min(low, p.y);
+        high = Math.max(high, p.y);
+        wide = Math.max(wide, Math.abs(p.x));
+      }
       if (!points.length || low < -0.86 || high > 0.74 || wide > 0.9) break;
       this.camera.position.sub(target).multiplyScalar(0.97).add(target);
       this.camera.updateMatrixWorld();
@@ -273,14 +337,21 @@ export class World {
 
   /// The point of an object's surface that is highest on the screen, -1 to 1 each way.
   highest(object: number): THREE.Vector2 {
-    const top = new THREE.Vector2(0, -Infinity), p = new THREE.Vector3();
-    this.objects.eachVertex(object, 7, (_, v) => { p.copy(v).project(this.camera); if (p.y > top.y) top.set(p.x, p.y); });
+    const top = new THREE.Vector2(0, -Infinity),
+      p = new THREE.Vector3();
+    this.objects.eachVertex(object, 7, (_, v) => {
+      p.copy(v).project(this.camera);
+      if (p.y > top.y) top.set(p.x, p.y);
+    });
     return Number.isFinite(top.y) ? top : this.project(this.objects.box(object).getCenter(p));
   }
 
   frameBox(box: THREE.Box3, from = FRONT): void {
     if (box.isEmpty()) box.set(new THREE.Vector3(-0.1, -0.1, -0.1), new THREE.Vector3(0.1, 0.1, 0.1));
-    const centre = box.getCenter(new THREE.Vector3()), size = box.getSize(new THREE.Vector3()), corners = cornersOf(box), corner = new THREE.Vector3();
+    const centre = box.getCenter(new THREE.Vector3()),
+      size = box.getSize(new THREE.Vector3()),
+      corners = cornersOf(box),
+      corner = new THREE.Vector3();
     this.controls.target.copy(centre);
     // The eye goes back until all corners are in sight, with a margin.
     for (let distance = 0.5 * size.length() + 0.02, k = 0; k < 40; ++k, distance *= 1.06) {
@@ -305,17 +376,22 @@ export class World {
   showAxes(yes: boolean): void {
     const box = this.objects.box();
     this.axes.position.set(box.min.x, this.objects.low, box.max.z);
-    if (yes) this.scene.add(this.axes); else this.scene.remove(this.axes);
+    if (yes) this.scene.add(this.axes);
+    else this.scene.remove(this.axes);
     this.redraw();
   }
 
   /// Brings the eye near a point of an object's surface, to a side from which nothing hides the point.
   closeTo(object: number, p: THREE.Vector3, normal: THREE.Vector3): void {
-    const size = 0.25 * this.objects.box(object).getSize(new THREE.Vector3()).length(), box = new THREE.Box3().setFromCenterAndSize(p, new THREE.Vector3(size, size, size));
+    const size = 0.25 * this.objects.box(object).getSize(new THREE.Vector3()).length(),
+      box = new THREE.Box3().setFromCenterAndSize(p, new THREE.Vector3(size, size, size));
     const sides = [normal.clone().normalize()];
     for (let k = 0; k < 60; ++k) {
       // Directions spread evenly over the sphere; those nearer to the normal come first.
-      const z = 1 - (2 * k + 1) / 60, r = Math.sqrt(1 - z * z), a = 2.39996 * k, side = new THREE.Vector3(r * Math.cos(a), z, r * Math.sin(a));
+      const z = 1 - (2 * k + 1) / 60,
+        r = Math.sqrt(1 - z * z),
+        a = 2.39996 * k,
+        side = new THREE.Vector3(r * Math.cos(a), z, r * Math.sin(a));
       if (side.dot(normal) > 0.1) sides.push(side);
     }
     sides.sort((a, b) => b.dot(normal) - a.dot(normal));
@@ -333,7 +409,9 @@ export class World {
     this.camera.updateMatrixWorld();
     this.redraw();
   }
-  private get offset(): THREE.Vector3 { return this.camera.position.clone().sub(this.controls.target); }
+  private get offset(): THREE.Vector3 {
+    return this.camera.position.clone().sub(this.controls.target);
+  }
 
   /// Turns the eye about the middle of the view, radians to the right and down.
   turn(right: number, down: number): void {
@@ -343,12 +421,18 @@ export class World {
     this.moveEye(new THREE.Vector3().setFromSpherical(s));
   }
   /// Walks round the middle of the view by 15 degrees, as Q and E say.
-  walk(key: string): void { this.turn((key === 'q' ? 1 : -1) * (Math.PI / 12), 0); }
+  walk(key: string): void {
+    this.turn((key === 'q' ? 1 : -1) * (Math.PI / 12), 0);
+  }
 
   /// Brings the eye to that share of its distance.
-  zoom(share: number): void { this.moveEye(this.offset.multiplyScalar(share)); }
+  zoom(share: number): void {
+    this.moveEye(this.offset.multiplyScalar(share));
+  }
 
-  pose(): number[] { return [...this.camera.position.toArray(), ...this.controls.target.toArray()].map((x) => Number(x.toFixed(4))); }
+  pose(): number[] {
+    return [...this.camera.position.toArray(), ...this.controls.target.toArray()].map((x) => Number(x.toFixed(4)));
+  }
   setPose(p: number[]): void {
     if (p.length !== 6 || !p.every(Number.isFinite)) return;
     this.camera.position.set(p[0], p[1], p[2]);
@@ -360,7 +444,10 @@ export class World {
   /// The position of a pointer on the view that it is over, -1 to 1 each way, y up.
   onCanvas(e: PointerEvent): THREE.Vector2 {
     const box = this.canvas.getBoundingClientRect();
-    return new THREE.Vector2((2 * ((e.clientX - box.left) % this.across)) / this.across - 1, 1 - (2 * (e.clientY - box.top)) / box.height);
+    return new THREE.Vector2(
+      (2 * ((e.clientX - box.left) % this.across)) / this.across - 1,
+      1 - (2 * (e.clientY - box.top)) / box.height,
+    );
   }
   /// The surface under a point of the canvas, -1 to 1 each way, y up. only: the one object that counts; -1: all count.
   cast(x: number, y: number, only = -1): Hit | null {
@@ -377,19 +464,24 @@ export class World {
 
   /// The point of any object's surface, or of one object's, that appears nearest to a point of the canvas.
   nearestOnScreen(at: THREE.Vector2, only: number): { object: number; x: number; y: number } | null {
-    let best: { object: number; x: number; y: number } | null = null, least = Infinity;
+    let best: { object: number; x: number; y: number } | null = null,
+      least = Infinity;
     const p = new THREE.Vector3();
     this.objects.eachVertex(only, 40, (object, v) => {
       p.copy(v).project(this.camera);
       const far = Math.hypot(p.x - at.x, p.y - at.y);
-      if (far < least && Math.abs(p.z) <= 1) { least = far; best = { object, x: p.x, y: p.y }; }
+      if (far < least && Math.abs(p.z) <= 1) {
+        least = far;
+        best = { object, x: p.x, y: p.y };
+      }
     });
     return best;
   }
 
   /// The share of a line, from a point that is seen, that stays in sight with a margin.
   inSight(from: THREE.Vector3, to: THREE.Vector3): number {
-    const margin = 1 - 44 / Math.min(this.size.x, this.size.y), p = new THREE.Vector3();
+    const margin = 1 - 44 / Math.min(this.size.x, this.size.y),
+      p = new THREE.Vector3();
     for (let share = 1; share > 0.15; share -= 0.05) {
       p.lerpVectors(from, to, share).project(this.camera);
       if (Math.abs(p.x) < margin && Math.abs(p.y) < margin) return share;
@@ -398,12 +490,23 @@ export class World {
   }
 
   /// The position at which p appears, in the left one of two views: pixels of the page from the stage's upper left.
-  pixel(p: THREE.Vector3): THREE.Vector2 { const q = this.project(p); return q.set(0.5 * (q.x + 1) * this.across, 0.5 * (1 - q.y) * this.size.y); }
+  pixel(p: THREE.Vector3): THREE.Vector2 {
+    const q = this.project(p);
+    return q.set(0.5 * (q.x + 1) * this.across, 0.5 * (1 - q.y) * this.size.y);
+  }
   /// The position at which p appears, -1 to 1 each way.
-  project(p: THREE.Vector3): THREE.Vector2 { const q = p.clone().project(this.camera); return new THREE.Vector2(q.x, q.y); }
+  project(p: THREE.Vector3): THREE.Vector2 {
+    const q = p.clone().project(this.camera);
+    return new THREE.Vector2(q.x, q.y);
+  }
 
-  groundAt(y: number): void { this.ground.position.y = y; this.redraw(); }
-  groundUnder(): void { this.groundAt(this.objects.low - 0.001); }
+  groundAt(y: number): void {
+    this.ground.position.y = y;
+    this.redraw();
+  }
+  groundUnder(): void {
+    this.groundAt(this.objects.low - 0.001);
+  }
   castMesh(x: number, y: number, mesh: THREE.Mesh): THREE.Intersection | null {
     this.raycaster.setFromCamera(new THREE.Vector2(x, y), this.camera);
     return this.raycaster.intersectObject(mesh, false)[0] ?? null;
@@ -411,27 +514,33 @@ export class World {
   /// Makes a PNG of the view. width: pixels; 0: as many as the screen shows.
   async picture(width = 0): Promise<Blob | null> {
     if (!this.renderer) return null;
-    const ratio = width > 0 ? width / this.size.x : this.finest(), picture = this.tiled(this.renderer, ratio);
+    const ratio = width > 0 ? width / this.size.x : this.finest(),
+      picture = this.tiled(this.renderer, ratio);
     return new Promise<Blob | null>((resolve) => picture.toBlob(resolve, 'image/png'));
   }
 
   /// Draws the view with that many pixels to one of the page, in tiles: a graphics card limits the size of a picture.
   private tiled(renderer: THREE.WebGLRenderer, ratio: number): HTMLCanvasElement {
-    const out = document.createElement('canvas'), context = out.getContext('2d')!;
+    const out = document.createElement('canvas'),
+      context = out.getContext('2d')!;
     out.width = Math.round(ratio * this.size.x);
     out.height = Math.round(ratio * this.size.y);
-    const views = this.split ? 2 : 1, wide = out.width / views, { height: high } = out;
+    const views = this.split ? 2 : 1,
+      wide = out.width / views,
+      { height: high } = out;
     const draw = (view: number) => {
       for (let y = 0; y < high; y += TILE)
         for (let x = 0; x < wide; x += TILE) {
-          const w = Math.min(TILE, Math.ceil(wide - x)), h = Math.min(TILE, high - y);
+          const w = Math.min(TILE, Math.ceil(wide - x)),
+            h = Math.min(TILE, high - y);
           this.camera.setViewOffset(wide, high, x, y, w, h);
           renderer.setDrawingBufferSize((w + 0.01) / ratio, (h + 0.01) / ratio, ratio);
           renderer.render(this.scene, this.camera);
           context.drawImage(this.canvas, Math.round(view * wide) + x, y);
         }
     };
-    if (views === 2) this.inTurn(draw); else draw(0);
+    if (views === 2) this.inTurn(draw);
+    else draw(0);
     this.camera.clearViewOffset();
     this.ratio = 0;
     this.fineness(this.finest());

@@ -12,14 +12,29 @@ import { on, state } from '../state';
 import { onStop, whileFelt } from '../stop';
 import { card } from './controls';
 
-const GARMENTS: [string, string][] = [['shirt', 'Shirt'], ['skirt', 'Skirt'], ['poncho', 'Poncho']];
-const FABRICS: [string, string, number][] = [['cotton', 'Cotton', 0x3b6ea5], ['silk', 'Silk', 0xb08ad0], ['denim', 'Denim', 0x2b4a78], ['wool', 'Wool', 0xb5563c], ['leather', 'Leather', 0x6b4a32]];
+const GARMENTS: [string, string][] = [
+  ['shirt', 'Shirt'],
+  ['skirt', 'Skirt'],
+  ['poncho', 'Poncho'],
+];
+const FABRICS: [string, string, number][] = [
+  ['cotton', 'Cotton', 0x3b6ea5],
+  ['silk', 'Silk', 0xb08ad0],
+  ['denim', 'Denim', 0x2b4a78],
+  ['wool', 'Wool', 0xb5563c],
+  ['leather', 'Leather', 0x6b4a32],
+];
 
 const SKIN = 0xd9b99b;
-const MOST_LINE = 64, LINE_STEP = 0.012;  // points that the program takes; m between two of them
+const MOST_LINE = 64,
+  LINE_STEP = 0.012; // points that the program takes; m between two of them
 
 /// A point that moves with the cloth: the shares of a triangle's corners 1 and 2.
-interface OnCloth { triangle: number; u: number; v: number; }
+interface OnCloth {
+  triangle: number;
+  u: number;
+  v: number;
+}
 
 /// The figure's skin: each vertex follows up to four bones.
 class Figure {
@@ -40,10 +55,15 @@ class Figure {
 
   /// poses: 12 numbers a bone, the rows of its map and the shift.
   pose(poses: Float32Array): void {
-    const attribute = this.mesh.geometry.getAttribute('position') as THREE.BufferAttribute, out = attribute.array as Float32Array;
+    const attribute = this.mesh.geometry.getAttribute('position') as THREE.BufferAttribute,
+      out = attribute.array as Float32Array;
     for (let v = 0; 3 * v < out.length; ++v) {
-      const x = this.rest[3 * v], y = this.rest[3 * v + 1], z = this.rest[3 * v + 2];
-      let px = 0, py = 0, pz = 0;
+      const x = this.rest[3 * v],
+        y = this.rest[3 * v + 1],
+        z = this.rest[3 * v + 2];
+      let px = 0,
+        py = 0,
+        pz = 0;
       for (let k = 4 * v; k < 4 * v + 4; ++k) {
         const w = this.weights[k];
         if (w === 0) continue;
@@ -64,14 +84,37 @@ class Figure {
 
 class Costume {
   readonly element: HTMLElement;
-  private garment = h('select', { id: 'garment', onchange: () => this.fit() }, ...GARMENTS.map(([v, t]) => h('option', { value: v }, t)));
-  private fabric = h('select', { id: 'fabric', onchange: () => this.fit() }, ...FABRICS.map(([v, t]) => h('option', { value: v }, t)));
+  private garment = h(
+    'select',
+    { id: 'garment', onchange: () => this.fit() },
+    ...GARMENTS.map(([v, t]) => h('option', { value: v }, t)),
+  );
+  private fabric = h(
+    'select',
+    { id: 'fabric', onchange: () => this.fit() },
+    ...FABRICS.map(([v, t]) => h('option', { value: v }, t)),
+  );
   private walks = h('input', { type: 'checkbox', id: 'walks', onchange: () => this.fit() });
   private pins = h('input', { type: 'radio', name: 'grip', id: 'grip-pin' });
   private cuts = h('input', { type: 'radio', name: 'grip', id: 'grip-cut' });
   private pulls = h('input', { type: 'radio', name: 'grip', id: 'grip-pull', checked: true });
-  private avatarInput = h('input', { type: 'file', id: 'avatar-file', hidden: true, 'aria-label': 'Own figure: a skinned glTF file', accept: '.glb,.gltf', onchange: () => { const file = this.avatarInput.files?.[0]; this.avatarInput.value = ''; if (file) void this.wear(file, file.name); } });
-  private plain = h('button', { id: 'plain-figure', hidden: true, onclick: () => void this.wear(new Blob([]), '') }, 'The first figure');
+  private avatarInput = h('input', {
+    type: 'file',
+    id: 'avatar-file',
+    hidden: true,
+    'aria-label': 'Own figure: a skinned glTF file',
+    accept: '.glb,.gltf',
+    onchange: () => {
+      const file = this.avatarInput.files?.[0];
+      this.avatarInput.value = '';
+      if (file) void this.wear(file, file.name);
+    },
+  });
+  private plain = h(
+    'button',
+    { id: 'plain-figure', hidden: true, onclick: () => void this.wear(new Blob([]), '') },
+    'The first figure',
+  );
   private seams = h('div', { class: 'row wrap', role: 'group', 'aria-label': 'Seams' });
   private facts = h('dl', { class: 'numbers', id: 'cloth-facts' });
   private figure: Figure | null = null;
@@ -82,11 +125,14 @@ class Costume {
   private cursor = new THREE.Vector2();
   private dragged: THREE.Vector3 | null = null;
   private line: OnCloth[] | null = null;
-  private touched: OnCloth | null = null;  ///< the point that under() found last
+  private touched: OnCloth | null = null; ///< the point that under() found last
   private draws = false;
-  private pinned: OnCloth[] = [];  ///< the pins that were set here
+  private pinned: OnCloth[] = []; ///< the pins that were set here
   private pinnedAt = 0;
-  private pinMarks = new THREE.Points(new THREE.BufferGeometry(), new THREE.PointsMaterial({ color: 0xffd400, size: 9, sizeAttenuation: false, depthTest: false }));
+  private pinMarks = new THREE.Points(
+    new THREE.BufferGeometry(),
+    new THREE.PointsMaterial({ color: 0xffd400, size: 9, sizeAttenuation: false, depthTest: false }),
+  );
   private drawn = new THREE.Line(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color: 0xd4145a, depthTest: false }));
   private seamText = '';
   private factsDue = 0;
@@ -97,17 +143,57 @@ class Costume {
 
   constructor() {
     const radio = (input: HTMLInputElement, text: string) => h('label', { class: 'check' }, input, h('span', {}, text));
-    this.element = h('div', {},
+    this.element = h(
+      'div',
+      {},
       h('label', { class: 'field' }, h('span', {}, 'Garment'), this.garment),
       h('label', { class: 'field' }, h('span', {}, 'Fabric'), this.fabric),
       h('label', { class: 'check' }, this.walks, h('span', {}, 'The figure walks')),
-      h('fieldset', {}, h('legend', {}, 'A press on the cloth'), radio(this.pulls, 'takes it and pulls'), radio(this.pins, 'pins it to the body, or to the air where the body is far'), radio(this.cuts, 'cuts it along the drag')),
+      h(
+        'fieldset',
+        {},
+        h('legend', {}, 'A press on the cloth'),
+        radio(this.pulls, 'takes it and pulls'),
+        radio(this.pins, 'pins it to the body, or to the air where the body is far'),
+        radio(this.cuts, 'cuts it along the drag'),
+      ),
       this.seams,
-      h('div', { class: 'row wrap' }, h('button', { id: 'unpin', onclick: () => { link.say({ say: 'cloth', do: 'unpin' }); announce('Pins taken out.'); } }, 'Take pins out'),
-        h('button', { id: 'own-avatar', onclick: () => this.avatarInput.click() }, 'Own figure …'), this.plain, this.avatarInput,
-        h('button', { id: 'dress-again', onclick: () => { link.say({ say: 'cloth', do: 'restart' }); announce('Dressed anew.'); } }, 'Start again')),
+      h(
+        'div',
+        { class: 'row wrap' },
+        h(
+          'button',
+          {
+            id: 'unpin',
+            onclick: () => {
+              link.say({ say: 'cloth', do: 'unpin' });
+              announce('Pins taken out.');
+            },
+          },
+          'Take pins out',
+        ),
+        h('button', { id: 'own-avatar', onclick: () => this.avatarInput.click() }, 'Own figure …'),
+        this.plain,
+        this.avatarInput,
+        h(
+          'button',
+          {
+            id: 'dress-again',
+            onclick: () => {
+              link.say({ say: 'cloth', do: 'restart' });
+              announce('Dressed anew.');
+            },
+          },
+          'Start again',
+        ),
+      ),
       this.facts,
-      h('p', { class: 'note' }, 'Keys on the stage: arrows move the cross, Enter takes and lets go, P pins, C begins a cut and ends it, Q and E walk round.'));
+      h(
+        'p',
+        { class: 'note' },
+        'Keys on the stage: arrows move the cross, Enter takes and lets go, P pins, C begins a cut and ends it, Q and E walk round.',
+      ),
+    );
     this.drawn.frustumCulled = false;
     this.drawn.renderOrder = 9;
     this.drawn.visible = false;
@@ -116,14 +202,27 @@ class Costume {
     world.extra.add(this.drawn, this.pinMarks);
     world.extra.visible = false;
     canvas.addEventListener('pointerdown', (e) => this.down(e), { capture: true });
-    canvas.addEventListener('pointermove', (e) => { if (!this.active) return; if (this.held) { this.cursor.copy(world.onCanvas(e)); this.drag(); } else if (this.line && this.draws) { this.cursor.copy(world.onCanvas(e)); this.extend(); } });
-    for (const type of ['pointerup', 'pointercancel'] as const) canvas.addEventListener(type, () => { if (this.line && this.draws) this.endCut(type === 'pointerup'); this.release(); });
+    canvas.addEventListener('pointermove', (e) => {
+      if (!this.active) return;
+      if (this.held) {
+        this.cursor.copy(world.onCanvas(e));
+        this.drag();
+      } else if (this.line && this.draws) {
+        this.cursor.copy(world.onCanvas(e));
+        this.extend();
+      }
+    });
+    for (const type of ['pointerup', 'pointercancel'] as const)
+      canvas.addEventListener(type, () => {
+        if (this.line && this.draws) this.endCut(type === 'pointerup');
+        this.release();
+      });
     canvas.addEventListener('keydown', (e) => this.key(e));
   }
 
   enter(): void {
     this.active = true;
-    this.number = -1;  // the next figure is fetched, whatever its number
+    this.number = -1; // the next figure is fetched, whatever its number
     world.extra.visible = true;
     world.groundAt(0);
     world.frameBox(new THREE.Box3(new THREE.Vector3(-0.75, 0, -0.3), new THREE.Vector3(0.75, 1.75, 0.3)));
@@ -141,10 +240,15 @@ class Costume {
     link.say({ say: 'undress' });
   }
   /// Dresses the figure again after a lost connection: the program has forgotten it.
-  again(): void { this.held = false; if (this.active) this.fit(); }
+  again(): void {
+    this.held = false;
+    if (this.active) this.fit();
+  }
 
   /// The choices for a link to this view; choose() restores them.
-  chosen(): unknown[] { return [this.garment.value, this.fabric.value, this.walks.checked]; }
+  chosen(): unknown[] {
+    return [this.garment.value, this.fabric.value, this.walks.checked];
+  }
   choose([garment, fabric, walks]: unknown[]): void {
     if (GARMENTS.some(([g]) => g === garment)) this.garment.value = String(garment);
     if (FABRICS.some(([f]) => f === fabric)) this.fabric.value = String(fabric);
@@ -155,39 +259,73 @@ class Costume {
   async glb(): Promise<ArrayBuffer | null> {
     if (!this.cloth) return null;
     const group = new THREE.Group();
-    for (const mesh of [this.figure!.mesh, this.cloth]) { const copy = mesh.clone(false); copy.name = mesh === this.cloth ? this.garment.value : 'figure'; group.add(copy); }
+    for (const mesh of [this.figure!.mesh, this.cloth]) {
+      const copy = mesh.clone(false);
+      copy.name = mesh === this.cloth ? this.garment.value : 'figure';
+      group.add(copy);
+    }
     return (await new GLTFExporter().parseAsync(group, { binary: true })) as ArrayBuffer;
   }
 
   /// Another figure: a closed mesh with joints, standing, in metres, y up; without a name the page's own. It is baked first.
   private async wear(file: Blob, name: string): Promise<void> {
     try {
-      const { status, text } = await program.post(`/api/avatar?name=${encodeURIComponent(name)}`, file, () => {}, new AbortController().signal);
+      const { status, text } = await program.post(
+        `/api/avatar?name=${encodeURIComponent(name)}`,
+        file,
+        () => {},
+        new AbortController().signal,
+      );
       if (status !== 200) throw new Error(text.trim());
       this.plain.hidden = name === '';
       showHint('The figure is being prepared: some seconds.');
       this.fit();
-    } catch (e) { trouble(`${name}: ${e instanceof Error ? e.message : e}`); }
+    } catch (e) {
+      trouble(`${name}: ${e instanceof Error ? e.message : e}`);
+    }
   }
-  private fit(): void { link.say({ say: 'fit', garment: this.garment.value, fabric: this.fabric.value, walks: this.walks.checked }); this.colour(); }
+  private fit(): void {
+    link.say({ say: 'fit', garment: this.garment.value, fabric: this.fabric.value, walks: this.walks.checked });
+    this.colour();
+  }
   private colour(): void {
     const found = FABRICS.find(([name]) => name === this.fabric.value);
-    if (this.cloth && found) { (this.cloth.material as THREE.MeshStandardMaterial).color.set(found[2]); world.redraw(); }
+    if (this.cloth && found) {
+      (this.cloth.material as THREE.MeshStandardMaterial).color.set(found[2]);
+      world.redraw();
+    }
   }
 
   status(): void {
-    const seams = state.status?.cloth.worn?.seams ?? [], text = JSON.stringify(seams);
+    const seams = state.status?.cloth.worn?.seams ?? [],
+      text = JSON.stringify(seams);
     if (text === this.seamText) return;
     this.seamText = text;
-    fill(this.seams, ...seams.map((seam, i) => h('button', {
-      id: `seam-${seam.name.replaceAll(' ', '-')}`, 'aria-pressed': String(!seam.sewn),
-      onclick: () => { link.say({ say: 'cloth', do: seam.sewn ? 'cut' : 'sew', seam: i }); announce(`${seam.name}: ${seam.sewn ? 'opened' : 'sewn'}.`); },
-    }, `${seam.sewn ? 'Open' : 'Sew'} the ${seam.name}`)));
+    fill(
+      this.seams,
+      ...seams.map((seam, i) =>
+        h(
+          'button',
+          {
+            id: `seam-${seam.name.replaceAll(' ', '-')}`,
+            'aria-pressed': String(!seam.sewn),
+            onclick: () => {
+              link.say({ say: 'cloth', do: seam.sewn ? 'cut' : 'sew', seam: i });
+              announce(`${seam.name}: ${seam.sewn ? 'opened' : 'sewn'}.`);
+            },
+          },
+          `${seam.sewn ? 'Open' : 'Sew'} the ${seam.name}`,
+        ),
+      ),
+    );
   }
 
   frame(f: ClothFrame): void {
     if (!this.active) return;
-    if (f.number !== this.number) { void this.load(); return; }
+    if (f.number !== this.number) {
+      void this.load();
+      return;
+    }
     if (!this.cloth || this.cloth.geometry.getAttribute('position').count * 3 !== f.positions.length) return;
     ++this.frames;
     this.last = f;
@@ -199,9 +337,13 @@ class Costume {
     if (this.line) this.drawLine();
     if (f.pinned === 0 && performance.now() - this.pinnedAt > 1500) this.pinned = [];
     this.pinMarks.visible = this.pinned.length > 0;
-    if (this.pinMarks.visible) { this.pinMarks.geometry.dispose(); this.pinMarks.geometry = new THREE.BufferGeometry().setFromPoints(this.pinned.map((p) => this.placeOf(p))); }
+    if (this.pinMarks.visible) {
+      this.pinMarks.geometry.dispose();
+      this.pinMarks.geometry = new THREE.BufferGeometry().setFromPoints(this.pinned.map((p) => this.placeOf(p)));
+    }
     // The hand feels one force, of the cloth and of the body: one arrow, one number.
-    const pull = vector(f.tension).add(vector(f.body)), size = pull.length();
+    const pull = vector(f.tension).add(vector(f.body)),
+      size = pull.length();
     world.tool.showArrow(f.held ? this.at : null, pull, 3);
     showTag(size, this.at);
     if (this.figure) world.shadeFigure([this.figure.mesh, this.cloth]);
@@ -209,15 +351,27 @@ class Costume {
     if (performance.now() < this.factsDue) return;
     this.factsDue = performance.now() + 250;
     const rows: [string, string][] = [
-      ['Pull', f.held ? `${size.toFixed(1)} N${Math.hypot(...f.tension) > 29.9 ? ', the most a hand pulls here' : ''}` : 'nothing held'], ['Time', f.speed > 0.97 ? 'as it is' : `slowed to ${Math.round(100 * f.speed)} %: the cloth costs more than this computer has`],
-      ['A step', `${f.stepMs.toFixed(1)} ms of CPU time, ${f.contacts} contacts`], ['Fastest', `${f.fastest.toFixed(2)} m/s`], ['Pinned', `${f.pinned} vertices`]];
+      [
+        'Pull',
+        f.held ? `${size.toFixed(1)} N${Math.hypot(...f.tension) > 29.9 ? ', the most a hand pulls here' : ''}` : 'nothing held',
+      ],
+      [
+        'Time',
+        f.speed > 0.97 ? 'as it is' : `slowed to ${Math.round(100 * f.speed)} %: the cloth costs more than this computer has`,
+      ],
+      ['A step', `${f.stepMs.toFixed(1)} ms of CPU time, ${f.contacts} contacts`],
+      ['Fastest', `${f.fastest.toFixed(2)} m/s`],
+      ['Pinned', `${f.pinned} vertices`],
+    ];
     if (f.status & 1) rows.push(['Trouble', 'a vertex was lost: put back']);
     this.facts.replaceChildren(...rows.flatMap(([k, v]) => [h('dt', {}, k), h('dd', {}, v)]));
   }
 
   private ready(): void {
     showHint('Press on the cloth and drag: it is pulled. Beside it the drag turns the view.');
-    setTimeout(() => { if (state.mode === 'dress') hint.hidden = true; }, 6000);
+    setTimeout(() => {
+      if (state.mode === 'dress') hint.hidden = true;
+    }, 6000);
   }
   private async load(): Promise<void> {
     if (this.loading) return;
@@ -226,18 +380,29 @@ class Costume {
       const data = await fetchBytes('/api/fitting');
       const [, number, , vertices, triangles, skinVertices, skinTriangles] = new Uint32Array(data, 0, 7);
       const fresh = !this.cloth;
-      this.endCut(false);  // the cut's points were on the triangles of the old cloth
-      for (const m of [this.figure?.mesh, this.cloth]) if (m) { world.extra.remove(m); m.geometry.dispose(); }
+      this.endCut(false); // the cut's points were on the triangles of the old cloth
+      for (const m of [this.figure?.mesh, this.cloth])
+        if (m) {
+          world.extra.remove(m);
+          m.geometry.dispose();
+        }
       this.figure = new Figure(data, 28, skinVertices, skinTriangles);
       world.extra.add(this.figure.mesh);
       const at = 28 + 44 * skinVertices + 12 * skinTriangles;
-      this.cloth = new THREE.Mesh(geometryOf(new Float32Array(3 * vertices), new Uint32Array(data, at, 3 * triangles).slice()), new THREE.MeshStandardMaterial({ roughness: 0.85, side: THREE.DoubleSide }));
+      this.cloth = new THREE.Mesh(
+        geometryOf(new Float32Array(3 * vertices), new Uint32Array(data, at, 3 * triangles).slice()),
+        new THREE.MeshStandardMaterial({ roughness: 0.85, side: THREE.DoubleSide }),
+      );
       this.cloth.frustumCulled = false;
       world.extra.add(this.cloth);
       this.number = number;
       this.colour();
       if (fresh) this.ready();
-    } catch { /* the next frame asks again */ } finally { this.loading = false; }
+    } catch {
+      /* the next frame asks again */
+    } finally {
+      this.loading = false;
+    }
   }
 
   /// The cloth under the cursor, where the body does not hide it.
@@ -246,9 +411,11 @@ class Costume {
     this.cloth.geometry.boundingSphere = null;
     const hit = world.castMesh(this.cursor.x, this.cursor.y, this.cloth);
     if (!hit || hit.faceIndex == null) return null;
-    const p = hit.point, share = THREE.Triangle.getBarycoord(p, ...this.corners(hit.faceIndex), new THREE.Vector3());
+    const p = hit.point,
+      share = THREE.Triangle.getBarycoord(p, ...this.corners(hit.faceIndex), new THREE.Vector3());
     this.touched = share && { triangle: hit.faceIndex, u: Math.min(Math.max(share.y, 0), 1), v: Math.min(Math.max(share.z, 0), 1) };
-    const eye = world.camera.position, far = p.distanceTo(eye);
+    const eye = world.camera.position,
+      far = p.distanceTo(eye);
     const q = this.figure && world.castMesh(this.cursor.x, this.cursor.y, this.figure.mesh)?.point;
     if (q && q.distanceTo(eye) < far - 0.01) return null;
     return p;
@@ -257,32 +424,60 @@ class Costume {
     if (!this.active || state.status?.stopped || e.button !== 0 || e.ctrlKey || e.shiftKey) return;
     this.cursor.copy(world.onCanvas(e));
     const p = this.under();
-    if (!p && !this.cuts.checked) return;  // beside the cloth the drag turns the view
+    if (!p && !this.cuts.checked) return; // beside the cloth the drag turns the view
     e.stopImmediatePropagation();
     canvas.focus();
     canvas.setPointerCapture(e.pointerId);
     if (this.pins.checked) this.pin(p as THREE.Vector3);
-    else if (this.cuts.checked) { this.draws = true; this.line = []; this.extend(); }  // from outside the hem as well
+    else if (this.cuts.checked) {
+      this.draws = true;
+      this.line = [];
+      this.extend();
+    } // from outside the hem as well
     else this.grasp(p as THREE.Vector3);
   }
-  private pin(p: THREE.Vector3): void { if (this.touched) this.pinned.push(this.touched); this.pinnedAt = performance.now(); link.say({ say: 'cloth', do: 'pin', p: p.toArray() }); announce('Pinned.'); }
-  private grasp(p: THREE.Vector3): void { this.at.copy(p); this.held = true; link.say({ say: 'cloth', do: 'grasp', p: p.toArray() }); }
+  private pin(p: THREE.Vector3): void {
+    if (this.touched) this.pinned.push(this.touched);
+    this.pinnedAt = performance.now();
+    link.say({ say: 'cloth', do: 'pin', p: p.toArray() });
+    announce('Pinned.');
+  }
+  private grasp(p: THREE.Vector3): void {
+    this.at.copy(p);
+    this.held = true;
+    link.say({ say: 'cloth', do: 'grasp', p: p.toArray() });
+  }
   /// Begins a line of points that move with the cloth.
-  private beginCut(): void { this.line = this.touched ? [this.touched] : null; this.drawLine(); }
+  private beginCut(): void {
+    this.line = this.touched ? [this.touched] : null;
+    this.drawLine();
+  }
   private extend(): void {
     const p = this.under();
-    if (!p || !this.touched || !this.line || this.line.length >= MOST_LINE || (this.line.length > 0 && p.distanceTo(this.placeOf(this.line[this.line.length - 1])) < LINE_STEP)) return;
+    if (
+      !p ||
+      !this.touched ||
+      !this.line ||
+      this.line.length >= MOST_LINE ||
+      (this.line.length > 0 && p.distanceTo(this.placeOf(this.line[this.line.length - 1])) < LINE_STEP)
+    )
+      return;
     this.line.push(this.touched);
     this.drawLine();
   }
   private corners(triangle: number): [THREE.Vector3, THREE.Vector3, THREE.Vector3] {
-    const g = this.cloth!.geometry, index = g.getIndex()!, p = g.getAttribute('position') as THREE.BufferAttribute;
+    const g = this.cloth!.geometry,
+      index = g.getIndex()!,
+      p = g.getAttribute('position') as THREE.BufferAttribute;
     const corner = (k: number) => new THREE.Vector3().fromBufferAttribute(p, index.getX(3 * triangle + k));
     return [corner(0), corner(1), corner(2)];
   }
   private placeOf(p: OnCloth): THREE.Vector3 {
     const [a, b, c] = this.corners(p.triangle);
-    return a.multiplyScalar(1 - p.u - p.v).addScaledVector(b, p.u).addScaledVector(c, p.v);
+    return a
+      .multiplyScalar(1 - p.u - p.v)
+      .addScaledVector(b, p.u)
+      .addScaledVector(c, p.v);
   }
   private endCut(done: boolean): void {
     const line = this.line;
@@ -290,16 +485,26 @@ class Costume {
     this.draws = false;
     this.drawLine();
     if (!done || !line) return;
-    if (line.length < 2) { announce('Nothing was cut: the line is too short.'); return; }
+    if (line.length < 2) {
+      announce('Nothing was cut: the line is too short.');
+      return;
+    }
     link.say({ say: 'cloth', do: 'slit', line: line.map((p) => [p.triangle, Number(p.u.toFixed(4)), Number(p.v.toFixed(4))]) });
     announce('Cut along the line.');
   }
   private drawLine(): void {
     this.drawn.visible = (this.line?.length ?? 0) > 1;
-    if (this.drawn.visible) { this.drawn.geometry.dispose(); this.drawn.geometry = new THREE.BufferGeometry().setFromPoints(this.line!.map((p) => this.placeOf(p))); }
+    if (this.drawn.visible) {
+      this.drawn.geometry.dispose();
+      this.drawn.geometry = new THREE.BufferGeometry().setFromPoints(this.line!.map((p) => this.placeOf(p)));
+    }
     world.redraw();
   }
-  private drag(): void { this.at.copy(world.beside(this.cursor.x, this.cursor.y, this.at)); this.dragged = this.at.clone(); this.dragDue ||= window.setTimeout(() => this.sayDrag(), 16); }
+  private drag(): void {
+    this.at.copy(world.beside(this.cursor.x, this.cursor.y, this.at));
+    this.dragged = this.at.clone();
+    this.dragDue ||= window.setTimeout(() => this.sayDrag(), 16);
+  }
   private dragDue = 0;
   private sayDrag(): void {
     this.dragDue = 0;
@@ -316,32 +521,58 @@ class Costume {
   private key(e: KeyboardEvent): void {
     if (!this.active) return;
     const step = e.shiftKey ? 0.02 : 0.06;
-    const moves: Record<string, [number, number]> = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, step], ArrowDown: [0, -step] };
+    const moves: Record<string, [number, number]> = {
+      ArrowLeft: [-step, 0],
+      ArrowRight: [step, 0],
+      ArrowUp: [0, step],
+      ArrowDown: [0, -step],
+    };
     const move = moves[e.key];
     if (move) {
       e.preventDefault();
       e.stopPropagation();
-      this.cursor.set(Math.min(Math.max(this.cursor.x + move[0] / world.camera.aspect, -1), 1), Math.min(Math.max(this.cursor.y + move[1], -1), 1));
+      this.cursor.set(
+        Math.min(Math.max(this.cursor.x + move[0] / world.camera.aspect, -1), 1),
+        Math.min(Math.max(this.cursor.y + move[1], -1), 1),
+      );
       if (this.held) this.drag();
-      else if (this.line) { this.extend(); world.tool.mark(this.under() ?? this.placeOf(this.line[this.line.length - 1])); }
-      else world.tool.mark(this.under() ?? world.beside(this.cursor.x, this.cursor.y, world.controls.target));
+      else if (this.line) {
+        this.extend();
+        world.tool.mark(this.under() ?? this.placeOf(this.line[this.line.length - 1]));
+      } else world.tool.mark(this.under() ?? world.beside(this.cursor.x, this.cursor.y, world.controls.target));
     } else if (state.status?.stopped && /^(c|p|Enter)$/i.test(e.key)) {
       e.preventDefault();
       announce('Stopped: nothing can be taken until you press Resume.');
     } else if (e.key === 'c' || e.key === 'C') {
       e.preventDefault();
-      if (this.line) { this.endCut(true); return; }
+      if (this.line) {
+        this.endCut(true);
+        return;
+      }
       const p = this.under();
-      if (!p) { announce('No cloth here: move the cross with the arrow keys.'); return; }
+      if (!p) {
+        announce('No cloth here: move the cross with the arrow keys.');
+        return;
+      }
       this.draws = false;
       this.beginCut();
       announce('A cut begins here: arrow keys draw it, C cuts.');
     } else if (e.key === 'Enter' || e.key === 'p' || e.key === 'P') {
       e.preventDefault();
-      if (this.held) { this.release(); announce('Let go'); return; }
+      if (this.held) {
+        this.release();
+        announce('Let go');
+        return;
+      }
       const p = this.under();
-      if (!p) { announce('No cloth here: move the cross with the arrow keys.'); return; }
-      if (e.key === 'Enter') { this.grasp(p); announce('Taken: arrow keys pull.'); } else this.pin(p);
+      if (!p) {
+        announce('No cloth here: move the cross with the arrow keys.');
+        return;
+      }
+      if (e.key === 'Enter') {
+        this.grasp(p);
+        announce('Taken: arrow keys pull.');
+      } else this.pin(p);
     } else if (e.key === 'q' || e.key === 'e') {
       world.walk(e.key);
     }

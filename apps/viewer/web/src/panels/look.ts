@@ -20,11 +20,34 @@ import { map, partBox, select } from './parts';
 const numbers = h('dl', { class: 'numbers', id: 'numbers' });
 
 // The values at which the colours of a field end.
-const rangeInput = (id: string, label: string) => h('input', { type: 'number', id, step: 'any', 'aria-label': label, onchange: () => setRange([Number(low.value), Number(high.value)]) });
-const low = rangeInput('range-low', 'Colours from'), high = rangeInput('range-high', 'Colours to');
-const rangeRow = h('div', { class: 'field range', id: 'range', hidden: true }, h('span', {}, 'Colours'), h('div', { class: 'row' }, low, h('span', {}, 'to'), high, h('button', { id: 'range-auto', class: 'small', title: 'As the values are', onclick: () => setRange(null) }, 'Auto')));
+const rangeInput = (id: string, label: string) =>
+  h('input', {
+    type: 'number',
+    id,
+    step: 'any',
+    'aria-label': label,
+    onchange: () => setRange([Number(low.value), Number(high.value)]),
+  });
+const low = rangeInput('range-low', 'Colours from'),
+  high = rangeInput('range-high', 'Colours to');
+const rangeRow = h(
+  'div',
+  { class: 'field range', id: 'range', hidden: true },
+  h('span', {}, 'Colours'),
+  h(
+    'div',
+    { class: 'row' },
+    low,
+    h('span', {}, 'to'),
+    high,
+    h('button', { id: 'range-auto', class: 'small', title: 'As the values are', onclick: () => setRange(null) }, 'Auto'),
+  ),
+);
 function setRange(range: Range): void {
-  if (range && !(range.every(Number.isFinite) && range[0] < range[1])) { announce('The first number must be less than the second.', true); return; }
+  if (range && !(range.every(Number.isFinite) && range[0] < range[1])) {
+    announce('The first number must be less than the second.', true);
+    return;
+  }
   world.objects.range = range;
   void world.objects.paint();
 }
@@ -33,17 +56,42 @@ onScale((scale) => {
   if (!scale) return;
   low.value = digits(scale.range[0]);
   high.value = digits(scale.range[1]);
-  low.disabled = world.objects.colourBy === 'curvature';  // the same on both sides of 0
+  low.disabled = world.objects.colourBy === 'curvature'; // the same on both sides of 0
 });
 
-const colourChoice = choice('Colour by', [['parts', 'Parts'], ['error', 'Depth error'], ['protrusion', 'Protrusion'], ['curvature', 'Curvature'], ['locales', 'Locales'], ['strength', 'Boundary Strength'], ['regions', 'Convex, concave, hidden'], ['made-up', 'Made up'], ['difference', 'Two projections']], 'parts', (v) => { world.objects.colourBy = v; world.objects.range = null; void world.objects.paint(); }, 'colour');
+const colourChoice = choice(
+  'Colour by',
+  [
+    ['parts', 'Parts'],
+    ['error', 'Depth error'],
+    ['protrusion', 'Protrusion'],
+    ['curvature', 'Curvature'],
+    ['locales', 'Locales'],
+    ['strength', 'Boundary Strength'],
+    ['regions', 'Convex, concave, hidden'],
+    ['made-up', 'Made up'],
+    ['difference', 'Two projections'],
+  ],
+  'parts',
+  (v) => {
+    world.objects.colourBy = v;
+    world.objects.range = null;
+    void world.objects.paint();
+  },
+  'colour',
+);
 
 /// Bakes the selected object, else the one that is looked at, with the other projection too, where it has no twin yet; the two stand side
 /// by side once it is there.
 function bakeTwin(): void {
-  const meant = state.selected?.object ?? world.objects.focus, object = Math.max(meant, 0), f = state.facts[object];
+  const meant = state.selected?.object ?? world.objects.focus,
+    object = Math.max(meant, 0),
+    f = state.facts[object];
   if (meant < 0 ? world.objects.pair() : f?.twin !== null) return;
-  if (!f.hasTriangles) { trouble('This model has no triangles to bake with other maps: open its mesh.'); return; }
+  if (!f.hasTriangles) {
+    trouble('This model has no triangles to bake with other maps: open its mesh.');
+    return;
+  }
   const text = `Baking ${f.name} with ${f.central ? 'the paper’s' : 'central'} maps, too: both stand side by side then.`;
   wait(text);
   announce(text);
@@ -52,20 +100,37 @@ function bakeTwin(): void {
 
 // Two views side by side.
 type Beside = typeof world.objects.beside;
-const besideChoice = choice<Beside>('Beside it', [['none', 'Nothing'], ['layer-2', 'Layer 2\u2019s depth error'], ['twin', 'The other kind of maps']], 'none', (v) => {
-  world.objects.beside = v;
-  if (v === 'twin') bakeTwin();
-  if (v === 'layer-2') colourChoice.querySelector('select')!.value = world.objects.colourBy = 'error';
-  void world.objects.paint();
-  showSides();
-}, 'beside');
+const besideChoice = choice<Beside>(
+  'Beside it',
+  [
+    ['none', 'Nothing'],
+    ['layer-2', 'Layer 2\u2019s depth error'],
+    ['twin', 'The other kind of maps'],
+  ],
+  'none',
+  (v) => {
+    world.objects.beside = v;
+    if (v === 'twin') bakeTwin();
+    if (v === 'layer-2') colourChoice.querySelector('select')!.value = world.objects.colourBy = 'error';
+    void world.objects.paint();
+    showSides();
+  },
+  'beside',
+);
 function showSides(): void {
-  const what = world.objects.beside, pair = what === 'twin' ? world.objects.pair() : null;
-  const split = state.mode === 'look' && !state.playing && (what === 'layer-2' ? world.objects.colourBy === 'error' : pair !== null);
-  const words = pair ? pair.map((i) => (state.facts[i].central ? 'Central maps' : 'The paper\u2019s maps')) : ['Layer 3', 'Layer 2'];
+  const what = world.objects.beside,
+    pair = what === 'twin' ? world.objects.pair() : null;
+  const split =
+    state.mode === 'look' && !state.playing && (what === 'layer-2' ? world.objects.colourBy === 'error' : pair !== null);
+  const words = pair
+    ? pair.map((i) => (state.facts[i].central ? 'Central maps' : 'The paper\u2019s maps'))
+    : ['Layer 3', 'Layer 2'];
   const turns = split !== world.halved;
   sides.hidden = !split;
-  if (split) words.forEach((text, i) => { sides.children[i].textContent = text; });
+  if (split)
+    words.forEach((text, i) => {
+      sides.children[i].textContent = text;
+    });
   world.setSplit(split);
   // Two narrow views frame anew, and so does the wide one after them.
   if (turns) world.frame(pair?.[0] ?? state.selected?.object ?? world.objects.focus, world.direction());
@@ -74,30 +139,123 @@ on(['mode', 'playing', 'scene', 'selected'], showSides);
 onScale(showSides);
 
 // A button that shows hidden parts again, whatever is selected.
-const showAll = h('button', { id: 'show-all', hidden: true, onclick: () => { world.objects.showAll(); canvas.focus(); } }, '');
-world.objects.onLeft = (count) => { showAll.hidden = count === 0; showAll.textContent = `Show all parts (${count} hidden)`; };
+const showAll = h(
+  'button',
+  {
+    id: 'show-all',
+    hidden: true,
+    onclick: () => {
+      world.objects.showAll();
+      canvas.focus();
+    },
+  },
+  '',
+);
+world.objects.onLeft = (count) => {
+  showAll.hidden = count === 0;
+  showAll.textContent = `Show all parts (${count} hidden)`;
+};
 on(['mode'], () => world.objects.leaveOut(state.mode === 'look'));
 
 const partCard = card('Part', partBox);
 partCard.hidden = true;
-export const lookPanel = h('div', {},
-  card('Show',
-    colourChoice, rangeRow, besideChoice,
-    choice('Surface', [['solid', 'Solid'], ['clear', 'See-through'], ['wire', 'Wireframe'], ['off', 'Hidden']], 'solid', (v) => { world.objects.surfaceAs = v as 'solid'; void world.objects.paint(); }, 'surface'), showAll,
-    h('div', { class: 'checks', role: 'group', 'aria-label': 'Drawn as well' },
-      check('Bounding superquadrics', false, (on) => { world.objects.withSuperquadrics = on; void world.objects.paint(); }, 'superquadrics'),
-      check('Bounding spheres', false, (on) => { world.objects.withSpheres = on; void world.objects.paint(); }, 'spheres'),
-      check('Map samples', false, (on) => { world.objects.withSamples = on; void world.objects.paint(); }, 'samples'),
-      check('Contact margin', false, (on) => { world.objects.withOffset = on; void world.objects.paint(); }, 'offset', 'The surface moved out by the stored offset: eq. 12'),
-      check('Hidden surface', false, (on) => { world.objects.withHidden = on; void world.objects.paint(); }, 'hidden', 'What its part\u2019s projection does not see first: Q2 of section 5'))),
-  ...measureCards, meetingsCard, partCard);
+export const lookPanel = h(
+  'div',
+  {},
+  card(
+    'Show',
+    colourChoice,
+    rangeRow,
+    besideChoice,
+    choice(
+      'Surface',
+      [
+        ['solid', 'Solid'],
+        ['clear', 'See-through'],
+        ['wire', 'Wireframe'],
+        ['off', 'Hidden'],
+      ],
+      'solid',
+      (v) => {
+        world.objects.surfaceAs = v as 'solid';
+        void world.objects.paint();
+      },
+      'surface',
+    ),
+    showAll,
+    h(
+      'div',
+      { class: 'checks', role: 'group', 'aria-label': 'Drawn as well' },
+      check(
+        'Bounding superquadrics',
+        false,
+        (on) => {
+          world.objects.withSuperquadrics = on;
+          void world.objects.paint();
+        },
+        'superquadrics',
+      ),
+      check(
+        'Bounding spheres',
+        false,
+        (on) => {
+          world.objects.withSpheres = on;
+          void world.objects.paint();
+        },
+        'spheres',
+      ),
+      check(
+        'Map samples',
+        false,
+        (on) => {
+          world.objects.withSamples = on;
+          void world.objects.paint();
+        },
+        'samples',
+      ),
+      check(
+        'Contact margin',
+        false,
+        (on) => {
+          world.objects.withOffset = on;
+          void world.objects.paint();
+        },
+        'offset',
+        'The surface moved out by the stored offset: eq. 12',
+      ),
+      check(
+        'Hidden surface',
+        false,
+        (on) => {
+          world.objects.withHidden = on;
+          void world.objects.paint();
+        },
+        'hidden',
+        'What its part\u2019s projection does not see first: Q2 of section 5',
+      ),
+    ),
+  ),
+  ...measureCards,
+  meetingsCard,
+  partCard,
+);
 /// The numbers of the picked point, and the program's answers there.
-export const pickBox = card('Point', numbers), answersBox = h('div', {}, inspectBox);
-on(['mode', 'playing'], () => { pickBox.hidden = answersBox.hidden = state.mode !== 'look' || state.playing; });
-on(['scene', 'selected'], () => { partCard.hidden = !state.selected; });
+export const pickBox = card('Point', numbers),
+  answersBox = h('div', {}, inspectBox);
+on(['mode', 'playing'], () => {
+  pickBox.hidden = answersBox.hidden = state.mode !== 'look' || state.playing;
+});
+on(['scene', 'selected'], () => {
+  partCard.hidden = !state.selected;
+});
 
 function setNumbers(rows: [string, string][]): void {
-  numbers.replaceChildren(...(rows.length ? rows : [['Nothing yet', 'click the object for its numbers']]).flatMap(([k, v]) => [h('dt', {}, k), h('dd', {}, v)]));
+  numbers.replaceChildren(
+    ...(rows.length ? rows : [['Nothing yet', 'click the object for its numbers']]).flatMap(([k, v]) => [
+      h('dt', {}, k),
+      h('dd', {}, v),
+    ]),
+  );
 }
 
 /// A label beside the point that was clicked. It is hidden from screen readers, because the panel says the same.
@@ -106,10 +264,12 @@ stage.append(tag);
 function showTag(): void {
   tag.hidden = state.mode !== 'look' || state.playing || !state.pick;
   if (tag.hidden) return;
-  const { x, y } = world.pixel(state.pick!.point), { x: wide, y: high } = world.size;
+  const { x, y } = world.pixel(state.pick!.point),
+    { x: wide, y: high } = world.size;
   tag.hidden = x < 0 || y < 0 || x > wide || y > high;
   // The label stands above the point, else below it, and never covers it.
-  const { offsetWidth: w, offsetHeight: h } = tag, above = y - h - 14;
+  const { offsetWidth: w, offsetHeight: h } = tag,
+    above = y - h - 14;
   tag.style.transform = `translate(${Math.max(Math.min(x - 0.5 * w, wide - w - 6), 6).toFixed(0)}px, ${(above < 6 ? y + 14 : above).toFixed(0)}px)`;
 }
 world.controls.addEventListener('change', showTag);
@@ -117,11 +277,18 @@ new ResizeObserver(() => requestAnimationFrame(showTag)).observe(stage);
 on(['pick', 'mode', 'playing', 'scene'], showTag);
 
 function click(hit: Hit | null): void {
-  if (state.playing) return;  // a click would give the hidden object away
+  if (state.playing) return; // a click would give the hidden object away
   hint.hidden = true;
   panel.scrollTop = 0;
   state.pick = hit;
-  if (!hit) { select(-1, -1); lookAt(-1); world.tool.mark(null); setNumbers([]); changed('pick'); return; }
+  if (!hit) {
+    select(-1, -1);
+    lookAt(-1);
+    world.tool.mark(null);
+    setNumbers([]);
+    changed('pick');
+    return;
+  }
   world.tool.mark(hit.point);
   const f = state.facts[hit.object];
   // The clicked object comes forward where objects overlap on the screen, but not between the two clicks of a measurement.
@@ -130,15 +297,49 @@ function click(hit: Hit | null): void {
   if (forward || world.objects.focus >= 0) lookAt(hit.object);
   if (forward) world.frame(hit.object, world.direction());
   const error = world.objects.fieldAt(hit.object, 'error', hit.triangle);
-  const rows: [string, string][] = [['Object', f.name], ['Part', `${hit.part}: ${f.parts[hit.part].name}`], ['Point', `${pointInFile(f, hit.point)} in the file’s units`]];
-  if (hit.triangle >= 0) rows.push(['Triangle', String(hit.triangle)], ['Normal', hit.normal.toArray().map((x) => x.toFixed(2)).join(', ')]);
-  if (error !== undefined) rows.push(['Depth error', error === MISS ? `missed: ${MISSED}.${f.exact ? ` ${HELD}` : ''}` : error < 0 ? 'too thin to say' : `${digits(error)} % of its size`]);
-  for (const kind of ['protrusion', 'curvature']) { const v = world.objects.fieldAt(hit.object, kind, hit.triangle); if (v !== undefined) rows.push([kind[0].toUpperCase() + kind.slice(1), digits(v)]); }
+  const rows: [string, string][] = [
+    ['Object', f.name],
+    ['Part', `${hit.part}: ${f.parts[hit.part].name}`],
+    ['Point', `${pointInFile(f, hit.point)} in the file’s units`],
+  ];
+  if (hit.triangle >= 0)
+    rows.push(
+      ['Triangle', String(hit.triangle)],
+      [
+        'Normal',
+        hit.normal
+          .toArray()
+          .map((x) => x.toFixed(2))
+          .join(', '),
+      ],
+    );
+  if (error !== undefined)
+    rows.push([
+      'Depth error',
+      error === MISS
+        ? `missed: ${MISSED}.${f.exact ? ` ${HELD}` : ''}`
+        : error < 0
+          ? 'too thin to say'
+          : `${digits(error)} % of its size`,
+    ]);
+  for (const kind of ['protrusion', 'curvature']) {
+    const v = world.objects.fieldAt(hit.object, kind, hit.triangle);
+    if (v !== undefined) rows.push([kind[0].toUpperCase() + kind.slice(1), digits(v)]);
+  }
   setNumbers(rows);
   const value = rows.slice(3).find(([k]) => k !== 'Triangle' && k !== 'Normal');
-  fill(tag, h('strong', {}, f.parts[hit.part].name), ` ${value ? `${value[0].toLowerCase()} ${value[1].replace(/:.*/, '')}` : pointInFile(f, hit.point)}`);
+  fill(
+    tag,
+    h('strong', {}, f.parts[hit.part].name),
+    ` ${value ? `${value[0].toLowerCase()} ${value[1].replace(/:.*/, '')}` : pointInFile(f, hit.point)}`,
+  );
   changed('pick');
-  announce(rows.slice(0, 2).map((r) => r[1]).join(', '));
+  announce(
+    rows
+      .slice(0, 2)
+      .map((r) => r[1])
+      .join(', '),
+  );
 }
 
 /// Forgets the picked point, whose object is gone or has changed.
@@ -150,32 +351,56 @@ export function dropPick(): void {
 }
 
 // The worst depth error; a click brings the camera there.
-const worstButton = h('button', { id: 'worst', class: 'small', hidden: true, onclick: () => {
-  const worst = world.objects.worst();
-  if (!worst) return;
-  click(worst.hit);
-  world.closeTo(worst.hit.object, worst.hit.point, worst.hit.normal);
-} }, '');
+const worstButton = h(
+  'button',
+  {
+    id: 'worst',
+    class: 'small',
+    hidden: true,
+    onclick: () => {
+      const worst = world.objects.worst();
+      if (!worst) return;
+      click(worst.hit);
+      world.closeTo(worst.hit.object, worst.hit.point, worst.hit.normal);
+    },
+  },
+  '',
+);
 legend.append(worstButton);
 onScale(() => {
   const worst = world.objects.colourBy === 'error' ? world.objects.worst() : null;
   worstButton.hidden = !worst;
-  if (worst) worstButton.textContent = `Worst triangle: ${worst.value === MISS ? 'missed' : `${digits(worst.value)} %`}, ${state.facts[worst.hit.object].name}: show it`;
+  if (worst)
+    worstButton.textContent = `Worst triangle: ${worst.value === MISS ? 'missed' : `${digits(worst.value)} %`}, ${state.facts[worst.hit.object].name}: show it`;
 });
 
 let pressed: { x: number; y: number } | null = null;
-canvas.addEventListener('pointerdown', (e) => { pressed = { x: e.clientX, y: e.clientY }; if (state.mode === 'look') hint.hidden = true; });
+canvas.addEventListener('pointerdown', (e) => {
+  pressed = { x: e.clientX, y: e.clientY };
+  if (state.mode === 'look') hint.hidden = true;
+});
 canvas.addEventListener('pointerup', (e) => {
-  if (state.mode === 'look' && pressed && Math.hypot(e.clientX - pressed.x, e.clientY - pressed.y) < 4) click(world.cast(...world.onCanvas(e).toArray()));
+  if (state.mode === 'look' && pressed && Math.hypot(e.clientX - pressed.x, e.clientY - pressed.y) < 4)
+    click(world.cast(...world.onCanvas(e).toArray()));
   pressed = null;
 });
 canvas.addEventListener('pointermove', (e) => {
   if (state.mode !== 'look' || pressed || !state.selected || state.facts[state.selected.object]?.edited) return;
   const hit = world.cast(...world.onCanvas(e).toArray());
-  if (hit && hit.object === state.selected.object && hit.part === state.selected.part) { map.show(hit.point); world.tool.mark(hit.point); }
+  if (hit && hit.object === state.selected.object && hit.part === state.selected.part) {
+    map.show(hit.point);
+    world.tool.mark(hit.point);
+  }
 });
 document.addEventListener('keydown', (e) => {
-  if (state.mode !== 'look' || !state.selected || !(e.ctrlKey || e.metaKey) || e.key.toLowerCase() !== 'z' || document.activeElement instanceof HTMLInputElement) return;
+  if (
+    state.mode !== 'look' ||
+    !state.selected ||
+    !(e.ctrlKey || e.metaKey) ||
+    e.key.toLowerCase() !== 'z' ||
+    document.activeElement instanceof HTMLInputElement
+  )
+    return;
   const f = state.facts[state.selected.object];
   if (!(e.shiftKey ? f?.canRedo : f?.canUndo)) return;
   e.preventDefault();
@@ -183,17 +408,32 @@ document.addEventListener('keydown', (e) => {
 });
 // The side that a turn by keys ends at is said once the keys rest.
 let viewDue = 0;
-function sayView(): void { clearTimeout(viewDue); viewDue = window.setTimeout(() => { if (state.mode === 'look') announce(`Seen ${viewWords()}.`); }, 400); }
+function sayView(): void {
+  clearTimeout(viewDue);
+  viewDue = window.setTimeout(() => {
+    if (state.mode === 'look') announce(`Seen ${viewWords()}.`);
+  }, 400);
+}
 // The keys that do the same without a pointer.
 canvas.addEventListener('keydown', (e) => {
   if (state.mode !== 'look' || e.ctrlKey || e.altKey || e.metaKey) return;
   const step = e.shiftKey ? Math.PI / 90 : Math.PI / 24;
-  const turns: Record<string, [number, number]> = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, -step], ArrowDown: [0, step] };
-  if (turns[e.key]) { world.turn(...turns[e.key]); sayView(); }
-  else if (e.key === '+' || e.key === '=') world.zoom(0.87);
+  const turns: Record<string, [number, number]> = {
+    ArrowLeft: [-step, 0],
+    ArrowRight: [step, 0],
+    ArrowUp: [0, -step],
+    ArrowDown: [0, step],
+  };
+  if (turns[e.key]) {
+    world.turn(...turns[e.key]);
+    sayView();
+  } else if (e.key === '+' || e.key === '=') world.zoom(0.87);
   else if (e.key === '-') world.zoom(1.15);
-  else if (e.key === 'Home') { lookAt(-1); world.frame(); announce('All objects are in sight.'); }
-  else if (/^[1-9]$/.test(e.key) && VIEWS[Number(e.key) - 1]) lookFrom(Number(e.key) - 1);
+  else if (e.key === 'Home') {
+    lookAt(-1);
+    world.frame();
+    announce('All objects are in sight.');
+  } else if (/^[1-9]$/.test(e.key) && VIEWS[Number(e.key) - 1]) lookFrom(Number(e.key) - 1);
   else if (e.key === 'Enter') {
     const hit = world.cast(0, 0);
     if (!hit) announce('Nothing in the middle of the view.');
@@ -204,23 +444,42 @@ canvas.addEventListener('keydown', (e) => {
 });
 map.onPoint = (p) => world.tool.mark(p);
 map.onPick = (p) => {
-  const s = state.selected, f = s ? state.facts[s.object] : undefined;
+  const s = state.selected,
+    f = s ? state.facts[s.object] : undefined;
   if (state.mode !== 'look' || !s || !f) return;
   const part = f.parts[s.part];
   // Without triangles only the map has the surface; its normal is then taken from the middle of the part.
-  click(f.hasTriangles || !part ? world.objects.nearest(s.object, p) : { ...s, triangle: -1, point: p.clone(), normal: p.clone().sub(vector(part.sphere)).normalize() });
+  click(
+    f.hasTriangles || !part
+      ? world.objects.nearest(s.object, p)
+      : { ...s, triangle: -1, point: p.clone(), normal: p.clone().sub(vector(part.sphere)).normalize() },
+  );
 };
 setNumbers([]);
 // Choices without an object are disabled. A picked point is dropped when its object is gone or has other parts.
 let picked = '';
-const nameOf = (object: number): string => { const f = state.facts[object]; return f ? `${f.id}/${f.revision}` : ''; };
-on(['pick'], () => { picked = state.pick ? nameOf(state.pick.object) : ''; });
+const nameOf = (object: number): string => {
+  const f = state.facts[object];
+  return f ? `${f.id}/${f.revision}` : '';
+};
+on(['pick'], () => {
+  picked = state.pick ? nameOf(state.pick.object) : '';
+});
 on(['scene'], () => {
   const colour = lookPanel.querySelector<HTMLSelectElement>('#colour')!;
-  if (!saved) for (const [kind, there] of [['made-up', state.facts.some((f) => f.cure !== null)], ['difference', state.facts.some((f) => f.twin !== null)]] as const) {
-    colour.querySelector<HTMLOptionElement>(`option[value=${kind}]`)!.disabled = !there;
-    if (!there && colour.value === kind) { colour.value = world.objects.colourBy = 'parts'; void world.objects.paint(); }
-  }
-  besideChoice.querySelector<HTMLOptionElement>('option[value=twin]')!.disabled = !state.facts.some((f) => f.twin !== null || (f.hasTriangles && !saved));
+  if (!saved)
+    for (const [kind, there] of [
+      ['made-up', state.facts.some((f) => f.cure !== null)],
+      ['difference', state.facts.some((f) => f.twin !== null)],
+    ] as const) {
+      colour.querySelector<HTMLOptionElement>(`option[value=${kind}]`)!.disabled = !there;
+      if (!there && colour.value === kind) {
+        colour.value = world.objects.colourBy = 'parts';
+        void world.objects.paint();
+      }
+    }
+  besideChoice.querySelector<HTMLOptionElement>('option[value=twin]')!.disabled = !state.facts.some(
+    (f) => f.twin !== null || (f.hasTriangles && !saved),
+  );
   if (state.pick && nameOf(state.pick.object) !== picked) dropPick();
 });

@@ -11,7 +11,10 @@ export interface Hears {
 }
 
 /// The answer to a POST.
-export interface Posted { status: number; text: string; }
+export interface Posted {
+  status: number;
+  text: string;
+}
 
 export interface Program {
   readonly kind: 'server' | 'worker' | 'kept';
@@ -27,7 +30,18 @@ export interface Program {
 }
 
 /// The content of a page in one file without the program: its last messages, bytes that it served, a recording.
-export interface Saved { scene: ObjectFacts[]; status: Status; bytes: Record<string, string>; recording: string; view: unknown; }
+export interface Saved {
+  scene: ObjectFacts[];
+  status: Status;
+  bytes: Record<string, string>;
+  recording: string;
+  view: unknown;
+}
 /// The content of a page in one file with the program, saved where that is a worker: the program, files (models, names), a recording.
 /// Bytes are base64.
-export interface Packed { program: { worker: string; script: string; wasm: string }; files: [string, string][]; recording: string; view: unknown; }
+export interface Packed {
+  program: { worker: string; script: string; wasm: string };
+  files: [string, string][];
+  recording: string;
+  view: unknown;
+}

@@ -9,10 +9,19 @@ export class Kept implements Program {
 
   open(hears: Hears): void {
     const { scene, status } = this.saved;
-    setTimeout(() => { hears.opened(); for (const message of [{ say: 'scene', objects: scene }, { ...status, say: 'status' }]) hears.text(JSON.stringify(message)); });
+    setTimeout(() => {
+      hears.opened();
+      for (const message of [
+        { say: 'scene', objects: scene },
+        { ...status, say: 'status' },
+      ])
+        hears.text(JSON.stringify(message));
+    });
   }
 
-  say(): boolean { return false; }
+  say(): boolean {
+    return false;
+  }
 
   async get(path: string): Promise<Response> {
     const text = this.saved.bytes[path];
@@ -20,6 +29,8 @@ export class Kept implements Program {
     return fetch(`data:application/octet-stream;base64,${text}`);
   }
 
-  post(): Promise<Posted> { return Promise.reject(new Error(GONE)); }
+  post(): Promise<Posted> {
+    return Promise.reject(new Error(GONE));
+  }
   drop(): void {}
 }

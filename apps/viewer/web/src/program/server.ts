@@ -19,14 +19,29 @@ export class Server implements Program {
     const tell = (what: 'opened' | 'lost' | 'stranger') => {
       if (what === this.told) return;
       this.told = what;
-      if (what === 'opened') hears.opened(); else hears.lost(what === 'stranger');
+      if (what === 'opened') hears.opened();
+      else hears.lost(what === 'stranger');
     };
-    socket.onopen = () => { opened = true; this.wait = 250; tell('opened'); };
-    socket.onmessage = ({ data }) => { if (data instanceof ArrayBuffer) hears.bytes(data); else hears.text(data as string); };
+    socket.onopen = () => {
+      opened = true;
+      this.wait = 250;
+      tell('opened');
+    };
+    socket.onmessage = ({ data }) => {
+      if (data instanceof ArrayBuffer) hears.bytes(data);
+      else hears.text(data as string);
+    };
     socket.onclose = async () => {
       if (this.socket !== socket) return;
       // A new program refuses the token of the old one: the user has to read the new program's address.
-      if (!opened && (await fetch(address('/api/tool'), { method: 'HEAD' }).then((r) => r.status, () => 0)) === 403) tell('stranger');
+      if (
+        !opened &&
+        (await fetch(address('/api/tool'), { method: 'HEAD' }).then(
+          (r) => r.status,
+          () => 0,
+        )) === 403
+      )
+        tell('stranger');
       else tell('lost');
       setTimeout(() => this.open(hears), this.wait);
       this.wait = Math.min(2 * this.wait, 4000);
@@ -40,14 +55,18 @@ export class Server implements Program {
   }
 
   get(path: string): Promise<Response> {
-    return fetch(address(path)).catch(() => { throw new Error('The program does not answer.'); });
+    return fetch(address(path)).catch(() => {
+      throw new Error('The program does not answer.');
+    });
   }
 
   post(path: string, file: Blob, sent: (share: number) => void, signal: AbortSignal): Promise<Posted> {
     return new Promise((resolve, reject) => {
       const request = new XMLHttpRequest();
       request.open('POST', address(path));
-      request.upload.onprogress = (e) => { if (e.lengthComputable) sent(e.loaded / e.total); };
+      request.upload.onprogress = (e) => {
+        if (e.lengthComputable) sent(e.loaded / e.total);
+      };
       request.onload = () => resolve({ status: request.status, text: request.responseText });
       request.onerror = () => reject(new Error('the program does not answer'));
       request.onabort = () => reject(new Error('cancelled'));
@@ -56,5 +75,7 @@ export class Server implements Program {
     });
   }
 
-  drop(): void { this.socket?.close(); }
+  drop(): void {
+    this.socket?.close();
+  }
 }
