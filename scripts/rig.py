@@ -2,11 +2,14 @@
 """Homer of CGAL's data on the skeleton and with the gait of the project's own figure, as a skinned glTF file to dress.
 usage: rig.py HOMER.off OUT.glb      HOMER.off: in metres, soles at y = 0, looking along +z, 1.80 m tall
 """
-import json
 import math
+import pathlib
 import struct
 import sys
 import typing
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "python" / "sqmap"))
+import _glb  # noqa: E402: the package's writer, without the package's library
 
 # Joint, joint above it, where it is, m.
 SKELETON = [
@@ -72,33 +75,15 @@ def gait(phase):
     return turns, 0.015 * math.cos(2 * phase)
 
 
-class Glb:
-    """The arrays of a glTF file with one buffer, which follows its JSON."""
+class Glb(_glb.Glb):
+    """The arrays of a glTF file, of tuples."""
 
-    def __init__(self):
-        self.binary, self.views, self.accessors = bytearray(), [], []
-
-    def add(self, values, form, kind, component, bounded=False):
+    def add_values(self, values, form, kind, component, bounded=False):
         """The number of a new accessor; form: of struct, for one value. bounded: with its least and greatest values."""
-        self.views.append({"buffer": 0, "byteOffset": len(self.binary), "byteLength": struct.calcsize(form) * len(values)})
         packed = [struct.pack("<" + form, *value) for value in values]
-        self.binary.extend(b"".join(packed))
-        self.binary.extend(b"\0" * (-len(self.binary) % 4))
-        accessor = {"bufferView": len(self.views) - 1, "componentType": component, "count": len(values), "type": kind}
-        if bounded:
-            columns = list(zip(*(struct.unpack("<" + form, value) for value in packed)))
-            accessor.update(min=[min(c) for c in columns], max=[max(c) for c in columns])
-        self.accessors.append(accessor)
-        return len(self.accessors) - 1
-
-    def write(self, path, document):
-        text = json.dumps({"asset": {"version": "2.0", "generator": "sqmap, rig.py"}, **document, "buffers": [{"byteLength": len(self.binary)}],
-                           "bufferViews": self.views, "accessors": self.accessors}).encode()
-        text += b" " * (-len(text) % 4)
-        with open(path, "wb") as out:
-            out.write(struct.pack("<III", 0x46546C67, 2, 12 + 8 + len(text) + 8 + len(self.binary)))
-            out.write(struct.pack("<II", len(text), 0x4E4F534A) + text)
-            out.write(struct.pack("<II", len(self.binary), 0x004E4942) + bytes(self.binary))
+        columns = list(zip(*(struct.unpack("<" + form, value) for value in packed))) if bounded else []
+        bounds = ([min(c) for c in columns], [max(c) for c in columns]) if bounded else None
+        return self.add(b"".join(packed), len(values), kind, component, bounds=bounds)
 
 
 class Figure(typing.NamedTuple):
@@ -118,11 +103,11 @@ def primitive_of(glb, figure):
     four = [(list(w) + [("", 0.0)] * 4)[:4] for w in figure.weights]
     return {
         "attributes": {
-            "POSITION": glb.add(figure.places, "3f", "VEC3", 5126, bounded=True),
-            "JOINTS_0": glb.add([[number.get(n, 0) if w > 0 else 0 for n, w in v] for v in four], "4B", "VEC4", 5121),
-            "WEIGHTS_0": glb.add([[w for _, w in v] for v in four], "4f", "VEC4", 5126)
+            "POSITION": glb.add_values(figure.places, "3f", "VEC3", 5126, bounded=True),
+            "JOINTS_0": glb.add_values([[number.get(n, 0) if w > 0 else 0 for n, w in v] for v in four], "4B", "VEC4", 5121),
+            "WEIGHTS_0": glb.add_values([[w for _, w in v] for v in four], "4f", "VEC4", 5126)
         },
-        "indices": glb.add([[c] for t in figure.triangles for c in t], "I", "SCALAR", 5125)
+        "indices": glb.add_values([[c] for t in figure.triangles for c in t], "I", "SCALAR", 5125)
     }
 
 
@@ -139,27 +124,28 @@ def nodes_of(skeleton):
 
 
 def animation_of(glb, figure):
-    at, samplers, channels = glb.add([[t] for t in figure.times], "f", "SCALAR", 5126, bounded=True), [], []
+    at, samplers, channels = glb.add_values([[t] for t in figure.times], "f", "SCALAR", 5126, bounded=True), [], []
 
     def channel(joint, path, output):
         channels.append({"sampler": len(samplers), "target": {"node": joint, "path": path}})
         samplers.append({"input": at, "output": output, "interpolation": "LINEAR"})
 
     for i, (name, _, _) in enumerate(figure.skeleton):
-        channel(i, "rotation", glb.add([t.get(name, (0, 0, 0, 1)) for t in figure.turns], "4f", "VEC4", 5126))
+        channel(i, "rotation", glb.add_values([t.get(name, (0, 0, 0, 1)) for t in figure.turns], "4f", "VEC4", 5126))
     x, y, z = figure.skeleton[0][2]
-    channel(0, "translation", glb.add([(x, y + lift, z) for lift in figure.lifts], "3f", "VEC3", 5126))
+    channel(0, "translation", glb.add_values([(x, y + lift, z) for lift in figure.lifts], "3f", "VEC3", 5126))
     return {"name": "walk", "channels": channels, "samplers": samplers}
 
 
 def write_glb(path, figure):
     glb, nodes = Glb(), nodes_of(figure.skeleton)
     primitive = primitive_of(glb, figure)
-    binds = glb.add([[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, -x, -y, -z, 1] for _, _, (x, y, z) in figure.skeleton], "16f", "MAT4", 5126)
+    binds = glb.add_values([[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, -x, -y, -z, 1] for _, _, (x, y, z) in figure.skeleton], "16f", "MAT4", 5126)
     animation = animation_of(glb, figure)
     nodes.append({"name": "body", "mesh": 0, "skin": 0})
-    glb.write(path, {"scene": 0, "scenes": [{"nodes": [0, len(nodes) - 1]}], "nodes": nodes, "meshes": [{"primitives": [primitive]}],
-                     "skins": [{"joints": list(range(len(figure.skeleton))), "inverseBindMatrices": binds}], "animations": [animation]})
+    document = {"scene": 0, "scenes": [{"nodes": [0, len(nodes) - 1]}], "nodes": nodes, "meshes": [{"primitives": [primitive]}],
+                "skins": [{"joints": list(range(len(figure.skeleton))), "inverseBindMatrices": binds}], "animations": [animation]}
+    pathlib.Path(path).write_bytes(glb.file("sqmap, rig.py", document))
 
 
 def read_off(path):

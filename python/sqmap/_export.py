@@ -3,13 +3,13 @@ from __future__ import annotations
 
 import json
 import os
-import struct
 from typing import Any
 
 import numpy as np
 
 from ._arrays import refuse
 from ._errors import FileError
+from ._glb import FLOAT, INDICES, UNSIGNED_INT, VERTICES, Glb
 
 Model = Any  # sqmap.Model, whose module imports this one
 
@@ -53,32 +53,21 @@ def _obj(model: Model) -> bytes:
 
 
 def _glb(model: Model) -> bytes:
-    """glTF 2.0, sections 3 and 4: one node moves to the object's centre, from which floats count; below it a node for each part."""
+    """One node moves to the object's centre, from which floats count; below it a node for each part."""
     (vertices, triangles), parts, centre = model.mesh, model.part_of_triangle, model.facts.centre
     positions = (vertices - centre).astype("<f4")
     numbers = np.unique(parts).tolist()
-    indices = [np.ascontiguousarray(triangles[parts == part], "<u4") for part in numbers]
-    counts = [array.size for array in indices]
-    first = positions.nbytes + 4 * np.concatenate([[0], np.cumsum(counts)])
-    gltf = {
-        "asset": {"version": "2.0", "generator": "sqmap"}, "scene": 0, "scenes": [{"nodes": [0]}],
-        "nodes": [{"name": "model", "translation": centre.tolist(), "children": list(range(1, len(numbers) + 1))},
-                  *({"name": f"part_{part}", "mesh": k} for k, part in enumerate(numbers))],
-        "meshes": [{"name": f"part_{part}", "primitives": [{"attributes": {"POSITION": 0}, "indices": k + 1}]}
-                   for k, part in enumerate(numbers)],
-        "accessors": [{"bufferView": 0, "componentType": 5126, "count": len(positions), "type": "VEC3",
-                       "min": positions.min(0).tolist(), "max": positions.max(0).tolist()},
-                      *({"bufferView": k + 1, "componentType": 5125, "count": n, "type": "SCALAR"} for k, n in enumerate(counts))],
-        "bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": positions.nbytes, "target": 34962},
-                        *({"buffer": 0, "byteOffset": int(first[k]), "byteLength": 4 * n, "target": 34963}
-                          for k, n in enumerate(counts))],
-        "buffers": [{"byteLength": int(first[-1])}],
-    }
-    text = json.dumps(gltf).encode()
-    text += b" " * (-len(text) % 4)
-    binary = b"".join([positions.tobytes(), *(array.tobytes() for array in indices)])
-    return b"".join([struct.pack("<4sII", b"glTF", 2, 28 + len(text) + len(binary)), struct.pack("<I4s", len(text), b"JSON"), text,
-                     struct.pack("<I4s", len(binary), b"BIN\0"), binary])
+    glb = Glb()
+    points = glb.add(positions.tobytes(), len(positions), "VEC3", FLOAT, bounds=(positions.min(0).tolist(), positions.max(0).tolist()),
+                     target=VERTICES)
+    meshes = []
+    for part in numbers:
+        corners = np.ascontiguousarray(triangles[parts == part], "<u4")
+        indices = glb.add(corners.tobytes(), corners.size, "SCALAR", UNSIGNED_INT, target=INDICES)
+        meshes.append({"name": f"part_{part}", "primitives": [{"attributes": {"POSITION": points}, "indices": indices}]})
+    nodes = [{"name": "model", "translation": centre.tolist(), "children": list(range(1, len(numbers) + 1))},
+             *({"name": f"part_{part}", "mesh": k} for k, part in enumerate(numbers))]
+    return glb.file("sqmap", {"scene": 0, "scenes": [{"nodes": [0]}], "nodes": nodes, "meshes": meshes})
 
 
 _BYTES = {".obj": _obj, ".glb": _glb, ".json": _json}

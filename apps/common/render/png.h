@@ -1,4 +1,4 @@
-// Pixels as a PNG file. libpng writes it; WebAssembly has a writer of its own (viewer/page/plain_png.cpp).
+// Pixels as a PNG file, compressed where there is zlib; in WebAssembly there is none.
 #pragma once
 
 #include <cstdint>
