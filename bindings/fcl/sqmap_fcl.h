@@ -44,7 +44,7 @@ struct Collision {
     fcl::CollisionResult<double> result{};
     /// Bits of Status and ContactStatus of all pairs: k_no_triangles, where `surfaces` is set and a probe has none, so that only
     /// vertices were tested.
-    std::uint8_t status = sqmap::query::k_ok;
+    std::uint16_t status = sqmap::query::k_ok;
 };
 
 /// Pose of an object.

@@ -17,8 +17,8 @@ struct PilePair {
     query::BodyId a = query::k_no_body, b = query::k_no_body;  ///< a < b
     std::size_t first = 0, count = 0;                          ///< contacts[first, first + count)
     std::size_t found = 0, meetings = 0, regions = 0;          ///< as of query::ContactResult
-    std::uint8_t status = query::k_ok;                         ///< bits of Status and ContactStatus
-    std::uint8_t reserved[sizeof(std::size_t) - 1] = {};       ///< zero: equal pairs have equal bytes
+    std::uint16_t status = query::k_ok;                        ///< bits of Status and ContactStatus
+    std::uint8_t reserved[sizeof(std::size_t) - 2] = {};       ///< zero: equal pairs have equal bytes
 };
 
 /// Contacts of a pile.
@@ -26,7 +26,7 @@ struct PileResult {
     std::span<const PilePair> pairs{};                  ///< that have a contact or a status, in the order of a, then b
     std::span<const query::SurfaceContact> contacts{};  ///< pair after pair, each as query_contacts gives them
     std::size_t near = 0;                               ///< pairs whose spheres touch
-    std::uint8_t status = query::k_ok;                  ///< bits of Status and ContactStatus, of all
+    std::uint16_t status = query::k_ok;                 ///< bits of Status and ContactStatus, of all
 };
 
 /// How a pile is queried.

@@ -13,7 +13,7 @@ struct Clearance {
     double at_least = 0;    ///< the truth is between this and the distance: some 1e-15 of the sizes below it
     WitnessPair witness{};  ///< the nearest points; of solids that have a point in common one of these, twice
     std::uint32_t triangle_a = k_unnamed, triangle_b = k_unnamed;  ///< that hold them; k_unnamed where one solid is in the other
-    std::uint8_t status = k_ok;                                    ///< bits of Status and ContactStatus
+    std::uint16_t status = k_ok;                                   ///< bits of Status and ContactStatus
 };
 
 /// The least distance of a and b, whose probes have triangles: between any points of vertices, edges and faces, in double. One

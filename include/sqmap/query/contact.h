@@ -20,8 +20,8 @@ enum Status : std::uint8_t {
     /// Two and Three: one of those nearest to the locator's cell was.
     k_made_up = 16,
     k_coarse = 32,   ///< swept: a path needs more queries than allowed: raise SweptOptions::max_steps
-    k_crowded = 64,  ///< skins: more than SkinWorkspace::k_max positions of the bound solid at one point: the rest was left out.
-                     ///< In results of complete contacts this bit is ContactStatus::k_no_triangles
+    k_crowded = 64,  ///< skins: more than SkinWorkspace::k_max positions of the bound solid at one point: the rest was left out
+    // 128 is paper::k_not_given, 256 query::k_no_triangles.
 };
 
 /// A point of a probe inside a body. Frame and units are those in which the query's poses were given.

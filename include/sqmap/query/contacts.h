@@ -68,9 +68,9 @@ private:
     std::uint32_t round_ = 0;
 };
 
-/// A bit of a result of complete contacts, beside those of Status.
-enum ContactStatus : std::uint8_t {
-    k_no_triangles = 64,  ///< a probe has no triangles: only vertices were tested; give them to Probe
+/// Bits of results about two solids, beside those of Status, which a byte holds. C refuses such a probe and has no bit for it.
+enum ContactStatus : std::uint16_t {
+    k_no_triangles = 256,  ///< a probe has no triangles: only vertices were tested; give them to Probe
 };
 
 /// Contacts of two bodies.
@@ -79,7 +79,7 @@ struct ContactResult {
     std::size_t found = 0;                       ///< kept or not
     std::size_t meetings = 0;                    ///< pairs of triangles that have a point in common
     std::size_t regions = 0;                     ///< of such pairs, each one connected; every one has a contact
-    std::uint8_t status = k_ok;                  ///< bits of Status and ContactStatus
+    std::uint16_t status = k_ok;                 ///< bits of Status and ContactStatus
 };
 
 /// The map by which complete contacts move the points of b's probe to the mesh frame of a: x -> linear x + shift, in double, as

@@ -36,8 +36,8 @@ struct Touch {
 /// The first touch of two bodies.
 struct BodyTouch {
     bool touches = false;
-    double time = 1;          ///< share of the motion, not after the first touch
-    std::uint8_t status = 0;  ///< bits of Status and ContactStatus
+    double time = 1;           ///< share of the motion, not after the first touch
+    std::uint16_t status = 0;  ///< bits of Status and ContactStatus
 };
 
 /// When b, which moves from its pose to another one as between() says, touches a, which rests: with any of its vertices, edges or

@@ -12,7 +12,7 @@ namespace sqmap::query {
 struct Overlap {
     double volume = 0;  ///< of the probes' triangles, in the cube of the poses' unit; a solid that is covered twice counts twice
     double error = 0;   ///< bound of what the shift below changes, without rounding
-    std::uint8_t status = k_ok;  ///< bits of Status and ContactStatus
+    std::uint16_t status = k_ok;  ///< bits of Status and ContactStatus
 };
 
 /// The workspace of overlap(), made outside the tick: one for each thread that queries.

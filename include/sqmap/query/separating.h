@@ -10,11 +10,11 @@ namespace sqmap::query {
 
 /// A translation of b after which the solids only touch. The frame and units of the bodies' poses.
 struct SeparatingTranslation {
-    double distance = 0;         ///< along the direction; 0 where the solids have no point in common
-    double at_least = 0;         ///< no shorter translation of those that were in question separates them
-    Vec3d direction{};           ///< unit
-    bool exact = false;          ///< the bounds differ by rounding alone
-    std::uint8_t status = k_ok;  ///< bits of Status and ContactStatus
+    double distance = 0;          ///< along the direction; 0 where the solids have no point in common
+    double at_least = 0;          ///< no shorter translation of those that were in question separates them
+    Vec3d direction{};            ///< unit
+    bool exact = false;           ///< the bounds differ by rounding alone
+    std::uint16_t status = k_ok;  ///< bits of Status and ContactStatus
 };
 
 /// The workspace of separating translations, made outside the tick: one for each thread that queries.

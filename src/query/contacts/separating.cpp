@@ -15,7 +15,7 @@ namespace sqmap::query {
 namespace {
 
 /// The bits of what forbids a search; k_ok where nothing does.
-std::uint8_t refusal(const Body& a, const Body& b, const SeparatingWorkspace& workspace)
+std::uint16_t refusal(const Body& a, const Body& b, const SeparatingWorkspace& workspace)
 {
     if (!is_finite(a.pose) || !is_finite(b.pose) || !(norm(b_in_a(a, b).shift) < 1e150)) return k_not_finite;
     if (!has_triangles(a) || !has_triangles(b)) return k_no_triangles;

@@ -4,6 +4,7 @@
 #include "sqmap/bake/rebake.h"
 #include "sqmap/bake/skin_lattice.h"
 #include "sqmap/mesh/error.h"
+#include "sqmap/query/contacts.h"
 #include "sqmap/query/distance.h"
 #include "sqmap/query/point.h"
 #include "sqmap/query/scene.h"
@@ -19,6 +20,7 @@
 #include <array>
 #include <cstring>
 #include <filesystem>
+#include <initializer_list>
 #include <string_view>
 
 namespace sqmap::paper {
@@ -53,6 +55,17 @@ std::vector<Vec3d> points_about(const model::ModelView& view, std::size_t count)
     std::vector<Vec3d> points;
     for (std::size_t i = 0; i < count; ++i) points.push_back(centre + reach * random.in_box({-1, -1, -1}, {1, 1, 1}));
     return points;
+}
+
+TEST(Status, NoBitHasTwoMeanings)
+{
+    unsigned all = 0;
+    for (const unsigned bit : std::initializer_list<unsigned>{query::k_not_finite, query::k_no_exact, query::k_no_surface,
+                                                              query::k_full, query::k_made_up, query::k_coarse, query::k_crowded,
+                                                              query::k_no_triangles, k_not_given}) {
+        EXPECT_EQ(all & bit, 0u) << bit;
+        all |= bit;
+    }
 }
 
 TEST(PaperRooms, ProbesPairsAndScenesFindWhatPointsFind)
