@@ -5,8 +5,8 @@
 // Frames: the mesh's own where no pose is given, else the frame in which poses are given.
 // Structs: set `size` to sizeof the struct and everything else to zero; zero stands for the default. A program that was
 // compiled against another 0.x of this header goes on working: what it does not know stays at its default.
-// Libraries: libsqmap has all of it. libsqmap_query, a third as large, leaves out sqmap_bake, sqmap_bake_file, sqmap_export and
-// paper models, which it refuses with SQMAP_E_MISSING.
+// Libraries: libsqmap has all of it. libsqmap_query, a third as large, leaves out sqmap_bake, sqmap_bake_file,
+// sqmap_option_range, sqmap_export and paper models, which it refuses with SQMAP_E_MISSING.
 // Errors: every function that can fail returns a code; sqmap_last_error() has the reason of this thread's last one. No
 // exception leaves the library. A handle that is {0}, closed or of another kind is an error (SQMAP_E_HANDLE), never a crash;
 // pointers have to be right. Errors count from zero, as arrays do: "mesh.triangles[3]" and "points.xyz[3]" are fourth rows.
@@ -114,39 +114,40 @@ typedef int32_t (*sqmap_progress)(void* context, const char* stage, double done)
 enum sqmap_words { SQMAP_WORDS_C = 0, SQMAP_WORDS_PYTHON = 1, SQMAP_WORDS_JAVASCRIPT = 2 };
 
 /// Thresholds of the paper that sqmap bake has as options, of the same names and defaults; lengths of section 3 are in roots of
-/// the surface area, areas shares of it. Zero: the default; below zero: 0, where the range begins there. docs/paper-claims.md has
-/// ranges and effects.
+/// the surface area, areas shares of it. Zero: the default; below zero: 0, where that is in range and not the default.
+/// sqmap_option_range gives ranges, docs/paper-claims.md effects.
 typedef struct sqmap_paper_options {
     size_t size;
     // Sections 2 and 3: models of either projection.
     int32_t without_taper, without_bend;
-    int32_t cuts;                 ///< 0 passes, 1 printed, with thresholds of its own
-    int32_t exact_geodesics;      ///< not zero: eq. 4 over every triangle
-    uint32_t protrusion_sources;  ///< to 100000
-    double salient_window, salient_prominence, locale_width, boundary_strength, protrusion_ratio;    ///< 0.001 to 1000000
-    double curvature_window, hyperbolic_curvature;                                                   ///< 0.001 to 1000000
-    double boundary_concavity, curvature_floor, hyperbolic_share, minimum_part, fragment_roundness;  ///< to 1
+    int32_t cuts;             ///< 0 passes, 1 printed, with thresholds of its own
+    int32_t exact_geodesics;  ///< not zero: eq. 4 over every triangle
+    uint32_t protrusion_sources;
+    double salient_window, salient_prominence, locale_width, boundary_strength, protrusion_ratio;
+    double curvature_window, hyperbolic_curvature;
+    double boundary_concavity, curvature_floor, hyperbolic_share, minimum_part, fragment_roundness;
     int32_t mean_curvature;                      ///< of printed cuts: 0 area, 1 count
-    double printed_strength, printed_curvature;  ///< of printed cuts, 0.001 to 1000000
-    double max_looseness, max_q2;                ///< 1 to 1000000; to 1
+    double printed_strength, printed_curvature;  ///< of printed cuts
+    double max_looseness, max_q2;
     // Section 4.1: paper models (projection 1).
-    uint32_t rows, columns;    ///< of layer 2, 5 to 4097 and 8 to 8192; 0: by the target error
-    int32_t subdivisions;      ///< A_S, to 5
-    double offset_constant;    ///< a_N, to 100
-    int32_t offset_radius;     ///< to 8
+    uint32_t rows, columns;  ///< of layer 2; 0: by the target error
+    int32_t subdivisions;    ///< A_S
+    double offset_constant;  ///< a_N
+    int32_t offset_radius;
     int32_t smoothing;         ///< of the smoothed map: 0 the surface, 1 distances, as section 6 has it
-    double smoothing_length;   ///< of the surface, share of R_max, 0.001 to 0.1
-    int32_t smoothing_radius;  ///< of distances, samples, to 8; below zero: no smoothed map of either
+    double smoothing_length;   ///< of the surface, share of R_max
+    int32_t smoothing_radius;  ///< of distances, samples; below zero: no smoothed map of either
     int32_t smoothing_kernel;  ///< of distances: 0 binomial, 1 box, 2 Gaussian
 } sqmap_paper_options;
 
-/// How to bake. Zero: the default of sqmap bake.
+/// How to bake. Zero: the default of sqmap bake; below zero: 0, where that is in range and not the default. sqmap_option_range
+/// gives ranges.
 typedef struct sqmap_bake_options {
     size_t size;
-    double target_error;      ///< percent of R_max, 0.001 to 100, depth error of layer 3 at the 99th percentile; default 0.5
-    double band;              ///< percent of R_max within which signed distances are exact, to 100; default 5
+    double target_error;      ///< percent of R_max, depth error of layer 3 at the 99th percentile; default 0.5
+    double band;              ///< percent of R_max within which signed distances are exact; default 5
     double thickness;         ///< above 0: open meshes become plates this thick, mesh units
-    uint32_t max_parts;       ///< 1 to 1000; default 24
+    uint32_t max_parts;       ///< default 24
     int32_t projection;       ///< 0 central, 1 the paper's normal projection
     int32_t repair;           ///< sqmap_repair
     int32_t accepts_surface;  ///< not zero: an open mesh is taken as a surface without inside
@@ -158,11 +159,17 @@ typedef struct sqmap_bake_options {
     int32_t words;            ///< sqmap_words: how notes and cures write these members
     int32_t without_input;    ///< not zero: leave out the mesh's own coordinates and numbers: exact distances are in float then
     double unit;              ///< metres per unit of the mesh, 0.001 of millimetres: the model is in metres; 0: in the mesh's own
-    double gap;               ///< share of R_max, to 0.2: narrower gaps of an outer solid are closed; default 0.01
-    double wrap_tolerance;    ///< share of R_max, 0.0016 to 0.1, that wraps and outer solids may be off; default 0.002
+    double gap;               ///< share of R_max: narrower gaps of an outer solid are closed; default 0.01
+    double wrap_tolerance;    ///< share of R_max that wraps and outer solids may be off; default 0.002
     int32_t solid;            ///< sqmap_solid; SQMAP_SOLID_OUTER leaves repair, accepts_surface and thickness without effect
     const sqmap_paper_options* paper;  ///< may be null
+    int32_t
+        without_locator;  ///< not zero: leave out the locator and the exact layer; superquadrics and central maps alone answer
 } sqmap_bake_options;
+
+/// The range of a number among the members of sqmap_bake_options and sqmap_paper_options: "band", "max_q2". Any thread.
+/// Errors: E_ARGUMENT for another name.
+SQMAP_API sqmap_code sqmap_option_range(const char* name, double* least, double* greatest);
 
 /// Facts of a model; lengths in mesh units.
 typedef struct sqmap_facts {
@@ -193,8 +200,8 @@ SQMAP_API sqmap_code sqmap_open_bytes(const void* bytes, size_t size, sqmap_mode
 /// Errors: E_MESH with the face, vertex or edge and a cure; E_ARGUMENT for options out of range; E_CANCELLED.
 /// Cost: seconds for some thousand triangles.
 SQMAP_API sqmap_code sqmap_bake(const sqmap_mesh* mesh, const sqmap_bake_options* options, sqmap_model* model);
-/// The same of a mesh file: OFF, OBJ, STL, PLY, glTF, GLB. options may be null. Errors: as sqmap_bake; E_MESH where it cannot be
-/// read.
+/// The same of a mesh file: OFF, OBJ, STL, PLY, glTF, GLB. options may be null. Errors: as sqmap_bake; E_FILE where there
+/// is none that can be read.
 SQMAP_API sqmap_code sqmap_bake_file(const char* path, const sqmap_bake_options* options, sqmap_model* model);
 /// Writes the model file; path is never partly written. Errors: E_FILE.
 SQMAP_API sqmap_code sqmap_save(sqmap_model model, const char* path);

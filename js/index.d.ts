@@ -178,11 +178,11 @@ export interface PilePair extends SurfaceContacts {
 
 /** How to bake; the defaults are those of `sqmap bake`. */
 export interface BakeOptions {
-  targetError?: number;  // percent of R_max, 0.001 to 100, 99th percentile of layer 3's depth; default 0.5
-  band?: number;         // percent of R_max, to 100, within which distances are exact; default 5
+  targetError?: number;  // percent of R_max, 99th percentile of layer 3's depth; default 0.5
+  band?: number;         // percent of R_max, within which distances are exact; default 5
   thickness?: number;    // open meshes become plates this thick, units of the model
   unit?: "um" | "mm" | "cm" | "dm" | "m" | "km" | "in" | "ft" | number;  // of the mesh, or metres per unit: the model is in metres
-  maxParts?: number;     // 1 to 1000; default 24
+  maxParts?: number;     // default 24
   projection?: "central" | "normal";
   repair?: "wrap" | "close" | "safe" | "none";
   solid?: "as-is" | "outer";  // outer: one body about all triangles, proven to hold them, of what cannot be reached from outside
@@ -190,6 +190,7 @@ export interface BakeOptions {
   wrapTolerance?: number;  // share of R_max that outer and wrapped solids may be off; default 0.002
   surface?: boolean;     // an open mesh is taken as a surface without inside
   exact?: boolean;       // default true; false leaves out the triangles
+  locator?: boolean;     // default true; false leaves out the locator and the triangles: maps alone answer
   keepInput?: boolean;   // default true; false leaves out their coordinates and numbers as given: distances are in float then
   source?: string;       // what info names as the model's source
   progress?: (stage: string, done: number) => boolean | void;  // false: stop

@@ -61,7 +61,7 @@ function object(value, element) {
 const querySettings = ["layer", "tolerance", "margin", "smooth", "pose"];
 const pairSettings = ["layer", "tolerance", "margin", "firstOnly"];
 const contactSettings = ["perRegion", "firstOnly"];
-const bakeSettings = ["targetError", "band", "thickness", "maxParts", "repair", "projection", "surface", "exact", "keepInput", "unit",
+const bakeSettings = ["targetError", "band", "thickness", "maxParts", "repair", "projection", "surface", "exact", "locator", "keepInput", "unit",
                       "solid", "gap", "wrapTolerance", "source", "progress"];
 
 /** An object of options that has no others than these: a name that is misspelt would leave the default unnoticed. */
@@ -170,6 +170,17 @@ class Call {
     this.library.HEAPU8.set(bytes, address);
     this.library.HEAPU8[address + bytes.length] = 0;
     return address;
+  }
+  /** A number among the options of a bake as C takes it: zero, which stands for the default there, is -1. */
+  option(value, name, check = number) {
+    if (value === undefined) return 0;
+    const given = check(value, `options.${name}`);
+    if (!(given <= 0)) return given;  // the library judges it
+    const [least, most] = [this.space(8), this.space(8)];
+    this.run("sqmap_option_range", this.text(name.replace(/[A-Z]/g, (letter) => `_${letter.toLowerCase()}`)), least, most);
+    const [from, to] = [least, most].map((at) => this.view.getFloat64(at, true));
+    if (given < 0 || from > 0) throw refuse(`options.${name}`, `is ${given}`, `give a number from ${from} to ${to}, or leave it out`);
+    return -1;
   }
   pose(pose, element = "options.pose") {
     return pose === undefined ? 0 : this.numbers(poseNumbers(pose, element));
@@ -650,12 +661,10 @@ class Sqmap {
     return this.#workspace;
   }
   #baked(c, options, bake) {
-    const {targetError = 0, band = 0, thickness = 0, maxParts = 0, repair = "wrap", projection = "central", surface = false,
-           exact = true, keepInput = true, solid = "as-is", gap = 0.01, wrapTolerance = 0.002, unit, source, progress} = settings(options, bakeSettings);
+    const {targetError, band, thickness = 0, maxParts, repair = "wrap", projection = "central", surface = false, exact = true,
+           locator = true, keepInput = true, solid = "as-is", gap, wrapTolerance, unit, source, progress} = settings(options, bakeSettings);
     if (progress !== undefined && typeof progress !== "function")
       throw refuse("options.progress", `is ${kindOf(progress)}`, "give a function of a stage and the share that is done");
-    for (const name of ["targetError", "band", "maxParts"])
-      if (options[name] === 0) throw refuse(`options.${name}`, "is 0", "give a number above zero, or leave it out");
     if (source !== undefined && typeof source !== "string") throw refuse("options.source", `is ${kindOf(source)}`, "give a text");
     let failure;
     const called = progress === undefined ? 0 : this.#library.addFunction((context, stage, done) => {
@@ -668,14 +677,14 @@ class Sqmap {
     }, "iiid");
     const handle = c.space(8);
     const chosen = c.struct("bakeOptions", {
-      targetError: number(targetError, "options.targetError"), band: number(band, "options.band"),
-      thickness: number(thickness, "options.thickness"), maxParts: whole(maxParts, "options.maxParts"),
+      targetError: c.option(targetError, "targetError"), band: c.option(band, "band"),
+      thickness: number(thickness, "options.thickness"), maxParts: c.option(maxParts, "maxParts", whole),
       projection: member(projections, projection, "options.projection"), repair: member(repairs, repair, "options.repair"),
       acceptsSurface: flag(surface, "options.surface"), withoutExact: 1 - flag(exact, "options.exact"),
       withoutInput: 1 - flag(keepInput, "options.keepInput"), threads: 1, progress: called,
       source: source === undefined ? 0 : c.text(source), words: ownWords,
-      unit: metresPer(unit), solid: member(solids, solid, "options.solid"), gap: number(gap, "options.gap"),
-      wrapTolerance: number(wrapTolerance, "options.wrapTolerance"),
+      unit: metresPer(unit), solid: member(solids, solid, "options.solid"), gap: c.option(gap, "gap"),
+      wrapTolerance: c.option(wrapTolerance, "wrapTolerance"), withoutLocator: 1 - flag(locator, "options.locator"),
     });
     try {
       bake(chosen, handle);

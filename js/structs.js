@@ -23,7 +23,7 @@ export const structs = {
   mesh: layout("vertices:pointer vertexCount:size triangles:pointer triangleCount:size"),
   bakeOptions: layout(`targetError:f64 band:f64 thickness:f64 maxParts:u32 projection:i32 repair:i32 acceptsSurface:i32
     withoutExact:i32 threads:u32 progress:pointer progressContext:pointer source:pointer words:i32 withoutInput:i32
-    unit:f64 gap:f64 wrapTolerance:f64 solid:i32`),
+    unit:f64 gap:f64 wrapTolerance:f64 solid:i32 paper:pointer withoutLocator:i32`),
   facts: layout(`rMax:f64 band:f64 centre:f64[3] radius:f64 bytes:u64 parts:u32 vertices:u32 triangles:u32 isSolid:i32
     hasExact:i32 isNormal:i32 isDoubtful:i32 hasInput:i32 cure:i32`),
   queryOptions: layout("layer:i32 threads:u32 tolerance:f64 margin:f64 band:f64 isSmooth:i32 isFirstOnly:i32"),

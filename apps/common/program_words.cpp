@@ -25,17 +25,12 @@ const mesh::SettingNames k_program_settings({{Setting::Repair, "--repair"},
                                              {Setting::Packages, "--package"}},
                                             " ");
 
-namespace {
-
-/// "--smoothing-radius" of "smoothing_radius".
 std::string as_option(const std::string& name)
 {
     std::string out = "--" + name;
     std::ranges::replace(out, '_', '-');
     return out;
 }
-
-}  // namespace
 
 std::string option_of(const IdleOption& idle)
 {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sqmap/bake_mesh.h"
-#include "sqmap/math/idle_option.h"
+#include "sqmap/mesh/words.h"
 
 #include <string>
 
@@ -11,6 +11,8 @@ namespace sqmap::app {
 /// "--repair safe".
 extern const mesh::SettingNames k_program_settings;
 
+/// "--smoothing-radius" of "smoothing_radius".
+[[nodiscard]] std::string as_option(const std::string& name);
 /// The option as the programs have it: "--no-gaps".
 [[nodiscard]] std::string option_of(const IdleOption& idle);
 /// Why it changes nothing, and the cure, in which other options stand likewise.

@@ -6,9 +6,11 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <optional>
 #include <regex>
 #include <sstream>
+#include <system_error>
 #include <type_traits>
 
 namespace sqmap::app {
@@ -69,13 +71,26 @@ CLI::Validator bounded(const Bound& bound)
             bound.name};
 }
 
+/// A file, or a folder where that may be: the words are those of all doors.
+CLI::Validator existing(bool may_be_folder)
+{
+    return {[=](std::string& path) {
+                std::error_code ignored;
+                const std::filesystem::file_status status = std::filesystem::status(path, ignored);
+                if (!std::filesystem::exists(status)) return path + ": " + io::k_no_file + " (" + io::k_no_file_cure + ")";
+                const bool is_folder = std::filesystem::is_directory(status);
+                return is_folder && !may_be_folder ? path + ": this is no file but a folder" : std::string();
+            },
+            may_be_folder ? "PATH(existing)" : "FILE"};
+}
+
 }  // namespace
 
 // ---- Option
 
 Option Option::required() { return Option(option_->required()); }
-Option Option::existing_file() { return Option(option_->check(CLI::ExistingFile)); }
-Option Option::existing_path() { return Option(option_->check(CLI::ExistingPath)); }
+Option Option::existing_file() { return Option(option_->check(existing(false))); }
+Option Option::existing_path() { return Option(option_->check(existing(true))); }
 Option Option::one_of(std::vector<std::string> words) { return Option(option_->check(CLI::IsMember(std::move(words)))); }
 
 /// CLI::Range lets NaN pass.
@@ -174,10 +189,11 @@ Option Command::unit(const std::string& name, std::function<void(double)> take, 
     const auto read = [take = std::move(take), name](const std::string& text) {
         static const std::map<std::string, double> k_units{{"um", 1e-6}, {"mm", 1e-3},   {"cm", 1e-2},   {"dm", 0.1},
                                                            {"m", 1.0},   {"km", 1000.0}, {"in", 0.0254}, {"ft", 0.3048}};
+        constexpr OptionRange k_range = option_named(mesh::k_admission_numbers, "unit").range;
         double value = 0;
         if (const auto known = k_units.find(text); known != k_units.end())
             value = known->second;
-        else if (!CLI::detail::lexical_cast(text, value) || !(value >= 1e-12 && value <= 1e12))
+        else if (!CLI::detail::lexical_cast(text, value) || !k_range.holds(value))
             throw WrongUsage(name, "um, mm, cm, dm, m, km, in, ft or metres per unit");
         take(value);
     };

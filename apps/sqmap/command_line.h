@@ -2,6 +2,7 @@
 // headers cost each source that includes them some ten seconds.
 #pragma once
 
+#include "common/program_words.h"
 #include "sqmap/math/vec.h"
 
 #include <cmath>
@@ -44,6 +45,7 @@ public:
     Option one_of(std::vector<std::string> words);
     /// Numbers from least to most; NaN is refused.
     Option in_range(double least, double max);
+    Option in_range(const OptionRange& range) { return in_range(range.least, range.max); }
     Option above_zero(double max = INFINITY);
     Option not_below_zero(double max = INFINITY);
     /// Between the values of one argument.
@@ -72,6 +74,15 @@ public:
     /// command_line.cpp for the types in use.
     template <class Value>
     Option option(const std::string& name, Value& value, const std::string& words);
+    /// A number of a library's table, by its name and within its range: "max_parts" is "--max-parts".
+    template <class Options>
+    Option number(const NumberOption<Options>& number, Options& options, const std::string& words)
+    {
+        const auto add = [&]<class Number>(Number Options::*member) {
+            return option(as_option(number.name), options.*member, words);
+        };
+        return std::visit(add, number.member).in_range(number.range);
+    }
     /// Bytes, 1 to 1024TB; also with kB, MB, GB, TB, of 1024 each.
     Option size(const std::string& name, std::uint64_t& bytes, const std::string& words);
     Option flag(const std::string& name, bool& value, const std::string& words);
@@ -79,7 +90,7 @@ public:
     Option text(const std::string& name, std::function<void(const std::string&)> take, const std::string& words);
     /// X/Y/Z
     Option vector(const std::string& name, Vec3d& value, const std::string& words);
-    /// A length unit by its name, or metres per unit, 1e-12 to 1e12.
+    /// A length unit by its name, or metres per unit.
     Option unit(const std::string& name, std::function<void(double)> take, const std::string& words);
     /// One of the names, whatever their case. order: the names as the help lists them, "a|b|c".
     template <class Value>

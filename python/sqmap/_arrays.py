@@ -189,6 +189,18 @@ def count(value: Any, element: str, most: int = 2**31 - 1) -> int:
     return whole
 
 
+def option(value: Any, name: str, whole: bool = False) -> float:
+    """A number among the options of a bake as C takes it: zero, which stands for the default there, is -1. The library judges finite
+    numbers above zero, this package those that have to be whole."""
+    given = count(value, name) if whole else number(value, name)
+    if 0 < given < math.inf and not whole:
+        return given
+    least, most = c.option_range(name)
+    if not least <= given <= most:
+        raise refuse(name, "is NaN" if given != given else f"is {given:g}", f"give a number from {least:g} to {most:g}")
+    return given if given != 0 else -1
+
+
 def flag(value: Any, element: str) -> bool:
     """True or False."""
     if isinstance(value, (bool, np.bool_)):

@@ -7,7 +7,7 @@ import warnings
 from typing import Any, Optional, Union
 
 from . import _library as c
-from ._arrays import address, cores, count, flag, instance, number, path_of, refuse, triangles_of
+from ._arrays import address, cores, flag, instance, number, option, path_of, refuse, triangles_of
 from ._model import Model
 from ._paper_options import PaperOptions
 from ._progress import Progress, run
@@ -40,12 +40,12 @@ def bake(mesh: Any, *, target_error: float = 0.5, max_parts: int = 24, band: flo
          exact: bool = True, keep_input: bool = True, repair: str = "auto", surface: bool = False, thickness: float = 0.0,
          solid: str = "as-is", gap: float = 0.01, wrap_tolerance: float = 0.002,
          unit: Union[str, float, None] = None, threads: Optional[int] = None, source: Optional[str] = None, progress: Union[bool, Progress, None] = None,
-         paper: Optional[PaperOptions] = None) -> Model:
+         paper: Optional[PaperOptions] = None, locator: bool = True) -> Model:
     """Bakes a closed triangle mesh into a Model.
 
     mesh: a path (OFF, OBJ, STL, PLY, glTF, GLB), a pair (vertices (v, 3), triangles (t, 3)), or an object with vertices and
-    faces or triangles (trimesh, Open3D). target_error: percent of R_max, 0.001 to 100. max_parts: 1 to 1000. band: percent of R_max within which signed distances
-    are baked exactly, above 0. projection: "central" or "normal". exact: keep the triangles. keep_input: keep their coordinates and
+    faces or triangles (trimesh, Open3D). target_error: percent of R_max. max_parts: at most so many by cuts. band: percent of R_max within which signed distances
+    are baked exactly. projection: "central" or "normal". exact: keep the triangles. keep_input: keep their coordinates and
     numbers as given, up to 18 bytes a triangle, so that distances are in double. repair: "auto", "none", "safe",
     "close", "wrap". surface: take an open mesh as it is. thickness: make open meshes plates, units of the model.
     solid: "outer" is one body about all triangles, proven to hold them, of what cannot be reached from outside: repair, surface
@@ -54,33 +54,25 @@ def bake(mesh: Any, *, target_error: float = 0.5, max_parts: int = 24, band: flo
     unit: of the mesh, "um", "mm", "cm", "dm", "m", "km", "in", "ft" or metres per unit: the model and all that it answers are in metres;
     None: in the mesh's own unit. progress: True
     shows a bar; a function is called with a stage's name and the share that is done, and true from it stops the bake (Cancelled).
-    Ctrl-C stops it too, within a stage. The bytes do not depend on threads. paper: the paper's thresholds.
+    Ctrl-C stops it too, within a stage. The bytes do not depend on threads. paper: the paper's thresholds. locator: False leaves out the
+    locator and the triangles: superquadrics and central maps alone answer. `sqmap bake --help` has the ranges.
 
-    Warns (CuredWarning) of a mesh that was closed or wrapped. Raises MeshError with a cure and what is wrong, "triangles[3]" of arrays, "face 4" of a file; ArgumentError."""
+    Warns (CuredWarning) of a mesh that was closed or wrapped. Raises FileError where there is no file; MeshError with a cure and what is wrong, "triangles[3]" of arrays, "face 4" of a file; ArgumentError."""
     if not isinstance(repair, str) or repair not in REPAIRS:
         raise refuse("repair", f"is {repair!r}", f"take one of {', '.join(REPAIRS)}")
     if not isinstance(projection, str) or projection not in ("central", "normal"):
         raise refuse("projection", f"is {projection!r}", "take central or normal")
     if not isinstance(solid, str) or solid not in SOLIDS:
         raise refuse("solid", f"is {solid!r}", f"take one of {', '.join(SOLIDS)}")
-    for name, share, least, most in (("gap", number(gap, "gap"), 1e-9, 0.2),
-                                     ("wrap_tolerance", number(wrap_tolerance, "wrap_tolerance"), 0.0016, 0.1)):
-        if not least <= share <= most:  # zero stands for the default in C
-            raise refuse(name, f"is {share:g}", f"give a number from {least:g} to {most:g}")
-    error, width = number(target_error, "target_error"), number(band, "band")
-    if error == 0 or width == 0:  # zero stands for the default in C
-        raise refuse("target_error" if error == 0 else "band", "is 0", "give a number above zero")
-    if max_parts == 0:
-        raise refuse("max_parts", "is 0", "give a number from 1 to 1000")
     if source is not None:
         instance(source, str, "source")
-    options = c.BakeOptions(target_error=error, band=width, thickness=number(thickness, "thickness"),
-                            max_parts=count(max_parts, "max_parts"), projection=int(projection == "normal"), repair=REPAIRS[repair],
+    options = c.BakeOptions(target_error=option(target_error, "target_error"), band=option(band, "band"),
+                            thickness=number(thickness, "thickness"), max_parts=option(max_parts, "max_parts", True), projection=int(projection == "normal"), repair=REPAIRS[repair],
                             accepts_surface=flag(surface, "surface"), without_exact=not flag(exact, "exact"),
                             without_input=not flag(keep_input, "keep_input"), threads=cores(threads),
                             source=None if source is None else source.encode(errors="replace"),
-                            words=c.WORDS, unit=_metres_per(unit), gap=number(gap, "gap"),
-                            wrap_tolerance=number(wrap_tolerance, "wrap_tolerance"), solid=SOLIDS[solid],
+                            words=c.WORDS, unit=_metres_per(unit), gap=option(gap, "gap"),
+                            wrap_tolerance=option(wrap_tolerance, "wrap_tolerance"), without_locator=not flag(locator, "locator"), solid=SOLIDS[solid],
                             paper=None if paper is None else ctypes.pointer(instance(paper, PaperOptions, "paper")._struct))
     if isinstance(mesh, (str, bytes, os.PathLike)):
         function, given = "sqmap_bake_file", path_of(mesh, "mesh")

@@ -33,8 +33,8 @@ class ClosedError(Error, ValueError):
 class FileError(Error, OSError):
     """A file that cannot be read or written."""
 
-    def __str__(self) -> str:  # OSError has one of its own
-        return str(self.args[0])
+    def __str__(self) -> str:  # OSError has one of its own; the element is a path, not the subject of the sentence
+        return f"{self.code} at {self.element}: {self.message}\n  cure: {self.cure}"
 
 
 class ModelError(Error, ValueError):

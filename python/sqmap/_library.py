@@ -58,7 +58,8 @@ class BakeOptions(Sized):
                 ("max_parts", c_uint32), ("projection", c_int32), ("repair", c_int32), ("accepts_surface", c_int32),
                 ("without_exact", c_int32), ("threads", c_uint32), ("progress", PROGRESS), ("progress_context", c_void_p),
                 ("source", c_char_p), ("words", c_int32), ("without_input", c_int32), ("unit", c_double),
-                ("gap", c_double), ("wrap_tolerance", c_double), ("solid", c_int32), ("paper", POINTER(PaperOptions))]
+                ("gap", c_double), ("wrap_tolerance", c_double), ("solid", c_int32), ("paper", POINTER(PaperOptions)),
+                ("without_locator", c_int32)]
 
 
 class Facts(Sized):
@@ -249,6 +250,7 @@ FUNCTIONS: dict[str, list[Any]] = {
     "sqmap_open_bytes": [c_void_p, c_size_t, POINTER(Handle)],
     "sqmap_bake": [POINTER(Mesh), POINTER(BakeOptions), POINTER(Handle)],
     "sqmap_bake_file": [c_char_p, POINTER(BakeOptions), POINTER(Handle)],
+    "sqmap_option_range": [c_char_p, POINTER(c_double), POINTER(c_double)],
     "sqmap_save": [Handle, c_char_p],
     "sqmap_bytes": [Handle, POINTER(c_void_p), POINTER(c_size_t)],
     "sqmap_model_facts": [Handle, POINTER(Facts)],
@@ -333,3 +335,10 @@ def text_of(name: str, handle: Handle) -> str:
     out.text, out.capacity = ctypes.cast(buffer, c_char_p), out.needed
     call(name, handle, out)
     return buffer.value.decode("utf-8", "replace")
+
+
+def option_range(name: str) -> tuple[float, float]:
+    """The least and the greatest value of a number among the options of a bake."""
+    least, most = c_double(), c_double()
+    call("sqmap_option_range", name.encode(), least, most)
+    return least.value, most.value

@@ -5,13 +5,10 @@ import inspect
 from typing import Any, Optional, Tuple
 
 from . import _library as c
-from ._arrays import count, flag, number, refuse
+from ._arrays import count, flag, option, refuse
 
 _PAPER_WORDS = {"cuts": ("passes", "printed"), "mean_curvature": ("area", "count"), "smoothing": ("surface", "distances"),
                 "smoothing_kernel": ("binomial", "box", "gaussian")}
-_PAPER_FROM_ZERO = ("boundary_concavity", "curvature_floor", "hyperbolic_share", "minimum_part", "fragment_roundness", "max_q2",
-                    "offset_constant")
-_PAPER_MOST = {"protrusion_sources": 100000, "subdivisions": 5, "offset_radius": 8, "smoothing_radius": 8}
 _NOT_OF_SECTION_THREE = ("taper", "bend", "max_looseness", "max_q2", "grid", "subdivisions", "offset_constant", "offset_radius", "smoothing",
                          "smoothing_length", "smoothing_radius", "smoothing_kernel")
 
@@ -48,23 +45,15 @@ class PaperOptions:
         if grid is not None:
             if not isinstance(grid, (tuple, list)) or len(grid) != 2:
                 raise refuse("grid", f"is {grid!r}", "give (rows, columns)")
-            out.rows, out.columns = (count(side, "grid", 8192) for side in grid)
-            if not 5 <= out.rows <= 4097 or not 8 <= out.columns:
-                raise refuse("grid", f"is {grid!r}", "give 5 to 4097 rows and 8 to 8192 columns")
+            out.rows, out.columns = (count(side, "grid", 2**31 - 1) for side in grid)
+            (least, most), (narrowest, widest) = c.option_range("rows"), c.option_range("columns")
+            if not least <= out.rows <= most or not narrowest <= out.columns <= widest:
+                raise refuse("grid", f"is {grid!r}", f"give {least:g} to {most:g} rows and {narrowest:g} to {widest:g} columns")
         for name, kind in c.PaperOptions._fields_:
             value = given.get(name)
             if value is None or name in _PAPER_WORDS or name == "exact_geodesics":
                 continue
-            if kind is c.c_double:
-                value = number(value, name)
-                if not (0 < value < float("inf") or value == 0 and name in _PAPER_FROM_ZERO):
-                    raise refuse(name, f"is {value:g}", f"give a number {'from 0 on' if name in _PAPER_FROM_ZERO else 'above zero'}")
-            else:
-                value = count(value, name, _PAPER_MOST[name])
-            # Zero stands for the default in C, below zero for none.
-            setattr(out, name, value if value != 0 or name == "protrusion_sources" else -1)
-        if protrusion_sources == 0:
-            raise refuse("protrusion_sources", "is 0", "give a number from 1 to 100000")
+            setattr(out, name, option(value, name, kind is not c.c_double))
 
     def _of_section_three(self) -> list[tuple[str, Any]]:
         """The thresholds that were given, as `sqmap render` takes them. Raises ArgumentError for one of another section."""

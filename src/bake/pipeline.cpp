@@ -72,28 +72,11 @@ void check_partition(const decompose::Partition& partition, const mesh::Mesh& me
     if (std::find(used.begin(), used.end(), 0) != used.end()) throw mesh::InvalidInput("the partition has an empty part");
 }
 
-void check(const decompose::DecomposeOptions& d)
-{
-    for (const double threshold :
-         {d.salient_window, d.salient_prominence, d.locale_width, d.boundary_strength, d.protrusion_ratio, d.boundary_concavity,
-          d.curvature_window, d.curvature_floor, d.hyperbolic_share, d.hyperbolic_curvature, d.minimum_part_area,
-          d.fragment_roundness, d.printed_strength, d.printed_curvature})
-        if (!(threshold >= 0 && std::isfinite(threshold)))
-            throw mesh::InvalidInput("a threshold of the decomposition is negative or not finite");
-}
-
 void check(const mesh::Mesh& mesh, const BakeOptions& options)
 {
-    if (!k_bake_ranges.target_error.holds(options.target_error))
-        throw mesh::InvalidInput("the target error must be from 0.001 to 100 percent of R_max");
-    if (!k_bake_ranges.max_parts.holds(options.max_parts)) throw mesh::InvalidInput("max parts must be from 1 to 1000");
-    check(options.decompose);
+    check_numbers(k_bake_numbers, options);
+    check_numbers(decompose::k_thresholds, options.decompose);
     if (!options.locator && options.exact) throw mesh::InvalidInput("the exact layer needs the locator");
-    if (!k_bake_ranges.max_looseness.holds(options.max_looseness))
-        throw mesh::InvalidInput("max looseness must be from 1 to 1e6: no superquadric is smaller than what it holds");
-    if (!k_bake_ranges.max_q2_share.holds(options.max_q2_share)) throw mesh::InvalidInput("max Q2 share must be from 0 to 1");
-    if (!k_bake_ranges.band.holds(options.band)) throw mesh::InvalidInput("the band must be from 0 to 100 percent of R_max");
-    if (!(options.split_gain >= 0 && options.split_gain < 1)) throw mesh::InvalidInput("split gain must be in [0, 1)");
     if (!options.cured.made_up.empty() && options.cured.made_up.size() != mesh.triangles.size())
         throw mesh::InvalidInput("what is made up is of another mesh");
     const SourceNumbers& source = options.source;
@@ -416,13 +399,6 @@ void Bake::measure_layers(const model::ModelView& view, model::Measured& m)
     m.depth_p99 = errors.depth[2].p99;
     m.depth_max = errors.depth[2].max;
     m.normal_median = errors.normal.median;
-}
-
-void check_range(const char* name, double value, double least, double max)
-{
-    if (value >= least && value <= max) return;
-    throw mesh::InvalidInput(std::string(name) + " must be from " + std::to_string(static_cast<long>(least)) + " to " +
-                             std::to_string(static_cast<long>(max)));
 }
 
 std::vector<CentralMapData> bake_central_maps(const mesh::Solid& solid, std::span<const MapSource> sources, unsigned threads)

@@ -10,6 +10,7 @@
 #include "bake/parts/refinement.h"
 #include "sqmap/bake/bake_types.h"
 #include "sqmap/bake/evaluate.h"
+#include "sqmap/mesh/error.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -157,7 +158,11 @@ struct MapSource {
 [[nodiscard]] std::vector<CentralMapData> bake_central_maps(const mesh::Solid& solid, std::span<const MapSource> sources,
                                                             unsigned threads);
 
-/// @throw mesh::InvalidInput that names the option
-void check_range(const char* name, double value, double least, double max);
+/// @throw mesh::InvalidInput that names the first option of a table that is out of its range
+template <class Options, std::size_t n>
+void check_numbers(const NumberOption<Options> (&table)[n], const Options& options)
+{
+    if (const std::string why = out_of_range(table, options); !why.empty()) throw mesh::InvalidInput(why);
+}
 
 }  // namespace sqmap::bake

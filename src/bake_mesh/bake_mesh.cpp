@@ -18,8 +18,8 @@ DoorCases(F...) -> DoorCases<F...>;
 
 mesh::Refusal refusal_of(const io::ReadError& error)
 {
-    if (error.code == mesh::name_of(mesh::Refusal::Truncated)) return mesh::Refusal::Truncated;
-    if (error.code == mesh::name_of(mesh::Refusal::Limit)) return mesh::Refusal::Limit;
+    for (const mesh::Refusal refusal : {mesh::Refusal::File, mesh::Refusal::Truncated, mesh::Refusal::Limit})
+        if (error.code == mesh::name_of(refusal)) return refusal;
     return mesh::Refusal::Format;
 }
 

@@ -4,10 +4,17 @@
 #include "structs.h"
 #include "words.h"
 
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
+#include <iterator>
+#include <optional>
 #include <string>
+#include <string_view>
+#include <type_traits>
 #include <variant>
 
 namespace sqmap::capi {
@@ -15,6 +22,81 @@ namespace {
 
 /// Thrown through bake by the progress of a caller that cancels.
 struct Cancelled {};
+
+/// A member of a struct of this interface with the name of the option that it sets.
+template <class Struct>
+struct Given {
+    const char* name;
+    NumberMember<Struct> member;
+};
+using Bake = sqmap_bake_options;
+constexpr Given<Bake> k_bake_members[] = {{"target_error", &Bake::target_error},
+                                          {"band", &Bake::band},
+                                          {"max_parts", &Bake::max_parts},
+                                          {"thickness", &Bake::thickness},
+                                          {"gap", &Bake::gap},
+                                          {"wrap_tolerance", &Bake::wrap_tolerance},
+                                          {"unit", &Bake::unit}};
+using Paper = sqmap_paper_options;
+constexpr Given<Paper> k_paper_members[] = {{"protrusion_sources", &Paper::protrusion_sources},
+                                            {"salient_window", &Paper::salient_window},
+                                            {"salient_prominence", &Paper::salient_prominence},
+                                            {"locale_width", &Paper::locale_width},
+                                            {"boundary_strength", &Paper::boundary_strength},
+                                            {"protrusion_ratio", &Paper::protrusion_ratio},
+                                            {"curvature_window", &Paper::curvature_window},
+                                            {"hyperbolic_curvature", &Paper::hyperbolic_curvature},
+                                            {"boundary_concavity", &Paper::boundary_concavity},
+                                            {"curvature_floor", &Paper::curvature_floor},
+                                            {"hyperbolic_share", &Paper::hyperbolic_share},
+                                            {"minimum_part", &Paper::minimum_part},
+                                            {"fragment_roundness", &Paper::fragment_roundness},
+                                            {"printed_strength", &Paper::printed_strength},
+                                            {"printed_curvature", &Paper::printed_curvature},
+                                            {"max_looseness", &Paper::max_looseness},
+                                            {"max_q2", &Paper::max_q2},
+                                            {"rows", &Paper::rows},
+                                            {"columns", &Paper::columns},
+                                            {"subdivisions", &Paper::subdivisions},
+                                            {"offset_constant", &Paper::offset_constant},
+                                            {"offset_radius", &Paper::offset_radius},
+                                            {"smoothing_length", &Paper::smoothing_length},
+                                            {"smoothing_radius", &Paper::smoothing_radius}};
+
+/// True where a table has an option of this name, whose range is then given.
+template <class Options, std::size_t n>
+bool range_found(const NumberOption<Options> (&table)[n], std::string_view name, double& least, double& greatest)
+{
+    for (const NumberOption<Options>& option : table)
+        if (option.name == name) {
+            least = option.range.least;
+            greatest = option.range.max;
+            return true;
+        }
+    return false;
+}
+
+std::string of_paper(const char* name) { return std::string("options.paper.") + name; }
+
+/// Sets an option to what a member gives. Zero leaves it, below zero stands for zero where that is in range and not the default.
+template <class Struct, class Options>
+void take(const Struct& from, const NumberMember<Struct>& member, const NumberOption<Options>& option, Options& to)
+{
+    const double given = value_of(from, member);
+    if (given == 0) return;
+    const bool means_zero = given < 0 && std::isfinite(given) && option.range.holds(0) && option.value(Options{}) != 0;
+    const std::string element = std::is_same_v<Struct, Paper> ? of_paper(option.name) : std::string("options.") + option.name;
+    option.set(to, checked(means_zero ? 0 : given, option.range.least, option.range.max, element.c_str()));
+}
+
+/// The same for all options of a table that this struct has.
+template <class Struct, std::size_t given, class Options, std::size_t n>
+void take_numbers(const Struct& from, const Given<Struct> (&members)[given], const NumberOption<Options> (&table)[n], Options& to)
+{
+    for (const NumberOption<Options>& option : table)
+        for (const Given<Struct>& m : members)
+            if (std::string_view(m.name) == option.name) take(from, m.member, option, to);
+}
 
 mesh::AdmitOptions admit_options(const sqmap_bake_options& o)
 {
@@ -36,32 +118,26 @@ mesh::AdmitOptions admit_options(const sqmap_bake_options& o)
             throw Failure{SQMAP_E_ARGUMENT, "options.repair", "is " + std::to_string(o.repair), "take one of sqmap_repair"};
     }
     out.accept_surface = o.accepts_surface != 0;
-    out.thickness = checked(o.thickness, 0, 1e300, "options.thickness");
     if (o.solid != SQMAP_SOLID_AS_IS && o.solid != SQMAP_SOLID_OUTER)
         throw Failure{SQMAP_E_ARGUMENT, "options.solid", "is " + std::to_string(o.solid), "take one of sqmap_solid"};
     if (o.solid == SQMAP_SOLID_OUTER) out.solid = mesh::SolidKind::Outer;
-    if (o.gap != 0) out.gap = checked(o.gap, 0, 0.2, "options.gap");
-    if (o.wrap_tolerance != 0) out.wrap.tolerance = checked(o.wrap_tolerance, 1.6e-3, 0.1, "options.wrap_tolerance");
-    if (o.unit != 0) out.unit = checked(o.unit, 1e-12, 1e12, "options.unit");
+    take_numbers(o, k_bake_members, mesh::k_admission_numbers, out);
+    take_numbers(o, k_bake_members, mesh::k_wrap_numbers, out.wrap);
     return out;
 }
 
 bake::BakeOptions bake_options(const sqmap_bake_options& o)
 {
-    constexpr bake::BakeRanges k_ranges;
     bake::BakeOptions out;
     if (o.projection != 0 && o.projection != 1)
         throw Failure{SQMAP_E_ARGUMENT, "options.projection", "is " + std::to_string(o.projection), "take 0 or 1"};
     if (o.threads > 1024)
         throw Failure{SQMAP_E_ARGUMENT, "options.threads", "is " + std::to_string(o.threads), "give at most 1024"};
-    if (o.target_error != 0)
-        out.target_error =
-            checked(o.target_error, k_ranges.target_error.least, k_ranges.target_error.max, "options.target_error");
-    if (o.band != 0) out.band = checked(o.band, k_ranges.band.least, k_ranges.band.max, "options.band");
-    if (o.max_parts != 0)
-        out.max_parts = static_cast<std::uint32_t>(
-            checked(o.max_parts, k_ranges.max_parts.least, k_ranges.max_parts.max, "options.max_parts"));
-    out.exact = o.without_exact == 0;
+    take_numbers(o, k_bake_members, bake::k_bake_numbers, out);
+    if (o.without_locator != 0 && o.projection == 1)
+        throw Failure{SQMAP_E_ARGUMENT, "options.without_locator", "is given, and a paper model has no locator", "set it to 0"};
+    out.locator = o.without_locator == 0;
+    out.exact = o.without_exact == 0 && out.locator;
     out.keep_input = o.without_input == 0;
     out.threads = o.threads;
     if (o.progress != nullptr)
@@ -69,42 +145,6 @@ bake::BakeOptions bake_options(const sqmap_bake_options& o)
             if (o.progress(o.progress_context, stage, done) != 0) throw Cancelled{};
         };
     return out;
-}
-
-using Decompose = decompose::DecomposeOptions;
-
-/// A threshold of section 3: the caller's, the library's, its range. A range that begins at zero is one of shares.
-struct Threshold {
-    const char* name;
-    double sqmap_paper_options::*given;
-    double Decompose::*value;
-    double least, max;
-};
-constexpr Threshold k_thresholds[] = {
-    {"salient_window", &sqmap_paper_options::salient_window, &Decompose::salient_window, 1e-3, 1e6},
-    {"salient_prominence", &sqmap_paper_options::salient_prominence, &Decompose::salient_prominence, 1e-3, 1e6},
-    {"locale_width", &sqmap_paper_options::locale_width, &Decompose::locale_width, 1e-3, 1e6},
-    {"boundary_strength", &sqmap_paper_options::boundary_strength, &Decompose::boundary_strength, 1e-3, 1e6},
-    {"protrusion_ratio", &sqmap_paper_options::protrusion_ratio, &Decompose::protrusion_ratio, 1e-3, 1e6},
-    {"curvature_window", &sqmap_paper_options::curvature_window, &Decompose::curvature_window, 1e-3, 1e6},
-    {"hyperbolic_curvature", &sqmap_paper_options::hyperbolic_curvature, &Decompose::hyperbolic_curvature, 1e-3, 1e6},
-    {"boundary_concavity", &sqmap_paper_options::boundary_concavity, &Decompose::boundary_concavity, 0, 1},
-    {"curvature_floor", &sqmap_paper_options::curvature_floor, &Decompose::curvature_floor, 0, 1},
-    {"hyperbolic_share", &sqmap_paper_options::hyperbolic_share, &Decompose::hyperbolic_share, 0, 1},
-    {"minimum_part", &sqmap_paper_options::minimum_part, &Decompose::minimum_part_area, 0, 1},
-    {"fragment_roundness", &sqmap_paper_options::fragment_roundness, &Decompose::fragment_roundness, 0, 1},
-    {"printed_strength", &sqmap_paper_options::printed_strength, &Decompose::printed_strength, 1e-3, 1e6},
-    {"printed_curvature", &sqmap_paper_options::printed_curvature, &Decompose::printed_curvature, 1e-3, 1e6}};
-
-std::string of_paper(const char* name) { return std::string("options.paper.") + name; }
-
-/// Zero leaves the default; below zero stands for zero, where the range begins there.
-template <class Number>
-void take(double given, double least, double max, const char* name, Number& value)
-{
-    if (given == 0) return;
-    const double meant = given < 0 && least == 0 ? 0 : given;
-    value = static_cast<Number>(checked(meant, least, max, of_paper(name).c_str()));
 }
 
 /// One of so many kinds, from zero on.
@@ -124,18 +164,28 @@ void refuse_idle(const std::optional<IdleOption>& idle)
 /// Sections 2 and 3.
 void take_cuts(const sqmap_paper_options& o, bake::BakeOptions& out)
 {
-    constexpr bake::BakeRanges k_ranges;
     out.fit.allow_taper = o.without_taper == 0;
     out.fit.allow_bend = o.without_bend == 0;
-    take(o.max_looseness, k_ranges.max_looseness.least, k_ranges.max_looseness.max, "max_looseness", out.max_looseness);
-    take(o.max_q2, k_ranges.max_q2_share.least, k_ranges.max_q2_share.max, "max_q2", out.max_q2_share);
+    take_numbers(o, k_paper_members, bake::k_bake_numbers, out);
     const bool printed = kind(o.cuts, 2, "cuts") == 1;
     if (printed) out.decompose = decompose::printed_cuts();
     if (o.exact_geodesics != 0) out.decompose.protrusion = decompose::ProtrusionSum::Exact;
-    take(o.protrusion_sources, 1, 1e5, "protrusion_sources", out.decompose.protrusion_sources);
-    for (const Threshold& t : k_thresholds) take(o.*t.given, t.least, t.max, t.name, out.decompose.*t.value);
+    take_numbers(o, k_paper_members, decompose::k_thresholds, out.decompose);
     if (kind(o.mean_curvature, 2, "mean_curvature") == 1) out.decompose.curvature_mean = decompose::CurvatureMean::Count;
     refuse_idle(decompose::idle_threshold(out.decompose));
+}
+
+/// True where an option of the paper's maps is not zero.
+bool gives_maps(const sqmap_paper_options& o)
+{
+    const auto is_of = [](const char* name, const auto& table) {
+        return std::any_of(std::begin(table), std::end(table),
+                           [&](const auto& option) { return option.name == std::string_view(name); });
+    };
+    return o.smoothing != 0 || o.smoothing_kernel != 0 ||
+           std::any_of(std::begin(k_paper_members), std::end(k_paper_members), [&](const Given<Paper>& m) {
+               return (is_of(m.name, paper::k_map_numbers) || is_of(m.name, paper::k_grid_numbers)) && value_of(o, m.member) != 0;
+           });
 }
 
 /// Section 4.1.
@@ -143,14 +193,11 @@ paper::MapOptions map_options(const sqmap_paper_options& o, bool is_normal)
 {
     paper::MapOptions out;
     if (o.rows != 0 || o.columns != 0) {
-        take(o.rows == 0 ? 1 : o.rows, 5, paper::k_max_map_rows, "rows", out.grid.rows);
-        take(o.columns == 0 ? 1 : o.columns, 8, paper::k_max_map_columns, "columns", out.grid.columns);
+        take_numbers(o, k_paper_members, paper::k_grid_numbers, out.grid);
+        for (const NumberOption<paper::GridSize>& side : paper::k_grid_numbers)
+            (void)checked(side.value(out.grid), side.range.least, side.range.max, of_paper(side.name).c_str());
     }
-    take(o.subdivisions, 0, 5, "subdivisions", out.subdivisions);
-    take(o.offset_constant, 0, 100, "offset_constant", out.offset_constant);
-    take(o.offset_radius, 0, 8, "offset_radius", out.offset_radius);
-    take(o.smoothing_length, 1e-3, 0.1, "smoothing_length", out.smoothing_length);
-    take(o.smoothing_radius, 0, 8, "smoothing_radius", out.smoothing_radius);
+    take_numbers(o, k_paper_members, paper::k_map_numbers, out);
     out.smoothing = static_cast<paper::Smoothing>(kind(o.smoothing, 2, "smoothing"));
     out.smoothing_kernel = static_cast<paper::SmoothingKernel>(kind(o.smoothing_kernel, 3, "smoothing_kernel"));
     refuse_idle(paper::idle_smoothing(out));
@@ -160,9 +207,7 @@ paper::MapOptions map_options(const sqmap_paper_options& o, bool is_normal)
     if (const int max = paper::greatest_smoothing_radius(out); out.smoothing_radius > max)
         throw Failure{SQMAP_E_ARGUMENT, of_paper("smoothing_radius"),
                       "is more than " + std::to_string(max) + ", the greatest for so few rows", "give less, or more rows"};
-    const bool of_maps = o.rows != 0 || o.columns != 0 || o.subdivisions != 0 || o.offset_constant != 0 || o.offset_radius != 0 ||
-                         o.smoothing != 0 || o.smoothing_length != 0 || o.smoothing_radius != 0 || o.smoothing_kernel != 0;
-    if (of_maps && !is_normal)
+    if (gives_maps(o) && !is_normal)
         throw Failure{SQMAP_E_ARGUMENT, "options.projection", "is central, and options of the paper's maps are given",
                       "set it to 1, for a paper model"};
     return out;
@@ -198,6 +243,7 @@ std::shared_ptr<Model> baked(const MeshInput& input, const sqmap_bake_options& o
     } catch (const mesh::RefusedMesh& e) {
         const mesh::Diagnosis& d = e.diagnosis();
         const bool is_file = std::holds_alternative<std::filesystem::path>(input);
+        if (d.code == mesh::Refusal::File) throw Failure{SQMAP_E_FILE, d.element, d.message, d.cure};
         throw Failure{SQMAP_E_MESH, is_file ? d.element : in_arrays(d.element, o.words), d.message, d.cure, mesh::name_of(d.code),
                       o.words};
     } catch (const Cancelled&) {
@@ -231,5 +277,17 @@ sqmap_code sqmap_bake_file(const char* path, const sqmap_bake_options* options, 
     return capi::opened(model, "model", capi::models(), [&] {
         const std::filesystem::path file = &needed(path, "path");
         return capi::baked(file, capi::taken(options, "options"));
+    });
+}
+
+sqmap_code sqmap_option_range(const char* name, double* least, double* greatest)
+{
+    return guarded([&] {
+        const std::string_view wanted = &needed(name, "name");
+        double &from = needed(least, "least"), &to = needed(greatest, "greatest");
+        const auto find = [&](const auto&... tables) { return (capi::range_found(tables, wanted, from, to) || ...); };
+        if (!find(bake::k_bake_numbers, mesh::k_admission_numbers, mesh::k_wrap_numbers, decompose::k_thresholds,
+                  paper::k_map_numbers, paper::k_grid_numbers))
+            throw capi::Failure{SQMAP_E_ARGUMENT, "name", "is no number of a bake", "give a member's name: \"band\""};
     });
 }

@@ -1,6 +1,7 @@
 #include "sqmap/io/model_archive.h"
 
 #include "platform/files.h"
+#include "sqmap/io/read.h"
 #include "sqmap/math/assert.h"
 
 #include <charconv>
@@ -27,8 +28,9 @@ ModelArchive::ModelArchive(const std::filesystem::path& path) : path_(path)
 {
     const platform::Mapping file = platform::map_file(path);
     if (!file.was_opened)
-        throw ModelArchiveError(path, "cannot be opened: " + file.error.message(),
-                                "give the path of an archive that can be read");
+        throw ModelArchiveError(
+            path, file.error == std::errc::no_such_file_or_directory ? k_no_file : "cannot be opened: " + file.error.message(),
+            "give the path of an archive that can be read");
     if (file.error == std::errc::invalid_argument || file.size < 2 * k_block) {
         platform::unmap(file);
         refuse();

@@ -4,9 +4,11 @@
 #include "model/notes_field.h"
 #include "model_table.h"
 #include "platform/files.h"
+#include "sqmap/io/read.h"
 
 #include <cstring>
 #include <string>
+#include <system_error>
 #include <utility>
 
 namespace sqmap::io {
@@ -129,6 +131,7 @@ MappedBytes::MappedBytes(const std::filesystem::path& path, std::uint64_t offset
         throw ModelFileError(path.string() + ": no model stands at byte " + std::to_string(offset) +
                              ": the file was cut or changed");
     }
+    if (file.error == std::errc::no_such_file_or_directory) throw ModelFileError(path.string() + ": " + k_no_file);
     if (file.error)
         throw ModelFileError((file.was_opened ? "cannot map " : "cannot open ") + path.string() + ": " + file.error.message());
     mapping_ = file.pages;

@@ -157,7 +157,9 @@ ReadResult read_mesh_file(const std::filesystem::path& path, const ReadLimits& l
     const bool regular = std::filesystem::is_regular_file(path, status);
     const std::uintmax_t size = regular ? std::filesystem::file_size(path, status) : 0;
     if (!regular || status) {
-        result.error = ReadError{"E_FORMAT", "file", "there is no file that can be read at this path", "check the path", {}};
+        const bool is_there = std::filesystem::exists(path, status);
+        result.error = ReadError{
+            "E_FILE", path.string(), is_there ? "this is no file but a folder, pipe or device" : k_no_file, k_no_file_cure, {}};
         return result;
     }
     try {
@@ -166,7 +168,7 @@ ReadResult read_mesh_file(const std::filesystem::path& path, const ReadLimits& l
         std::ifstream stream(path, std::ios::binary);
         stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
         if (!stream && size > 0) {
-            result.error = ReadError{"E_FORMAT", "file", "the file cannot be read", "check its permissions", {}};
+            result.error = ReadError{"E_FILE", path.string(), "the file cannot be read", "check its permissions", {}};
             return result;
         }
         return read_bytes(bytes, result.format, path.has_parent_path() ? path.parent_path() : ".", limits);

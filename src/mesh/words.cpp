@@ -6,14 +6,25 @@
 #include <cstdio>
 #include <iterator>
 
+namespace sqmap {
+
+std::string words(const OptionRange& range)
+{
+    char text[64];
+    std::snprintf(text, sizeof text, "from %g to %g", range.least, range.max);
+    return text;
+}
+
+}  // namespace sqmap
+
 namespace sqmap::mesh {
 
 const char* name_of(Refusal refusal) noexcept
 {
-    static constexpr const char* k_names[] = {"",         "E_INDEX",       "E_NONFINITE", "E_EMPTY",   "E_RANGE",
-                                              "E_LIMIT",  "E_NONMANIFOLD", "E_ORIENT",    "E_FLAT",    "E_OPEN",
-                                              "E_REPAIR", "E_FORMAT",      "E_TRUNCATED", "E_INTERNAL"};
-    static_assert(std::size(k_names) == static_cast<std::size_t>(Refusal::Internal) + 1, "in the order of the enumeration");
+    static constexpr const char* k_names[] = {"",         "E_INDEX",       "E_NONFINITE", "E_EMPTY",    "E_RANGE",
+                                              "E_LIMIT",  "E_NONMANIFOLD", "E_ORIENT",    "E_FLAT",     "E_OPEN",
+                                              "E_REPAIR", "E_FORMAT",      "E_TRUNCATED", "E_INTERNAL", "E_FILE"};
+    static_assert(std::size(k_names) == static_cast<std::size_t>(Refusal::File) + 1, "in the order of the enumeration");
     const auto i = static_cast<std::size_t>(refusal);
     return i < std::size(k_names) ? k_names[i] : "";
 }

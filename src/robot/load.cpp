@@ -59,7 +59,7 @@ LinkMesh load_mesh(const fs::path& path, const CollisionMesh& as, const MeshOpti
     std::error_code ignored;
     if (!fs::is_regular_file(path, ignored))
         throw mesh::RefusedMesh(
-            {mesh::Refusal::Format, path.string(), "there is no such file",
+            {mesh::Refusal::File, path.string(), io::k_no_file,
              mesh::Words("correct the name").with(", or give its package's folder: ", mesh::Setting::Packages, "NAME=DIR")});
     // Admission would scale its result alone, and after the pose: metres come first, for the soup too.
     MeshOptions in_metres = options;

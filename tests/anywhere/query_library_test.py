@@ -7,7 +7,7 @@ import sys
 import tempfile
 
 MAX_BYTES = 1_400_000  # stripped
-BAKING = {"sqmap_bake", "sqmap_bake_file", "sqmap_export"}
+BAKING = {"sqmap_bake", "sqmap_bake_file", "sqmap_option_range", "sqmap_export"}
 
 parser = argparse.ArgumentParser(description=__doc__)
 for option in ("--program", "--whole", "--query"):

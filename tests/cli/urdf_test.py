@@ -174,7 +174,7 @@ class Urdf(unittest.TestCase):
         result = run("urdf", "twenty/gap.urdf", "-o", "twenty/filled.urdf", "--shape", "box", code=2)
         self.assertIn("link 'link1' keeps its collision element", result.stderr)
         self.assertIn("gone.obj", result.stderr)
-        self.assertIn("there is no such file", result.stderr)
+        self.assertIn("no such file", result.stderr)
         self.assertIn("give its package's folder: --package NAME=DIR", result.stderr)
         self.assertIn("1 of 2 collision meshes replaced", result.stdout)
         self.assertIn("meshes/gone.obj", pathlib.Path("twenty/filled.urdf").read_text())

@@ -1,9 +1,11 @@
 """A refused mesh, a cured one and one whose model is doubtful through every door: the same notes, each with the door's own names
-of settings. Each bake option that has a range is refused by its name where a value is out of it.
+of settings. Every member of the structs of options is set by every door, or the table here says why not; out of its range it is
+refused by its name. A file that is not there is refused in the same words.
 
 usage: doors_test.py PROGRAM DOORS PYTHON_PACKAGE NPM_PACKAGE      SQMAP_LIBRARY names the library that Python and C take.
 NPM_PACKAGE is the folder that ./dev anywhere wasm makes. Where it or Node is missing, the C library gives npm's words in its place,
 and the test says so."""
+import inspect
 import json
 import math
 import pathlib
@@ -134,40 +136,138 @@ def through_batch(folder):
             for name, r in rows.items()}
 
 
-# Each member of BakeRanges (sqmap/bake/bake_types.h) as the program, Python, JavaScript and the page call it; None where a door leaves
-# it out on purpose: the paper's thresholds are set in C, Python and the program alone, and the page draws no distances to set a band for.
+# Each member of a struct of options: the program's option, the member in C, the keyword of Python, that of JavaScript, the setting of
+# the page. None where a door leaves it out: C++, the program, C and Python alone set the paper's thresholds; the page draws no
+# distances, bakes the exact layer always and has limits of its own; JavaScript has one thread. A text says why no door has it.
+paper = lambda name, program=None: (program or "--" + name.replace("_", "-"), name, f"paper.{name}", None, None)
+limit = lambda program: (program, None, None, None, None)  # of a machine, not of a model: C++ and the program alone
+every = lambda name: ("--" + name.replace("_", "-"), name, name, re.sub(r"_(\w)", lambda m: m[1].upper(), name), name)
+but_page = lambda name: (*every(name)[:4], None)
+of_pipeline = "the target error decides"
 OPTIONS = {
-    "target_error": ("--target-error", "target_error", "targetError", "target_error"),
-    "max_parts": ("--max-parts", "max_parts", "maxParts", "max_parts"),
-    "max_looseness": ("--max-looseness", "paper.max_looseness", None, None),
-    "max_q2_share": ("--max-q2", "paper.max_q2", None, None),
-    "band": ("--band", "band", "band", None),
+    "bake/bake_types.h BakeOptions": {
+        "target_error": every("target_error"), "max_parts": every("max_parts"), "band": but_page("band"),
+        "max_looseness": paper("max_looseness"), "max_q2_share": paper("max_q2"),
+        "exact": ("--no-exact", "without_exact", "exact", "exact", None),
+        "locator": ("--no-locator", "without_locator", "locator", "locator", None),
+        "keep_input": ("--no-input", "without_input", "keep_input", "keepInput", None),
+        "threads": (None, "threads", "threads", None, None), "progress": (None, "progress", "progress", "progress", None),
+        "decompose": "a struct of its own", "fit": "a struct of its own", "partition": "parts edited by hand", "cured": "filled in",
+        "source": "filled in"},
+    "decompose/decompose.h DecomposeOptions": {
+        "protrusion": paper("exact_geodesics"), "protrusion_sources": paper("protrusion_sources"),
+        **{name: paper(name) for name in (
+            "salient_window", "salient_prominence", "locale_width", "boundary_strength", "protrusion_ratio", "boundary_concavity",
+            "curvature_window", "curvature_floor", "hyperbolic_share", "hyperbolic_curvature", "fragment_roundness",
+            "printed_strength", "printed_curvature")},
+        "minimum_part_area": paper("minimum_part"), "cutting": paper("cuts"), "curvature_mean": paper("mean_curvature"),
+        "max_parts": "BakeOptions::max_parts bounds it"},
+    "fit/fit.h FitOptions": {
+        "allow_taper": ("--no-taper", "without_taper", "paper.taper", None, None),
+        "allow_bend": ("--no-bend", "without_bend", "paper.bend", None, None),
+        **dict.fromkeys(("residual", "max_iterations", "max_samples", "min_exponent", "max_exponent", "max_overhang", "taper_gain",
+                         "bend_gain"), "of one fit; tests and measurements set it")},
+    "paper/bake.h MapOptions": {
+        "grid": ("--grid", "rows", "paper.grid", None, None), "subdivisions": paper("subdivisions"),
+        "offset_constant": paper("offset_constant"), "offset_radius": paper("offset_radius"), "smoothing": paper("smoothing"),
+        "smoothing_length": paper("smoothing_length"), "smoothing_radius": paper("smoothing_radius"),
+        "smoothing_kernel": paper("smoothing_kernel"), "target_error": of_pipeline, "min_level": of_pipeline,
+        "max_level": of_pipeline, "correction_threshold": of_pipeline, "jump_slope": of_pipeline,
+        "corrections": "step 3 of the paper is no choice", "gaps": "a query's option leaves them out"},
+    "mesh/admission.h AdmitOptions": {
+        "repair": every("repair"), "accept_surface": ("--surface", "accepts_surface", "surface", "surface", "surface"),
+        "thickness": every("thickness"), "unit": every("unit"), "solid": but_page("solid"), "gap": but_page("gap"),
+        "max_filled": limit("--max-filled"), "max_cured_faces": limit("--max-cured-faces"),
+        "max_components": limit("--max-components"), "wrap": "a struct of its own", "refine_fillings": "tests alone set it",
+        "max_intersections": "a count in a warning"},
+    "mesh/wrap.h WrapOptions": {
+        "tolerance": but_page("wrap_tolerance"), "max_triangles": limit("--max-wrapped-faces"), "max_cells": limit("--max-cells"),
+        "thickness": "follows from the tolerance"},
 }
 
 
-def check_options(mesh):
-    """Every range has a row, and a value beyond it is refused by its name at each door that can be opened here."""
-    root = pathlib.Path(__file__).resolve().parents[2]
-    source = lambda path: (root / path).read_text(encoding="utf-8")
-    ranges = re.search(r"struct BakeRanges \{(.*?)\};", source("include/sqmap/bake/bake_types.h"), re.DOTALL)[1]
-    assert set(re.findall(r"(\w+)\{", ranges)) == set(OPTIONS), "a range of BakeRanges has no row in OPTIONS"
+def members_of(struct):
+    """Names of the members of a public header's struct."""
+    header, kind = struct.split()
+    body = re.search(rf"struct {kind} \{{\n(.*?)\n\}};", source(f"include/sqmap/{header}"), re.DOTALL)[1]
+    statements = re.sub(r"//[^\n]*", "", body).split(";")
+    return [re.search(r"(\w+)\s*$", re.split(r"=|\{", s)[0])[1] for s in statements if s.strip() and "operator" not in s]
+
+
+root = pathlib.Path(__file__).resolve().parents[2]
+source = lambda path: (root / path).read_text(encoding="utf-8")
+
+
+def check_doors():
+    """Every member has a row, and every door has the row's name of it."""
     settings = re.search(r"const bakeSettings = \[(.*?)\];", source("js/index.js"), re.DOTALL)[1]
-    types, reader, form = source("js/index.d.ts"), source("apps/viewer/server/scene/uploads.cpp"), source(
-        "apps/viewer/web/src/panels/files.ts")
-    for option, python, javascript, page in OPTIONS.values():
-        run = subprocess.run([program, "bake", mesh, "-o", mesh.with_suffix(".sqmap"), option, "1e9"], capture_output=True, text=True)
-        assert run.returncode == 64 and option in run.stderr, (option, run)
-        *of_paper, keyword = python.split(".")
-        wrong = {"paper": sqmap.PaperOptions(**{keyword: 10**9})} if of_paper else {keyword: 10**9}
-        try:
-            sqmap.bake(mesh, **wrong)
-            raise AssertionError(f"{python} takes 1e9")
-        except sqmap.ArgumentError as e:
-            assert e.element == python, (e.element, python)
-        if javascript is not None:
-            assert f'"{javascript}"' in settings and f"{javascript}?:" in types, javascript
-        if page is not None:
-            assert f'take_setting(target, "{page}", bake::k_bake_ranges.' in reader and re.search(rf"\b{page}\b", form), page
+    types, header = source("js/index.d.ts"), source("include/sqmap.h")
+    in_c = "".join(re.search(rf"typedef struct {s} \{{(.*?)\}} {s};", header, re.DOTALL)[1]
+                   for s in ("sqmap_bake_options", "sqmap_paper_options"))
+    reader, form = source("apps/viewer/server/scene/uploads.cpp"), source("apps/viewer/web/src/panels/files.ts")
+    help_text = subprocess.run([program, "bake", "--help"], capture_output=True, text=True, check=True).stdout
+    python = {*inspect.signature(sqmap.bake).parameters,
+              *(f"paper.{name}" for name in inspect.signature(sqmap.PaperOptions).parameters)}
+    for struct, rows in OPTIONS.items():
+        assert set(members_of(struct)) == set(rows), (struct, set(members_of(struct)) ^ set(rows))
+        for member, row in rows.items():
+            if isinstance(row, str):
+                continue
+            option, c_name, keyword, javascript, page = row
+            assert option is None or re.search(rf"^ *{option}\b", help_text, re.MULTILINE), (member, option)
+            assert c_name is None or re.search(rf"\b{c_name}\b", in_c), (member, c_name)
+            assert keyword is None or keyword in python, (member, keyword)
+            assert javascript is None or (f'"{javascript}"' in settings and f"{javascript}?:" in types), (member, javascript)
+            assert page is None or (f'"{page}"' in reader and re.search(rf"\b{page}\b", form)), (member, page)
+
+
+def check_ranges(mesh):
+    """Every number of the library has a row; a value beyond its range is refused by its name at each door that can be opened here."""
+    ranges = json.loads(subprocess.run([doors, "--options"], capture_output=True, text=True, check=True).stdout)
+    rows = {row[1] or row[0].lstrip("-").replace("-", "_"): row for rows in OPTIONS.values() for row in rows.values() if len(row) == 5}
+    rows["columns"] = rows["rows"]
+    for name, (least, greatest) in ranges.items():
+        option, c_name, keyword, *_ = rows[name]
+        assert c.option_range(name) == (least, greatest), name
+        for value in (2 * greatest + 1, *([least / 2] if 0 < least < 1 else [])):
+            given = f"{value:.0f}x{value:.0f}" if option == "--grid" else f"{value:.17g}"
+            run = subprocess.run([program, "bake", mesh, "-o", mesh.with_suffix(".sqmap"), option, given], capture_output=True, text=True)
+            assert run.returncode == 64 and option in run.stderr, (option, run)
+            if keyword is None:
+                continue
+            *of_paper, word = keyword.split(".")
+            whole = (int(value), int(value)) if word == "grid" else int(value) if greatest < 1e5 + 1 and value == int(value) else value
+            try:
+                sqmap.bake(mesh, **({"paper": sqmap.PaperOptions(**{word: whole})} if of_paper else {word: whole}))
+                raise AssertionError(f"{word} takes {value}")
+            except sqmap.ArgumentError as e:
+                assert e.element.split(".")[-1] == word, (e.element, word)
+
+
+def check_zero(mesh):
+    """A band of zero is one at each door, and no default."""
+    model = mesh.with_suffix(".sqmap")
+    subprocess.run([program, "bake", mesh, "-o", model, "--band", "0"], capture_output=True, check=True)
+    with sqmap.Model.load(model) as baked, sqmap.bake(mesh, band=0) as own:
+        assert baked.facts.band == own.facts.band == 0, (baked.facts.band, own.facts.band)
+    handle, options = c.Handle(), c.BakeOptions(band=-1)
+    c.call("sqmap_bake_file", str(mesh).encode(), options, handle)
+    c.call("sqmap_close_model", handle)
+
+
+def check_missing(path):
+    """No file: its path, the same words and the same cure at each door; the program's exit code is that of wrong usage."""
+    run = subprocess.run([program, "bake", path, "-o", path.with_suffix(".sqmap")], capture_output=True, text=True)
+    assert run.returncode == 64 and f"{path}: no such file (check the path)" in run.stderr, run
+    wanted = {"code": "E_FILE", "element": str(path), "message": "no such file", "cure": "check the path"}
+    answers = json.loads(subprocess.run([doors, path], capture_output=True, text=True, check=True).stdout)
+    answers |= {"c": through_c(path, 0), "javascript": through_c(path, 2)}
+    try:
+        sqmap.bake(path)
+    except sqmap.FileError as e:
+        answers["python"] = {"code": e.code, "element": e.element, "message": e.message, "cure": e.cure}
+    for door, answer in (answers | {"python": answers.get("python")}).items():
+        assert answer == wanted, (door, answer)
 
 
 with tempfile.TemporaryDirectory() as name:
@@ -178,7 +278,10 @@ with tempfile.TemporaryDirectory() as name:
     doubtful.write_text(plates(6))
     for bad, (text, _, _) in UNREADABLE.items():
         (folder / bad).write_text(text)
-    check_options(cured)
+    check_doors()
+    check_ranges(cured)
+    check_zero(cured)
+    check_missing(folder / "none.off")
     batch = through_batch(folder)
     expected = {cured: ("moved: ", "made up: "), doubtful: ("W_SELFX: ", "W_TARGET: ", "W_LAYER3: "), refused: ()}
     expected |= {folder / bad: () for bad in UNREADABLE}

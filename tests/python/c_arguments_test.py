@@ -164,7 +164,8 @@ class World:
                 "bytes": ctypes.c_void_p() if "**" in kind else self.bytes,
                 "size": ctypes.c_size_t() if "*" in kind else len(self.bytes), "contacts": 16, "part": 0,
                 "values": self.array(np.full(len(self.points), 7.0)).ctypes.data,
-                "normals": self.array([[0, 0, 1.0]] * 4).ctypes.data}.get(name)
+                "normals": self.array([[0, 0, 1.0]] * 4).ctypes.data,
+                "name": b"band", "least": ctypes.c_double(), "greatest": ctypes.c_double()}.get(name)
 
 
 SOLIDS = ("sqmap_query_contacts", "sqmap_first_touch", "sqmap_query_clearance", "sqmap_query_overlap",
@@ -445,6 +446,7 @@ class Arguments(unittest.TestCase):
     def test_arrays_and_numbers(self):
         bad = self.world.array([[0, 0, 1.0], [0, NAN, 1], [0, 0, 1], [0, 0, 1]]).ctypes.data
         self.refused("sqmap_make_pad", self.good("sqmap_make_pad") | {"normals": bad}, "normals[1]", (1,))
+        self.refused("sqmap_option_range", self.good("sqmap_option_range") | {"name": b"smell"}, "name", (1,))
         for part in (1, 2**32 - 1):
             self.refused("sqmap_implicit", self.good("sqmap_implicit") | {"part": part}, "part", (1,), part)
         for words in (-1, 3):

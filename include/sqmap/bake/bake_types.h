@@ -5,6 +5,7 @@
 #include "sqmap/decompose/decompose.h"
 #include "sqmap/fit/fit.h"
 #include "sqmap/mesh/mesh.h"
+#include "sqmap/mesh/words.h"
 #include "sqmap/mesh/wrap.h"
 #include "sqmap/model/model_data.h"
 
@@ -31,31 +32,18 @@ struct SourceNumbers {
     std::span<const std::uint32_t> vertex{};    ///< #vertices, the same; both empty: the mesh's own numbers
 };
 
-/// The least and the greatest value of an option; NaN is never held.
-struct OptionRange {
-    double least, max;
-    /// True within the range, its ends included.
-    [[nodiscard]] constexpr bool holds(double value) const noexcept { return value >= least && value <= max; }
-};
-/// Ranges of the members of BakeOptions, which bake() checks and every door names.
-struct BakeRanges {
-    OptionRange target_error{1e-3, 100}, max_parts{1, 1000}, max_looseness{1, 1e6}, max_q2_share{0, 1}, band{0, 100};
-};
-inline constexpr BakeRanges k_bake_ranges{};
-
 /// How bake() works. The defaults are those of `sqmap bake`.
 struct BakeOptions {
     double target_error = 0.5;  ///< percent of R_max: layer-3 depth error, 99th percentile
     std::uint32_t max_parts = 24;
     double max_looseness = 1.3;  ///< a part is split while its superquadric has more than this times its solid's volume
     double max_q2_share = 0.1;   ///< or while more than this share of its area is hidden from its projection
-    double split_gain = 0.05;    ///< a split stays if it saves this share of the part's cost
     bool exact = true;           ///< store the exact layer
     bool locator = true;         ///< store the locator, which the exact layer needs; without it charts alone answer
     /// With the exact layer: store the mesh's own coordinates and numbers, so that query::exact_distances answers in double and
     /// answers name the caller's triangles. Up to 18 bytes a triangle.
     bool keep_input = true;
-    double band = 5;       ///< percent of R_max, 0 to 100: how far on either side signed distances are exact
+    double band = 5;       ///< percent of R_max: how far on either side signed distances are exact; 0: at the surface alone
     unsigned threads = 0;  ///< 0: one a core; the result does not depend on it
     decompose::DecomposeOptions decompose{};
     /// Parts that are taken as they are, edited by hand: neither cut, split nor joined. Of the mesh's own triangles, labels below
@@ -67,6 +55,12 @@ struct BakeOptions {
     /// Called with a stage's name and how much of it is done, in [0, 1]; from the calling thread.
     std::function<void(const char* stage, double done)> progress{};
 };
+/// Its numbers, which bake() checks; those of `decompose` are decompose::k_thresholds.
+inline constexpr NumberOption<BakeOptions> k_bake_numbers[] = {{"target_error", &BakeOptions::target_error, {1e-3, 100}},
+                                                               {"max_parts", &BakeOptions::max_parts, {1, 1000}},
+                                                               {"max_looseness", &BakeOptions::max_looseness, {1, 1e6}},
+                                                               {"max_q2", &BakeOptions::max_q2_share, {0, 1}},
+                                                               {"band", &BakeOptions::band, {0, 100}}};
 
 /// How a part came out.
 struct PartReport {

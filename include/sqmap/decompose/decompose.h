@@ -1,8 +1,8 @@
 // Decomposition of a mesh into quasi-convex parts by visual salience and curvature (section 3).
 #pragma once
 
-#include "sqmap/math/idle_option.h"
 #include "sqmap/mesh/mesh.h"
+#include "sqmap/mesh/words.h"
 
 #include <cstdint>
 #include <memory>
@@ -80,6 +80,25 @@ struct DecomposeOptions {
     double printed_curvature = 250;  ///< Printed: t_h, least |mean curvature of hyperbolic points| times the surface area
     friend constexpr bool operator==(const DecomposeOptions&, const DecomposeOptions&) = default;
 };
+
+/// Its thresholds, which every bake checks; printed_cuts() gives some of them other values.
+inline constexpr OptionRange k_any_threshold{1e-3, 1e6}, k_share{0, 1};
+inline constexpr NumberOption<DecomposeOptions> k_thresholds[] = {
+    {"protrusion_sources", &DecomposeOptions::protrusion_sources, {1, 1e5}},
+    {"salient_window", &DecomposeOptions::salient_window, k_any_threshold},
+    {"salient_prominence", &DecomposeOptions::salient_prominence, k_any_threshold},
+    {"locale_width", &DecomposeOptions::locale_width, k_any_threshold},
+    {"boundary_strength", &DecomposeOptions::boundary_strength, k_any_threshold},
+    {"protrusion_ratio", &DecomposeOptions::protrusion_ratio, k_any_threshold},
+    {"boundary_concavity", &DecomposeOptions::boundary_concavity, k_share},
+    {"curvature_window", &DecomposeOptions::curvature_window, k_any_threshold},
+    {"curvature_floor", &DecomposeOptions::curvature_floor, k_share},
+    {"hyperbolic_share", &DecomposeOptions::hyperbolic_share, k_share},
+    {"hyperbolic_curvature", &DecomposeOptions::hyperbolic_curvature, k_any_threshold},
+    {"minimum_part", &DecomposeOptions::minimum_part_area, k_share},
+    {"fragment_roundness", &DecomposeOptions::fragment_roundness, k_share},
+    {"printed_strength", &DecomposeOptions::printed_strength, k_any_threshold},
+    {"printed_curvature", &DecomposeOptions::printed_curvature, k_any_threshold}};
 
 /// The first threshold that is not its default and that cuts of this kind do not read. Any thread.
 [[nodiscard]] std::optional<IdleOption> idle_threshold(const DecomposeOptions& options);

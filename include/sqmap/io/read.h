@@ -37,10 +37,14 @@ enum class MeshFormat { Off, Obj, Stl, Ply, Gltf, Glb, Dae, ThreeMf, Fbx };
 /// A limit that a file is beyond and that a caller may raise.
 enum class Raisable : std::uint8_t { None, MaxBytes, MaxFaces };
 
+/// The words of every door for a path at which there is no file, and the cure.
+inline constexpr const char *k_no_file = "no such file", *k_no_file_cure = "check the path";
+
 /// Why a file is not read.
 struct ReadError {
-    std::string code;     ///< E_FORMAT, E_TRUNCATED or E_LIMIT
-    std::string element;  ///< where, in the file's own terms: "line 12", "byte 84", "accessor 3", "header"; or "assimp"
+    std::string code;  ///< E_FILE, E_FORMAT, E_TRUNCATED or E_LIMIT
+    std::string
+        element;  ///< where, in the file's own terms: "line 12", "byte 84", "accessor 3", "header"; "assimp"; the path of E_FILE
     std::string message;  ///< the finding and the expectation
     std::string cure;     ///< the user's remedy
     Raisable limit{};     ///< raising this limit of ReadLimits helps, too
@@ -60,9 +64,9 @@ struct ReadResult {
 /// A byte-order mark of UTF-8 and blank lines before the first are passed over. Only geometry is read. PLY: faces and triangle
 /// strips; values of a line beyond its header's properties are passed over. GLB: chunks need no padding. glTF: triangles
 /// of the default scene, each node's transform applied (a skinned mesh as bound). Indices and coordinates are passed on as they
-/// are, out of range or not finite: judging them is the work of mesh::admit. Failures: in the result, never thrown. E_FORMAT: not
-/// such a file; E_TRUNCATED: it ends too early, or declares more than its bytes can hold; E_LIMIT: above the limits. Memory:
-/// below 64 MB
+/// are, out of range or not finite: judging them is the work of mesh::admit. Failures: in the result, never thrown. E_FILE: there
+/// is none that can be read; E_FORMAT: not such a file; E_TRUNCATED: it ends too early, or declares more than its bytes can hold;
+/// E_LIMIT: above the limits. Memory: below 64 MB
 /// + 64 times the file's size. Cost: linear.
 [[nodiscard]] ReadResult read_mesh_file(const std::filesystem::path& path, const ReadLimits& limits = {});
 

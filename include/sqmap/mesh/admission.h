@@ -58,6 +58,12 @@ struct AdmitOptions {
     std::uint64_t max_intersections = 1'000'000;  ///< counting of intersecting pairs stops here
 };
 
+/// Its numbers that doors set, beside those of `wrap`.
+inline constexpr NumberOption<AdmitOptions> k_admission_numbers[] = {{"thickness", &AdmitOptions::thickness, {0, 1e300}},
+                                                                     {"unit", &AdmitOptions::unit, {1e-12, 1e12}},
+                                                                     {"max_filled", &AdmitOptions::max_filled, {0, 1}},
+                                                                     {"gap", &AdmitOptions::gap, k_gap_range}};
+
 /// A kind of repair.
 enum class RepairKind : std::uint8_t {
     Triangulated,

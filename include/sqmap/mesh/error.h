@@ -26,6 +26,7 @@ enum class Refusal : std::uint8_t {
     Format,       ///< no mesh file of a format that is read
     Truncated,    ///< the file ends too early
     Internal,     ///< a defect of sqmap
+    File,         ///< there is no file that can be read
 };
 
 /// As printed, stable: "E_OPEN"; empty for None. Never null.

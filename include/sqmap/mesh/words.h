@@ -1,5 +1,6 @@
-// Words that name settings. Meshes and models come in through C++, C, Python, JavaScript, the program or the page, and each of
-// these doors writes the same setting its own way: it gives its table of names when it asks for the words.
+// Settings as doors have them: words that name them, the ranges of those that are numbers, those that change nothing. Meshes and
+// models come in through C++, C, Python, JavaScript, the program or the page, and each of these doors writes the same setting its
+// own way: it gives its table of names when it asks for the words, and takes ranges from here.
 // Plain data and pure functions: any number of threads.
 #pragma once
 
@@ -8,9 +9,91 @@
 #include <cstdint>
 #include <initializer_list>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <string_view>
+#include <type_traits>
+#include <variant>
 #include <vector>
+
+namespace sqmap {
+
+/// An option that was changed and changes nothing: its name, the reason and the cure. The rules stand beside the options; each
+/// door refuses or warns with the option's name as it has it.
+struct IdleOption {
+    const char* name;  ///< as in C and Python: "nearest_steps"
+    const char* why;   ///< after the name: "counts with ..."
+    const char* cure;  ///< an imperative, with other options' names in quotes: "set 'layer' to gate"
+};
+
+/// The least and the greatest value of an option; NaN is never held.
+struct OptionRange {
+    double least, max;
+    /// True within the range, its ends included.
+    [[nodiscard]] constexpr bool holds(double value) const noexcept { return value >= least && value <= max; }
+};
+
+/// "from 0.001 to 100". @throw std::bad_alloc
+[[nodiscard]] std::string words(const OptionRange& range);
+
+/// A member that is a number. Of an optional one that is absent the value is 0.
+template <class Options>
+using NumberMember = std::variant<double Options::*, int Options::*, std::uint32_t Options::*, std::uint64_t Options::*,
+                                  std::optional<double> Options::*>;
+/// Its value.
+template <class Options>
+[[nodiscard]] constexpr double value_of(const Options& options, const NumberMember<Options>& member)
+{
+    const auto read = [&]<class Number>(Number Options::*m) {
+        if constexpr (std::is_same_v<Number, std::optional<double>>)
+            return options.*m ? *(options.*m) : 0.;
+        else
+            return static_cast<double>(options.*m);
+    };
+    return std::visit(read, member);
+}
+
+/// A member of a struct of options that is a number with a range, for the library that checks it and for all doors that set it.
+/// A table of them stands beside the struct.
+template <class Options>
+struct NumberOption {
+    const char* name;  ///< in C and Python; other doors write it their own way: "max_parts" is "--max-parts" and "maxParts"
+    NumberMember<Options> member;
+    OptionRange range;
+
+    [[nodiscard]] constexpr double value(const Options& options) const { return value_of(options, member); }  ///< as it is
+    /// Sets it, whatever the range.
+    constexpr void set(Options& options, double value) const
+    {
+        const auto write = [&]<class Number>(Number Options::*m) {
+            if constexpr (std::is_same_v<Number, std::optional<double>>)
+                options.*m = value;
+            else
+                options.*m = static_cast<Number>(value);
+        };
+        std::visit(write, member);
+    }
+};
+
+/// The one of a name in a table. @throw std::out_of_range where there is none, which a constant expression cannot
+template <class Options, std::size_t n>
+[[nodiscard]] constexpr const NumberOption<Options>& option_named(const NumberOption<Options> (&table)[n], std::string_view name)
+{
+    for (const NumberOption<Options>& option : table)
+        if (option.name == name) return option;
+    throw std::out_of_range("no option has this name");
+}
+
+/// The first of a table that is out of its range, in words: "max_parts must be from 1 to 1000"; empty where all are within.
+template <class Options, std::size_t n>
+[[nodiscard]] std::string out_of_range(const NumberOption<Options> (&table)[n], const Options& options)
+{
+    for (const NumberOption<Options>& option : table)
+        if (!option.range.holds(option.value(options))) return std::string(option.name) + " must be " + words(option.range);
+    return {};
+}
+
+}  // namespace sqmap
 
 namespace sqmap::mesh {
 

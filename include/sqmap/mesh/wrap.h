@@ -3,6 +3,7 @@
 #pragma once
 
 #include "sqmap/mesh/mesh.h"
+#include "sqmap/mesh/words.h"
 
 #include <cstdint>
 #include <optional>
@@ -44,6 +45,13 @@ struct WrapOptions {
     std::uint64_t max_cells = 2'000'000;   ///< of the grid that the input touches: bounds memory (about 400 bytes each) and time
 };
 
+/// Its numbers that doors set; wrap() itself takes finer tolerances.
+inline constexpr NumberOption<WrapOptions> k_wrap_numbers[] = {
+    {"wrap_tolerance", &WrapOptions::tolerance, {1.6e-3, 0.1}},
+    {"max_wrapped_faces", &WrapOptions::max_triangles, {100, 1e9}},
+    {"max_cells", &WrapOptions::max_cells, {1e4, 1e9}},
+};
+
 /// A wrapped mesh, and its distance from the input.
 struct WrapResult {
     Mesh mesh;                          ///< canonical, closed, manifold, outward; empty where no solid was found
@@ -73,6 +81,8 @@ struct OuterOptions {
     std::uint32_t max_triangles = 60'000;  ///< of the result; wins over the tolerance
     std::uint64_t max_cells = 2'000'000;   ///< of the grid that the input touches
 };
+
+inline constexpr OptionRange k_gap_range{0, 0.2};  ///< of OuterOptions::gap
 
 /// An outer solid.
 struct OuterResult {

@@ -38,15 +38,15 @@ struct MapOptions {
     double target_error = 2e-3;  ///< bounds the 99th percentile of what linear interpolation misses within one sheet
     int min_level = 4;           ///< finest grid at least 2^level + 1 by 2^(level + 1)
     int max_level = 7;           ///< and at most
-    GridSize grid{};             ///< instead of levels: 5 to 4097 rows, 8 to 8192 columns; see is_storable
-    /// A_S of section 4.2, 0 to 5: layer 2 is coarser than layer 3 by 2^A_S along each axis. Maps of few samples, whose grid is
+    GridSize grid{};             ///< instead of levels; see is_storable
+    /// A_S of section 4.2: layer 2 is coarser than layer 3 by 2^A_S along each axis. Maps of few samples, whose grid is
     /// not chosen, take less: the base grid keeps 5 rows at least.
     int subdivisions = 1;
     double offset_constant = 1.5;  ///< a_N of eq. 12
-    /// Eq. 12 takes the greatest gradient within so many samples of a minimum, 0 to 8; 0: its own, as printed: next to nothing.
+    /// Eq. 12 takes the greatest gradient within so many samples of a minimum; 0: its own, as printed: next to nothing.
     int offset_radius = 1;
     Smoothing smoothing = Smoothing::Surface;
-    double smoothing_length = 0.015;  ///< Surface: diffused over this share of the largest vertex distance, 0.001 to 0.1
+    double smoothing_length = 0.015;  ///< Surface: diffused over this share of the largest vertex distance
     /// Distances: of the kernel, in base samples, 0 to greatest_smoothing_radius; 0: no smoothed map of either kind.
     int smoothing_radius = 1;
     SmoothingKernel smoothing_kernel = SmoothingKernel::Binomial;
@@ -55,6 +55,16 @@ struct MapOptions {
     double correction_threshold = 0.1;  ///< vertices closer to the map than this share of target_error add nothing
     double jump_slope = 1.5;            ///< samples whose distances differ by more than this per length are probed for a jump
 };
+
+/// Its numbers that doors set, which bake() checks; those of a chosen grid are k_grid_numbers. The smoothing radius has a closer
+/// limit, too: greatest_smoothing_radius.
+inline constexpr NumberOption<MapOptions> k_map_numbers[] = {{"subdivisions", &MapOptions::subdivisions, {0, 5}},
+                                                             {"offset_constant", &MapOptions::offset_constant, {0, 100}},
+                                                             {"offset_radius", &MapOptions::offset_radius, {0, 8}},
+                                                             {"smoothing_length", &MapOptions::smoothing_length, {1e-3, 0.1}},
+                                                             {"smoothing_radius", &MapOptions::smoothing_radius, {0, 8}}};
+inline constexpr NumberOption<GridSize> k_grid_numbers[] = {{"rows", &GridSize::rows, {5, k_max_map_rows}},
+                                                            {"columns", &GridSize::columns, {8, k_max_map_columns}}};
 
 /// A chosen grid, subdivided, is within the format's limits.
 [[nodiscard]] constexpr bool is_storable(const MapOptions& options)
@@ -68,7 +78,8 @@ struct MapOptions {
 [[nodiscard]] constexpr int greatest_smoothing_radius(const MapOptions& options)
 {
     const bool is_limited = options.smoothing == Smoothing::Distances && options.grid.is_chosen();
-    return is_limited && options.grid.rows < 19 ? (options.grid.rows - 3) / 2 : 8;
+    return is_limited && options.grid.rows < 19 ? (options.grid.rows - 3) / 2
+                                                : static_cast<int>(option_named(k_map_numbers, "smoothing_radius").range.max);
 }
 
 /// The first option of smoothing that is not its default and that this smoothing does not read.

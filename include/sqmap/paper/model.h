@@ -4,7 +4,7 @@
 #pragma once
 
 #include "sqmap/math/assert.h"
-#include "sqmap/math/idle_option.h"
+#include "sqmap/mesh/words.h"
 #include "sqmap/model/model_data.h"
 #include "sqmap/model/parse.h"
 #include "sqmap/query/body.h"

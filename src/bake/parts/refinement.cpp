@@ -13,7 +13,8 @@ namespace sqmap::bake {
 
 namespace {
 
-constexpr double k_min_cost = 0.005;  ///< no cut is tried for a part that costs less
+constexpr double k_min_cost = 0.005;   ///< no cut is tried for a part that costs less
+constexpr double k_split_gain = 0.05;  ///< a split stays if it saves this share of the part's cost
 
 /// Fits the parts of one mesh's partitions, and keeps every fit: the same patch comes back while cuts are tried.
 class PartFitter {
@@ -189,7 +190,7 @@ void split_parts(const decompose::Cutter& cutter, const Cost& cost, PartFitter& 
                            return surface_of(o) == surface_of(*p);
                        });
             };
-            const double least = cost(now.parts) - options.split_gain * cost(now.parts[worst]);
+            const double least = cost(now.parts) - k_split_gain * cost(now.parts[worst]);
             next = fitter.parts_of(split.partition, [&](const std::vector<const MeasuredPart*>& known) {
                 return !(cost(known) < least) || std::any_of(known.begin(), known.end(), is_sliver);
             });

@@ -34,7 +34,7 @@ constexpr Vec3d k_off_planes{0.3819660113, 0.4142135624, 0.4721359550};
 void check_outer(const OuterOptions& options)
 {
     if (!(options.tolerance > 0 && options.tolerance <= 0.1)) throw InvalidInput("OuterOptions::tolerance is not in (0, 0.1]");
-    if (!(options.gap >= 0 && options.gap <= 0.2)) throw InvalidInput("OuterOptions::gap is not in [0, 0.2]");
+    if (!k_gap_range.holds(options.gap)) throw InvalidInput("OuterOptions::gap is not " + words(k_gap_range));
     if (options.max_cells < 10'000) throw InvalidInput("OuterOptions::max_cells is below 10,000");
 }
 

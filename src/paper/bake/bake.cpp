@@ -28,14 +28,11 @@ constexpr double k_fine_q2 = 0.05;         // below such a share it looks at all
 
 void check(const MapOptions& map)
 {
-    bake::check_range("subdivisions", map.subdivisions, 0, 5);
-    bake::check_range("the offset constant", map.offset_constant, 0, 100);
-    bake::check_range("the offset radius", map.offset_radius, 0, 8);
-    bake::check_range("the smoothing radius", map.smoothing_radius, 0, greatest_smoothing_radius(map));
-    bake::check_range("the smoothing length", map.smoothing_length, 1e-3, 0.1);
+    bake::check_numbers(k_map_numbers, map);
+    if (const int max = greatest_smoothing_radius(map); map.smoothing_radius > max)
+        throw mesh::InvalidInput("smoothing_radius must be at most " + std::to_string(max) + " for so few rows");
     if (map.grid.rows == 0 && map.grid.columns == 0) return;
-    bake::check_range("rows of the grid", map.grid.rows, 5, k_max_map_rows);
-    bake::check_range("columns of the grid", map.grid.columns, 8, k_max_map_columns);
+    bake::check_numbers(k_grid_numbers, map.grid);
     if (!is_storable(map))
         throw mesh::InvalidInput("the grid, subdivided, must have at most " + std::to_string(k_max_map_rows) + " rows and " +
                                  std::to_string(k_max_map_columns) + " columns");

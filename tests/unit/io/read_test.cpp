@@ -477,8 +477,8 @@ TEST(ReadFile, ContentTellsTheFormatWhereTheNameDoesNot)
     EXPECT_FALSE(read_mesh_file(folder / "mesh.gltf").error);
     std::ofstream(folder / "mesh.PLY") << obj_text();
     EXPECT_EQ(read_mesh_file(folder / "mesh.PLY").error->code, "E_FORMAT");
-    EXPECT_EQ(read_mesh_file(folder / "absent.obj").error->code, "E_FORMAT");
-    EXPECT_EQ(read_mesh_file(folder).error->code, "E_FORMAT");
+    EXPECT_EQ(read_mesh_file(folder / "absent.obj").error->code, "E_FILE");
+    EXPECT_EQ(read_mesh_file(folder).error->code, "E_FILE");
     std::filesystem::remove_all(folder);
 }
 

@@ -6,7 +6,6 @@
 #include "viewer/server/scene/scene.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <cstring>
 
 namespace sqmap::viewer {
@@ -31,21 +30,17 @@ HttpReply refused(const Refusal& refusal, int status = 200)
                       status);
 }
 
-constexpr bake::OptionRange k_lengths{1e-12, 1e9};
-
 /// Reads a number of the request; a setting that the request leaves empty stays. @throw Refusal outside the setting's range
-template <class T>
-void take_setting(std::string_view target, const char* name, const bake::OptionRange& range, T& setting)
+template <class Options>
+void take_setting(std::string_view target, const NumberOption<Options>& setting, Options& options)
 {
-    std::string_view text = query_value(target, name);
+    std::string_view text = query_value(target, setting.name);
     if (text.empty()) return;
     const std::optional<double> value = take_number(text);
-    if (!value || !text.empty() || !range.holds(*value)) {
-        char cure[60];
-        std::snprintf(cure, sizeof cure, "give a number from %g to %g", range.least, range.max);
-        throw Refusal{"E_OPTION", name, "the setting does not take what was given", cure};
-    }
-    setting = static_cast<T>(*value);
+    if (!value || !text.empty() || !setting.range.holds(*value))
+        throw Refusal{"E_OPTION", setting.name, "the setting does not take what was given",
+                      "give a number " + words(setting.range)};
+    setting.set(options, *value);
 }
 
 /// The server's options with the choices of the page's dialog, by name in the request: repair (none, safe, close or surface),
@@ -61,10 +56,10 @@ BakeMeshOptions chosen(std::string_view target, const SceneOptions& scene)
     if (repair == "none") admit.repair = mesh::Repair::None;
     if (repair == "safe") admit.repair = mesh::Repair::Safe;
     if (repair == "close") admit.repair = mesh::Repair::Close;
-    take_setting(target, "thickness", k_lengths, admit.thickness);
-    take_setting(target, "unit", k_lengths, admit.unit);
-    take_setting(target, "target_error", bake::k_bake_ranges.target_error, out.bake.target_error);
-    take_setting(target, "max_parts", bake::k_bake_ranges.max_parts, out.bake.max_parts);
+    for (const char* const name : {"thickness", "unit"})
+        take_setting(target, option_named(mesh::k_admission_numbers, name), admit);
+    for (const char* const name : {"target_error", "max_parts"})
+        take_setting(target, option_named(bake::k_bake_numbers, name), out.bake);
     return out;
 }
 
