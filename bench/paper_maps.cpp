@@ -103,7 +103,7 @@ PaperMaps::PaperMaps(std::shared_ptr<const PaperParts> parts, Density density) :
     for (std::size_t i = 0; i < model_.common.parts.size(); ++i) {
         const shape::Superquadricd sq = shape::cast<double>(model::superquadric_of(model_.common.parts[i]));
         const paper::Map map = paper::bake_map(parts_->rays, parts_->triangles[i], sq, options);
-        bytes += map.stored_bytes() - sizeof(paper::SmoothedSample) * map.smoothed.size();
+        bytes += map.stored_bytes();
         samples += std::size_t{map.eta_count} * map.omega_count;
         area += surface_area(sq);
         paper::append_map(map, model_.maps);

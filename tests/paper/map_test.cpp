@@ -104,8 +104,8 @@ TEST(Paper, Eq12OffsetIsZeroOnASphereInASphereAndPositiveOnBumps)
 {
     const Map smooth = at_level(mesh::sphere(0.5, 6), Superquadricd{}, 4);
     double largest = 0;
-    for (std::size_t i = 0; i < smooth.normal.size(); ++i)
-        largest = std::max(largest, double(smooth.offset_scale) * test::offset_steps(smooth.offset, i));
+    for (std::size_t i = 0; i < 32 * smooth.hits.size(); ++i)
+        largest = std::max(largest, double(smooth.offset_scale) * paper::offset_steps(smooth.view(), i));
     EXPECT_LT(largest, 0.02);  // facets only
     // A box corner close to the superquadric is a local minimum of the map, where grad D = 0 but delta is wanted.
     Superquadricd sq;
@@ -113,8 +113,8 @@ TEST(Paper, Eq12OffsetIsZeroOnASphereInASphereAndPositiveOnBumps)
     const Map box = at_level(mesh::rounded_box({0.6, 0.6, 0.6}, 0.05, 6), sq, 5);
     largest = 0;
     int minima = 0;
-    for (std::size_t i = 0; i < box.normal.size(); ++i) {
-        const std::uint32_t steps = test::offset_steps(box.offset, i);
+    for (std::size_t i = 0; i < 32 * box.hits.size(); ++i) {
+        const std::uint32_t steps = paper::offset_steps(box.view(), i);
         largest = std::max(largest, double(box.offset_scale) * steps);
         minima += steps > 0;
     }

@@ -31,11 +31,4 @@ inline Vec3f decode_normal(std::uint16_t code) noexcept
     return normalized(Vec3f{u, v, z});
 }
 
-/// The offset of a sample of a paper map's base grid, in units of offset_scale.
-constexpr std::uint32_t offset_steps(std::span<const std::uint8_t> offsets, std::size_t sample)
-{
-    const std::uint32_t code = offsets[sample / 2] >> 4 * (sample % 2) & 15u;
-    return code * code;
-}
-
 }  // namespace sqmap::test

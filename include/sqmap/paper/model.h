@@ -45,11 +45,22 @@ struct MapGap {
     friend constexpr bool operator==(const MapGap&, const MapGap&) = default;
 };
 
-/// The smoothed map at a base sample: what smoothing adds to the distance, times distance_scale, and the normal of the
-/// smoothed surface, octahedral. Beside a jump, a cap or a miss there is no one surface to smooth: see is_smoothed.
+/// Which of 32 samples of the base grid, row-major, are hits (their rays meet the surface), the first lowest, and how many hits
+/// come before them. Normals and the smoothed map are stored for hits alone: see hit_index.
+struct HitRank {
+    std::uint32_t bits, before;
+    friend constexpr bool operator==(const HitRank&, const HitRank&) = default;
+};
+/// Arrays of hits have so many entries more, all zero: queries read a few bytes behind the last.
+inline constexpr std::size_t k_hit_padding = 2;
+
+/// The smoothed map at a hit of the base grid, stored in 20 bits: what smoothing adds to the distance, and the normal of the
+/// smoothed surface. Where there is no one surface to smooth: see is_smoothed.
 struct SmoothedSample {
-    std::int16_t change;
-    std::uint16_t normal;
+    std::int32_t change;   ///< root of the length in change_scale, signed, 6 bits
+    std::uint32_t normal;  ///< model::octahedral_normal, 7 + 7 bits
+    /// Times change_scale.
+    [[nodiscard]] constexpr std::int32_t steps() const { return change < 0 ? -change * change : change * change; }
     friend constexpr bool operator==(const SmoothedSample&, const SmoothedSample&) = default;
 };
 /// Any thread.
@@ -74,6 +85,7 @@ struct MapGrid {
     std::uint32_t vertex_count = 0;                ///< N_m: mesh vertices of the part, for the gate of layer 3
     float distance_scale = 0;                      ///< length of one step of distance and correction
     float offset_scale = 0;                        ///< length of an offset whose root is 1
+    float change_scale = 1;                        ///< length of a change by smoothing whose root is 1
     float quantization_error = 0;                  ///< largest measured error of a stored distance
     std::uint32_t seed_count = 0;                  ///< seeds along each axis
     std::uint32_t seeds_mirrored = 0;              ///< not 0: seeds cover the octant x, y, z >= 0 only
@@ -86,16 +98,17 @@ struct MapGrid {
 template <template <class> class Array>
 struct MapArrays {
     Array<std::uint16_t> distance;  ///< finest grid
-    Array<std::uint16_t> normal;    ///< base grid: surface normals by eq. 26, octahedral, 8 + 8 bits
+    Array<HitRank> hits;            ///< base grid, 32 samples each
+    Array<std::uint16_t> normal;    ///< hits, padded: surface normals by eq. 26, octahedral, 8 + 8 bits
     /// Finest grid, two bits a node, four nodes a byte: 1 = the surface jumps towards the next row, 2 = next column.
     Array<std::uint8_t> cuts;
-    Array<std::uint8_t> offset;            ///< delta of eq. 12 on the base grid, rounded up: roots, two samples a byte
+    Array<std::uint32_t> offset;           ///< delta of eq. 12 at the base samples that have one, see offset_steps, padded
     Array<std::uint32_t> correction_rows;  ///< #eta_count: cells of row i have corrections [rows[i], rows[i+1])
     Array<std::uint32_t> gap_rows;         ///< #eta_count + 1: samples of row i have gaps [rows[i], rows[i+1])
     Array<VertexCorrection> corrections;
     Array<MapGap> gaps;
-    Array<FootSeed> seeds;           ///< #seed_count^3, z fastest, over the undeformed bounding box
-    Array<SmoothedSample> smoothed;  ///< base grid, for force; empty or as long as normal
+    Array<FootSeed> seeds;         ///< #seed_count^3, z fastest, over the undeformed bounding box
+    Array<std::uint8_t> smoothed;  ///< hits, padded, for force: see smoothed_at; or none
     /// Over the same box, #k_surface_seeds^3 or none: the sample that shows the surface nearest to the middle of a cell. Below
     /// caps the search for a surface starts from it.
     Array<FootSeed> surface_seeds;
@@ -103,6 +116,7 @@ struct MapArrays {
     static constexpr void each(Visit&& visit, Of&... of)
     {
         visit("distance", of.distance...);
+        visit("hits", of.hits...);
         visit("normal", of.normal...);
         visit("cuts", of.cuts...);
         visit("offset", of.offset...);
@@ -170,11 +184,18 @@ struct MapView : MapGrid, MapArrays<model::ArrayView> {
 };
 
 /// True where no query can read outside the view's arrays and every number is finite and in its range: to be checked once
-/// for a view over untrusted bytes. Cost: linear in corrections and gaps.
+/// for a view over untrusted bytes. Cost: linear in base samples, corrections and gaps.
 [[nodiscard]] bool is_consistent(const MapView& map) noexcept;
+/// The entry of a sample of the base grid in the arrays of hits; that of the next hit, or of the padding, if it is none.
+/// @pre the sample exists
+[[nodiscard]] std::size_t hit_index(const MapView& map, std::size_t sample) noexcept;
+/// The smoothed map at a hit. @pre has one; the entry is below the number of hits
+[[nodiscard]] SmoothedSample smoothed_at(const MapView& map, std::size_t entry) noexcept;
+/// Delta of eq. 12 at a sample of the base grid, times offset_scale. Logarithmic in the samples that have one.
+[[nodiscard]] std::uint32_t offset_steps(const MapView& map, std::size_t sample) noexcept;
 
 /// Version of the format of paper models. Others are refused: bake again.
-inline constexpr std::uint32_t k_format_version = 13;
+inline constexpr std::uint32_t k_format_version = 14;
 
 /// Everything a query of a paper model reads: spans over a blob that the caller owns, valid as long as it is. Any number of
 /// threads may read one at a time.

@@ -13,6 +13,7 @@
 #include "sqmap/shape/surface.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -337,6 +338,29 @@ private:
     std::size_t best_ = 0;  // of the last query, which is near the next one
 };
 
+// Numbers the hits of the base grid, for the arrays that hold these alone.
+void rank_hits(Map& map)
+{
+    const MapView view = map.view();
+    std::uint32_t before = 0;
+    for (std::size_t k = 0; k < rank_count(base_rows(map) * base_columns(map)); ++k) {
+        map.hits.push_back(hits_in(view, k, before));
+        before += static_cast<std::uint32_t>(std::popcount(map.hits.back().bits));
+    }
+}
+
+// Eq. 12 at the base samples that have one.
+void store_offsets(const std::vector<double>& delta, Map& map)
+{
+    const double largest = *std::max_element(delta.begin(), delta.end());
+    map.offset_scale = static_cast<float>(largest > 0 ? largest / k_largest_offset * (1 + 1e-6) : 1.0);
+    for (std::size_t i = 0; i < delta.size(); ++i)
+        if (delta[i] > 0)
+            map.offset.push_back(static_cast<std::uint32_t>(i) << k_offset_bits |
+                                 offset_code(delta[i] / static_cast<double>(map.offset_scale)));
+    if (!map.offset.empty()) map.offset.resize(map.offset.size() + k_hit_padding, k_no_offset);
+}
+
 // The sample nearest to the middle of every seed cell, on a grid of 33 by 64.
 void make_seeds(const Superquadricd& sq, Map& map)
 {
@@ -439,31 +463,25 @@ Map bake_map(const MapRays& rays, std::span<const std::uint32_t> triangles, cons
         for (int j = 0; j < grid.columns; ++j) {
             const Surface& s = grid.at(i, j);
             const bool is_base = i % (1 << map.subdivisions) == 0 && j % (1 << map.subdivisions) == 0;
-            std::uint16_t code = s.kind == Kind::Cap ? k_map_cap : k_map_miss, normal = 0;
+            std::uint16_t code = s.kind == Kind::Cap ? k_map_cap : k_map_miss;
             if (s.kind == Kind::Hit) {
                 code = static_cast<std::uint16_t>(std::min(std::round(s.distance / scale), double(k_map_largest)));
                 map.report.quantization_error = std::max(map.report.quantization_error, std::abs(code * scale - s.distance));
-                if (is_base) normal = model::encode_normal(sqmap::cast<float>(surface_normal(caster, grid, cuts, i, j)));
+                if (is_base)
+                    map.normal.push_back(model::encode_normal(sqmap::cast<float>(surface_normal(caster, grid, cuts, i, j))));
             }
             (s.kind == Kind::Hit ? map.report.hit_share : (s.kind == Kind::Cap ? map.report.cap_share : map.report.miss_share)) +=
                 share;
             map.distance.push_back(code);
-            if (is_base) map.normal.push_back(normal);
         }
+    map.normal.resize(map.normal.size() + k_hit_padding);
+    rank_hits(map);
     map.quantization_error = static_cast<float>(map.report.quantization_error);
     map.cuts.assign((grid.samples.size() + 3) / 4, 0);
     for (std::size_t k = 0; k < cuts.size(); ++k)
         map.cuts[k / 4] = static_cast<std::uint8_t>(map.cuts[k / 4] | cuts[k] << (2 * (k % 4)));
 
-    const std::vector<double> delta = offsets(caster, grid, 1 << map.subdivisions, options);
-    const double largest_delta = *std::max_element(delta.begin(), delta.end());
-    map.offset_scale = static_cast<float>(largest_delta > 0 ? largest_delta / k_largest_offset * (1 + 1e-6) : 1.0);
-    map.offset.assign(offset_bytes(delta.size()), 0);
-    for (std::size_t i = 0; i < delta.size(); ++i) {
-        const std::uint32_t code = offset_code(delta[i] / static_cast<double>(map.offset_scale));
-        map.offset[i / 2] = static_cast<std::uint8_t>(map.offset[i / 2] | code << 4 * (i % 2));
-    }
-
+    store_offsets(offsets(caster, grid, 1 << map.subdivisions, options), map);
     add_smoothing(caster, grid, options, map);
 
     map.vertex_count = static_cast<std::uint32_t>(vertices_of(rays.mesh(), triangles).size());

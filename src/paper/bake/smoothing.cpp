@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <optional>
 
 namespace sqmap::paper {
 
@@ -96,6 +97,41 @@ private:
     std::vector<double> diagonal_, area_;
 };
 
+/// The smoothed map of hits: their changes in model units, stored together once the greatest is known.
+class SmoothedHits {
+public:
+    void add(double change, Vec3d normal)
+    {
+        samples_.push_back({0, model::octahedral_code<k_smoothed_normal_bits>(normal)});
+        changes_.push_back(change);
+        greatest_ = std::max(greatest_, std::abs(change));
+    }
+    void add_none()
+    {
+        samples_.push_back({k_not_smoothed, 0});
+        changes_.push_back(0);
+    }
+    void store(Map& map)
+    {
+        map.change_scale = greatest_ > 1e-30 ? static_cast<float>(greatest_ / k_largest_change) : 1.0f;
+        map.smoothed.assign(smoothed_bytes(samples_.size()), 0);
+        for (std::size_t k = 0; k < samples_.size(); ++k) {
+            SmoothedSample& sample = samples_[k];
+            if (is_smoothed(sample)) sample.change = change_code(changes_[k] / static_cast<double>(map.change_scale));
+            const std::uint32_t change = static_cast<std::uint32_t>(sample.change) & ((1u << k_change_bits) - 1u);
+            const std::size_t bit = k * k_smoothed_bits;
+            const std::uint32_t word = (change | sample.normal << k_change_bits) << bit % 8;
+            for (std::size_t b = 0; b < 3; ++b)
+                map.smoothed[bit / 8 + b] = static_cast<std::uint8_t>(map.smoothed[bit / 8 + b] | (word >> 8 * b & 255u));
+        }
+    }
+
+private:
+    std::vector<SmoothedSample> samples_;
+    std::vector<double> changes_;
+    double greatest_ = 0;
+};
+
 /// Each hit's plane of the smoothed surface, put back on the ray: one surface for all parts, whatever their grids, and whole
 /// beside jumps.
 void take_surface(const Caster& caster, const Grid& finest, const MapOptions& options, Map& map)
@@ -103,9 +139,9 @@ void take_surface(const Caster& caster, const Grid& finest, const MapOptions& op
     const mesh::Mesh& mesh = caster.rays.mesh();
     const SmoothSurface& smooth = caster.rays.smoothed(options.smoothing_length);
     const int stride = 1 << map.subdivisions;
+    SmoothedHits hits;
     for (int i = 0; i < finest.rows; i += stride)
         for (int j = 0; j < finest.columns; j += stride) {
-            SmoothedSample& out = map.smoothed.emplace_back(SmoothedSample{k_not_smoothed, 0});
             const Surface& here = finest.at(i, j);
             if (here.kind != Kind::Hit) continue;
             const shape::SurfacePoint<double> r = caster.at(finest.angles(i, j));
@@ -117,14 +153,16 @@ void take_surface(const Caster& caster, const Grid& finest, const MapOptions& op
                 return (1 - u - v) * of[t[0]] + u * of[t[1]] + v * of[t[2]];
             };
             const Vec3d n = normalized(within(smooth.normals));
-            if (!(dot(n, up) > 0)) continue;
+            if (!(dot(n, up) > 0)) {
+                hits.add_none();
+                continue;
+            }
             // The ray meets a steep plane far off: there the plane goes through the end of what a sample may move.
             constexpr double k_steep = 0.2;
             const double rise = dot(a + hit - within(smooth.points), n) / std::max(dot(n, r.normal), k_steep);
-            const double steps = std::max(rise, -here.distance) / static_cast<double>(map.distance_scale);
-            out.change = static_cast<std::int16_t>(std::lround(std::clamp(steps, -32767.0, 32767.0)));
-            out.normal = model::encode_normal(sqmap::cast<float>(n));
+            hits.add(std::max(rise, -here.distance), n);
         }
+    hits.store(map);
 }
 
 }  // namespace
@@ -181,22 +219,29 @@ void add_smoothing(const Caster& caster, const Grid& finest, const MapOptions& o
                 }
             if (whole) smooth[index(i, j)] = sum / weights;
         }
+    // By eq. 26, where all neighbours are smoothed too.
+    const auto normal_of = [&](int i, int j) -> std::optional<Vec3d> {
+        const double up = smooth[index(i + 1, j)], down = smooth[index(i - 1, j)], next = smooth[index(i, j + 1)],
+                     last = smooth[index(i, j - 1)];
+        if (std::min({up, down, next, last}) < 0) return std::nullopt;
+        const auto jet = shape::surface_jet(caster.sq, shape::position_at(caster.sq, finest.angles(i * stride, j * stride)));
+        const Vec3d n = normalized(shape::mapped_normal(jet, smooth[index(i, j)], (up - down) * (rows - 1) / (2 * k_pi),
+                                                        (next - last) * columns / (4 * k_pi)));
+        if (!(dot(n, face_normal(caster.rays.mesh(), at(i, j).triangle)) > 0)) return std::nullopt;
+        return n;
+    };
+    SmoothedHits hits;
     for (int i = 0; i < rows; ++i)
         for (int j = 0; j < columns; ++j) {
-            SmoothedSample& out = map.smoothed.emplace_back(SmoothedSample{k_not_smoothed, 0});
+            if (at(i, j).kind != Kind::Hit) continue;
             const double d = smooth[index(i, j)];
-            if (d < 0 || i == 0 || i == rows - 1) continue;
-            const double up = smooth[index(i + 1, j)], down = smooth[index(i - 1, j)], next = smooth[index(i, j + 1)],
-                         last = smooth[index(i, j - 1)];
-            if (std::min({up, down, next, last}) < 0) continue;
-            const auto jet = shape::surface_jet(caster.sq, shape::position_at(caster.sq, finest.angles(i * stride, j * stride)));
-            const Vec3d n = normalized(
-                shape::mapped_normal(jet, d, (up - down) * (rows - 1) / (2 * k_pi), (next - last) * columns / (4 * k_pi)));
-            if (!(dot(n, face_normal(caster.rays.mesh(), at(i, j).triangle)) > 0)) continue;
-            const double steps = (d - at(i, j).distance) / static_cast<double>(map.distance_scale);
-            out.change = static_cast<std::int16_t>(std::lround(std::clamp(steps, -32767.0, 32767.0)));
-            out.normal = model::encode_normal(sqmap::cast<float>(n));
+            const std::optional<Vec3d> n = d < 0 || i == 0 || i == rows - 1 ? std::nullopt : normal_of(i, j);
+            if (n)
+                hits.add(d - at(i, j).distance, *n);
+            else
+                hits.add_none();
         }
+    hits.store(map);
 }
 
 }  // namespace sqmap::paper

@@ -5,6 +5,7 @@
 #include "sqmap/math/assert.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numbers>
 
@@ -43,7 +44,72 @@ bool is_sparse_table(std::span<const std::uint32_t> rows, std::span<const Entry>
     return true;
 }
 
+/// Ranks that the distances give, and entries for as many hits.
+bool has_ranked_hits(const MapView& map)
+{
+    if (map.hits.size() != rank_count(base_rows(map) * base_columns(map))) return false;
+    std::uint32_t before = 0;
+    for (std::size_t k = 0; k < map.hits.size(); ++k) {
+        const HitRank rank = hits_in(map, k, before);
+        if (map.hits[k] != rank) return false;
+        before += static_cast<std::uint32_t>(std::popcount(rank.bits));
+    }
+    const std::size_t entries = before + k_hit_padding;
+    return map.normal.size() == entries && (map.smoothed.empty() || map.smoothed.size() == smoothed_bytes(before));
+}
+
+/// None, or samples that there are, rising, and the words that end them.
+bool has_rising_offsets(std::span<const std::uint32_t> offsets, std::size_t samples)
+{
+    if (offsets.empty()) return true;
+    if (offsets.size() < k_hit_padding) return false;
+    const std::size_t count = offsets.size() - k_hit_padding;
+    for (std::size_t k = 0; k < count; ++k) {
+        const bool rises = k == 0 || offsets[k] >> k_offset_bits > offsets[k - 1] >> k_offset_bits;
+        if (!rises || offsets[k] >> k_offset_bits >= samples) return false;
+    }
+    return std::all_of(offsets.begin() + static_cast<std::ptrdiff_t>(count), offsets.end(),
+                       [](std::uint32_t word) { return word == k_no_offset; });
+}
+
 }  // namespace
+
+HitRank hits_in(const MapView& map, std::size_t rank, std::uint32_t before) noexcept
+{
+    const std::size_t columns = base_columns(map), count = base_rows(map) * columns, first = rank * k_rank_samples;
+    HitRank out{0, before};
+    for (std::size_t k = first; k < std::min(count, first + k_rank_samples); ++k) {
+        const std::size_t row = k / columns << map.subdivisions, column = k % columns << map.subdivisions;
+        if (ray_of(map.distance[row * map.omega_count + column]) == MapRay::Surface) out.bits |= 1u << (k - first);
+    }
+    return out;
+}
+
+std::size_t hit_index(const MapView& map, std::size_t sample) noexcept
+{
+    SQMAP_ASSERT(sample / k_rank_samples < map.hits.size());
+    const HitRank& rank = map.hits[sample / k_rank_samples];
+    return rank.before + static_cast<std::size_t>(std::popcount(rank.bits & ((1u << sample % k_rank_samples) - 1u)));
+}
+
+SmoothedSample smoothed_at(const MapView& map, std::size_t entry) noexcept
+{
+    const std::size_t first = entry * k_smoothed_bits / 8;
+    SQMAP_ASSERT(first + 3 <= map.smoothed.size());
+    std::uint32_t word = 0;
+    for (std::size_t k = 0; k < 3; ++k) word |= std::uint32_t{map.smoothed[first + k]} << 8 * k;
+    word >>= entry * k_smoothed_bits % 8;
+    const auto change = static_cast<std::int32_t>(word << (32 - k_change_bits)) >> (32 - k_change_bits);
+    return {change, word >> k_change_bits & ((1u << 2 * k_smoothed_normal_bits) - 1u)};
+}
+
+std::uint32_t offset_steps(const MapView& map, std::size_t sample) noexcept
+{
+    const auto word = std::lower_bound(map.offset.begin(), map.offset.end(), static_cast<std::uint32_t>(sample << k_offset_bits));
+    if (word == map.offset.end() || *word >> k_offset_bits != sample) return 0;
+    const std::uint32_t code = *word & ((1u << k_offset_bits) - 1u);
+    return code * code;
+}
 
 MapRay ray_of(std::uint16_t stored) noexcept
 {
@@ -70,16 +136,14 @@ bool is_consistent(const MapView& map) noexcept
         return false;
     const std::uint32_t stride = std::uint32_t{1} << map.subdivisions;
     if ((map.eta_count - 1) % stride != 0 || map.omega_count % stride != 0) return false;
-    const std::size_t base_rows = (map.eta_count - 1) / stride + 1, base_columns = map.omega_count / stride;
-    if (base_rows < 3 || base_columns < 4) return false;
+    const std::size_t samples = base_rows(map) * base_columns(map);
+    if (base_rows(map) < 3 || base_columns(map) < 4) return false;
     const auto length = [](float v) { return v > 0 && std::isfinite(v); };
     const std::size_t n = map.seed_count;
-    return is_shape(map.superquadric) && length(map.distance_scale) && length(map.offset_scale) && map.distance.size() == count &&
-           map.occluded_vertices <= map.vertex_count && map.q2_share >= 0 && map.q2_share <= 1 &&
-           map.normal.size() == base_rows * base_columns && map.cuts.size() == (count + 3) / 4 &&
-           (map.offset.empty() || map.offset.size() == offset_bytes(base_rows * base_columns)) &&
-           (map.smoothed.empty() || map.smoothed.size() == base_rows * base_columns) && n >= 1 && n <= 64 &&
-           map.seeds.size() == n * n * n &&
+    return is_shape(map.superquadric) && length(map.distance_scale) && length(map.offset_scale) && length(map.change_scale) &&
+           map.distance.size() == count && has_ranked_hits(map) && map.occluded_vertices <= map.vertex_count &&
+           map.q2_share >= 0 && map.q2_share <= 1 && map.cuts.size() == (count + 3) / 4 &&
+           has_rising_offsets(map.offset, samples) && n >= 1 && n <= 64 && map.seeds.size() == n * n * n &&
            (map.surface_seeds.empty() ||
             map.surface_seeds.size() == std::size_t{k_surface_seeds} * k_surface_seeds * k_surface_seeds) &&
            is_sparse_table(map.correction_rows, map.corrections, map.eta_count, map.omega_count) &&

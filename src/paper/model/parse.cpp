@@ -20,7 +20,7 @@ static_assert(sizeof(VertexCorrection) == sizeof(fb::VertexCorrection) &&
               alignof(VertexCorrection) == alignof(fb::VertexCorrection));
 static_assert(sizeof(MapGap) == sizeof(fb::MapGap) && alignof(MapGap) == alignof(fb::MapGap));
 static_assert(sizeof(FootSeed) == sizeof(fb::FootSeed) && alignof(FootSeed) == alignof(fb::FootSeed));
-static_assert(sizeof(SmoothedSample) == sizeof(fb::SmoothedSample) && alignof(SmoothedSample) == alignof(fb::SmoothedSample));
+static_assert(sizeof(HitRank) == sizeof(fb::HitRank) && alignof(HitRank) == alignof(fb::HitRank));
 
 /// Checks that a part's map lies within the arrays, and then what it says.
 ParseStatus check_map(const ModelView& view, std::size_t index)

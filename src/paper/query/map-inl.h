@@ -7,7 +7,7 @@
 #endif
 
 #include "paper/model/codes.h"
-#include "query/superquadric/power-inl.h"
+#include "paper/query/cell-inl.h"
 #include "sqmap/paper/projection.h"
 
 #include <algorithm>
@@ -17,10 +17,6 @@ HWY_BEFORE_NAMESPACE();
 namespace sqmap::paper::HWY_NAMESPACE {
 using namespace query::HWY_NAMESPACE;
 namespace {
-
-struct AngleLanes {
-    F eta, omega;
-};
 
 /// See MapSample.
 struct SampleLanes {
@@ -41,20 +37,27 @@ public:
     {
     }
 
+    /// How samples are read.
+    struct Wanted {
+        F normals;         ///< has a normal where the surface is no farther from the foot; elsewhere it may be zero
+        bool corrections;  ///< adds step 3's data on layer 3
+    };
+
     /// Layer 2: the sample of the base grid nearest in angle.
-    HWY_INLINE SampleLanes nearest_base(const AngleLanes& angles) const
+    HWY_INLINE SampleLanes nearest_base(const AngleLanes& angles, const Wanted& wanted) const
     {
         const Cell c(angles, base_rows_, base_columns_);
-        return base_sample(c.nearest_row(), c.nearest_column());
-    }
-    HWY_INLINE SampleLanes base_sample(I row, I column) const
-    {
-        const I normal = hn::Add(hn::Mul(row, set_int(static_cast<std::int32_t>(base_columns_))), column);
-        return value_of(half_word(map_.distance.data(), base_node(row, column)), half_word(map_.normal.data(), normal));
+        const I row = c.nearest_row(), column = c.nearest_column();
+        const I code = half_word(map_.distance.data(), base_node(row, column));
+        SampleLanes sample = value_of(code);
+        const M hit = is_hit(code);
+        if (any(hn::And(hit, hn::Ge(wanted.normals, sample.distance))))
+            sample.normal = blend(hit, decoded(normal_code(hits_before(base_index(row, column)))), sample.normal);
+        return sample;
     }
 
     /// Layer 3: linear interpolation on one sheet of the surface: that of the nearest corner, followed along uncut edges.
-    HWY_NOINLINE SampleLanes interpolated(const AngleLanes& angles, bool corrections) const
+    HWY_NOINLINE SampleLanes interpolated(const AngleLanes& angles, const Wanted& wanted) const
     {
         const Cell c(angles, map_.eta_count, map_.omega_count);
         const I bottom = node_of(c.row, c.column), top = node_of(hn::Add(c.row, set_int(1)), c.column);
@@ -62,27 +65,25 @@ public:
         const Cuts cuts(*this, c, bottom, top);
         const M whole = cuts.whole(), high = hn::Ge(c.y, set(0.5f)), right = hn::Ge(c.x, set(0.5f));
         const I code = blend(high, blend(right, distance[3], distance[2]), blend(right, distance[1], distance[0]));
-        const M hit = hn::RebindMask(df, hn::Lt(code, set_int(k_map_largest + 1)));
+        const M hit = is_hit(code);
         Corners<F> value;
         for (std::size_t i = 0; i < 4; ++i) value[i] = hn::Mul(scale_, to_float(distance[i]));
-        SampleLanes sample{{}, {}, hn::Zero(di)};
         if (any(hn::AndNot(whole, hit))) one_sheet(cuts, high, right, value);
-        sample.distance = c.bilinear(value[0], value[1], value[2], value[3]);
-        sample.normal = normal_at(angles, sample.distance);
-        if (corrections && !map_.corrections.empty() && any(hn::And(whole, hit)))
-            sample.distance = hn::Add(sample.distance, correction_at(c, hn::And(whole, hit)));
-        sample.distance = larger(sample.distance, hn::Zero(df));
-        const SampleLanes coded = value_of(code, hn::Zero(di));
-        sample.distance = blend(hit, sample.distance, coded.distance);
-        sample.normal = blend(hit, sample.normal, {hn::Zero(df), hn::Zero(df), hn::Zero(df)});
+        const F linear = c.bilinear(value[0], value[1], value[2], value[3]);
+        F distance_of_hit = linear;
+        if (wanted.corrections && !map_.corrections.empty() && any(hn::And(whole, hit)))
+            distance_of_hit = hn::Add(linear, correction_at(c, hn::And(whole, hit)));
+        SampleLanes sample = value_of(code);
+        sample.distance = blend(hit, larger(distance_of_hit, hn::Zero(df)), sample.distance);
+        if (any(hn::And(hit, hn::Ge(wanted.normals, sample.distance))))
+            sample.normal = blend(hit, normal_at(angles, linear), sample.normal);
         // In a cell inside which a surface enters the superquadric, the side of it that a position lies on is a guess.
         const M cap = equal(code, set_int(k_map_cap));
         M beside_cap = none();
         for (const I& corner : distance) beside_cap = hn::Or(beside_cap, equal(corner, set_int(k_map_cap)));
         const M mixed = hn::AndNot(hn::Or(whole, cap), beside_cap);
-        sample.flags = hn::Or(hn::Or(hn::IfThenElseZero(hn::RebindMask(di, hn::Not(hit)), coded.flags),
-                                     flag(hn::Not(whole), k_projection_silhouette)),
-                              flag(mixed, k_projection_by_cap));
+        sample.flags =
+            hn::Or(hn::Or(sample.flags, flag(hn::Not(whole), k_projection_silhouette)), flag(mixed, k_projection_by_cap));
         return sample;
     }
 
@@ -92,11 +93,7 @@ public:
         if (map_.offset.empty()) return hn::Zero(df);
         const Cell c(angles, base_rows_, base_columns_);
         Corners<F> value;
-        for (std::size_t i = 0; i < 4; ++i) {
-            const I sample = base_corner(c, i), byte = byte_at(map_.offset.data(), shift_right<1>(sample));
-            const I root = hn::And(hn::Shr(byte, hn::ShiftLeft<2>(hn::And(sample, set_int(1)))), set_int(15));
-            value[i] = hn::Mul(set(map_.offset_scale), to_float(hn::Mul(root, root)));
-        }
+        for (std::size_t i = 0; i < 4; ++i) value[i] = offset_of(base_index(c.corner_row(i), c.corner_column(i)));
         return c.bilinear(value[0], value[1], value[2], value[3]);
     }
 
@@ -108,14 +105,14 @@ public:
         M known = equal(hn::And(sample.flags, set_int(k_no_surface_bits)), hn::Zero(di));
         if (!any(known)) return sample;
         const Cell c(angles, base_rows_, base_columns_);
+        const Corners<I> code = base_codes(c), entry = hit_entries(c, code);
         Corners<F> change;
         Corners<V3> directions;
         for (std::size_t i = 0; i < 4; ++i) {
-            const I word = hn::GatherIndex(di, reinterpret_cast<const std::int32_t*>(map_.smoothed.data()), base_corner(c, i));
-            const I signed_change = hn::ShiftRight<16>(hn::ShiftLeft<16>(word));
-            known = hn::AndNot(equal(signed_change, set_int(k_not_smoothed)), known);
-            change[i] = hn::Mul(scale_, to_float(signed_change));
-            directions[i] = decoded(high_half(word));
+            const I word = smoothed_word(entry[i]);
+            known = hn::And(known, hn::And(is_hit(code[i]), is_smooth(word)));
+            change[i] = change_of(word);
+            directions[i] = smoothed_normal(word);
         }
         const F moved = larger(hn::Add(sample.distance, c.bilinear(change[0], change[1], change[2], change[3])), hn::Zero(df));
         sample.distance = blend(known, moved, sample.distance);
@@ -124,17 +121,25 @@ public:
     }
 
     /// The same of a sample of layer 2: what smoothing adds at the base sample itself.
-    HWY_INLINE SampleLanes smoothed_base(const AngleLanes& angles, const SampleLanes& sample) const
+    HWY_INLINE SampleLanes smoothed_base(const AngleLanes& angles, SampleLanes sample) const
     {
+        if (map_.smoothed.empty()) return sample;
         const Cell c(angles, base_rows_, base_columns_);
-        return smoothed_node(c.nearest_row(), c.nearest_column(), sample);
+        const I word = smoothed_word(hits_before(base_index(c.nearest_row(), c.nearest_column())));
+        const M known =
+            hn::And(is_smooth(word), equal(hn::And(sample.flags, set_int(k_projection_miss | k_projection_cap)), hn::Zero(di)));
+        sample.distance = blend(known, larger(hn::Add(sample.distance, change_of(word)), hn::Zero(df)), sample.distance);
+        sample.normal = blend(known, smoothed_normal(word), sample.normal);
+        return sample;
     }
 
-    /// A base sample about a position: a corner of the cell, as stored and smoothed.
+    /// A base sample about a position: a corner of the cell, smoothed where the smoothed map has it.
     struct CornerLanes {
         I row, column;  ///< of the base grid
         F share;        ///< of bilinear interpolation
-        SampleLanes stored, smoothed;
+        M hit;
+        F stored, smoothed;  ///< distances of a hit
+        V3 normal;           ///< of a hit, smoothed
     };
     /// Rise from one sheet's sample to the next, at most.
     float steepest() const { return 3 * spacing_; }
@@ -143,14 +148,24 @@ public:
         const Cell c(angles, base_rows_, base_columns_);
         const F one = set(1.f), left = hn::Sub(one, c.x), below = hn::Sub(one, c.y);
         const F shares[4] = {hn::Mul(left, below), hn::Mul(c.x, below), hn::Mul(left, c.y), hn::Mul(c.x, c.y)};
+        const Corners<I> code = base_codes(c), entry = hit_entries(c, code);
         std::array<CornerLanes, 4> all;
         for (std::size_t i = 0; i < 4; ++i) {
             CornerLanes& corner = all[i];
-            corner.row = i < 2 ? c.row : hn::Add(c.row, set_int(1));
-            corner.column = i % 2 == 0 ? c.column : c.next_column;
+            corner.row = c.corner_row(i);
+            corner.column = c.corner_column(i);
             corner.share = shares[i];
-            corner.stored = base_sample(corner.row, corner.column);
-            corner.smoothed = smoothed_node(corner.row, corner.column, corner.stored);
+            corner.hit = is_hit(code[i]);
+            corner.stored = corner.smoothed = hn::Mul(scale_, to_float(code[i]));
+            M known = none();
+            if (!map_.smoothed.empty()) {
+                const I word = smoothed_word(entry[i]);
+                known = is_smooth(word);
+                const F moved = larger(hn::Add(corner.stored, change_of(word)), hn::Zero(df));
+                corner.smoothed = blend(known, moved, corner.stored);
+                corner.normal = smoothed_normal(word);
+            }
+            if (any(hn::AndNot(known, corner.hit))) corner.normal = blend(known, corner.normal, decoded(normal_code(entry[i])));
         }
         return all;
     }
@@ -167,7 +182,7 @@ public:
         for (; any(entries.left); entries.next()) {
             const I word = entries.word(2);  // leave, enter
             const M behind = hn::And(entries.left, hn::Gt(s, hn::Mul(scale_, to_float(low(word)))));
-            const I enter = high_half(word);
+            const I enter = high(word);
             const F again = blend(equal(enter, set_int(k_map_miss)), set(INFINITY), hn::Mul(scale_, to_float(enter)));
             distance = blend(behind, again, distance);
             found = hn::Or(found, behind);
@@ -181,46 +196,10 @@ public:
     {
         const M first = equal(index, hn::Zero(di));
         const I pair = gather_pair(base, hn::Sub(index, flagged(hn::Not(first))));
-        return blend(first, low(pair), high_half(pair));
+        return blend(first, low(pair), high(pair));
     }
 
 private:
-    template <class T>
-    using Corners = std::array<T, 4>;  // (row, column), (row, next), (next, column), (next, next)
-
-    /// A cell of a grid, and where in it.
-    struct Cell {
-        I row, column, next_column;
-        F y, x;
-        M last;  // the cell ends where the columns begin
-
-        HWY_INLINE Cell(const AngleLanes& angles, std::size_t rows, std::size_t columns)
-        {
-            const auto count = [](std::size_t n) { return static_cast<float>(n); };
-            const auto within = [](F v, float max) { return smaller(larger(v, hn::Zero(df)), set(max)); };
-            const F at_y = within(mul_add(angles.eta, set(count(rows - 1) / k_pi), set(0.5f * count(rows - 1))), count(rows - 1)),
-                    at_x = within(mul_add(angles.omega, set(count(columns) / (2 * k_pi)), set(0.5f * count(columns))),
-                                  count(columns));
-            row = hn::Min(truncate(at_y), set_int(static_cast<std::int32_t>(rows) - 2));
-            const I end = set_int(static_cast<std::int32_t>(columns) - 1);
-            column = hn::Min(truncate(at_x), end);
-            last = equal(column, end);
-            next_column = hn::IfThenElseZero(hn::RebindMask(di, hn::Not(last)), hn::Add(column, set_int(1)));
-            y = hn::Sub(at_y, to_float(row));
-            x = hn::Sub(at_x, to_float(column));
-        }
-        HWY_INLINE I nearest_row() const
-        {
-            return hn::Add(row, hn::IfThenElseZero(hn::RebindMask(di, hn::Ge(y, set(0.5f))), set_int(1)));
-        }
-        HWY_INLINE I nearest_column() const { return blend(hn::Ge(x, set(0.5f)), next_column, column); }
-        HWY_INLINE F bilinear(F v00, F v01, F v10, F v11) const
-        {
-            const F lower = mul_add(x, hn::Sub(v01, v00), v00), upper = mul_add(x, hn::Sub(v11, v10), v10);
-            return mul_add(y, hn::Sub(upper, lower), lower);
-        }
-    };
-
     /// Which edges of a cell the surface jumps across.
     struct Cuts {
         M bottom, top, left, right;  // uncut
@@ -238,68 +217,99 @@ private:
         HWY_INLINE M whole() const { return hn::And(hn::And(bottom, top), hn::And(left, right)); }
     };
 
-    /// Records of six bytes, a lane at a time sorted by column, from the first of a column on.
-    struct Entries {
-        const std::byte* base;
-        I at, end, column;
-        M left;
+    static HWY_INLINE M is_hit(I code) { return hn::RebindMask(df, hn::Lt(code, set_int(k_map_largest + 1))); }
 
-        HWY_INLINE Entries(const std::uint32_t* rows, const std::byte* records, I row, I wanted, M which)
-            : base(records), column(wanted)
-        {
-            const I from = blend(which, row, hn::Zero(di));
-            at = gather_word(rows, from);
-            end = gather_word(rows, hn::Add(from, set_int(1)));
-            left = hn::And(which, hn::RebindMask(df, hn::Lt(at, end)));
-            // The first not before the column, by halves.
-            I before = at, after = end;
-            for (M open = left; any(open); open = hn::And(open, hn::RebindMask(df, hn::Lt(before, after)))) {
-                const I middle = shift_right<1>(hn::Add(before, after));
-                const M lower = hn::And(open, hn::RebindMask(df, hn::Lt(column_of(middle, open), column)));
-                before = blend(lower, hn::Add(middle, set_int(1)), before);
-                after = blend(hn::AndNot(lower, open), middle, after);
-            }
-            at = before;
-            check();
-        }
-        /// Two bytes at a time from an even offset in the record on.
-        HWY_INLINE I word(int offset) const { return gather(at, left, offset); }
-        HWY_INLINE void next()
-        {
-            at = hn::Add(at, set_int(1));
-            check();
-        }
-
-    private:
-        HWY_INLINE I gather(I index, M which, int offset) const
-        {
-            const I byte = hn::Mul(blend(which, index, hn::Zero(di)), set_int(6));
-            return hn::GatherOffset(di, reinterpret_cast<const std::int32_t*>(base), hn::Add(byte, set_int(offset)));
-        }
-        HWY_INLINE I column_of(I index, M which) const { return low(gather(index, which, 0)); }
-        HWY_INLINE void check()
-        {
-            left = hn::And(left, hn::RebindMask(df, hn::Lt(at, end)));
-            if (any(left)) left = hn::And(left, equal(column_of(at, left), column));
-        }
-    };
-
-    static HWY_INLINE I high_half(I word) { return shift_right<16>(word); }
-    /// Smooths the sample of a node of the base grid.
-    HWY_INLINE SampleLanes smoothed_node(I row, I column, SampleLanes sample) const
+    HWY_INLINE I base_index(I row, I column) const
     {
-        if (map_.smoothed.empty()) return sample;
-        const I node = hn::Add(hn::Mul(row, set_int(static_cast<std::int32_t>(base_columns_))), column);
-        const I word = hn::GatherIndex(di, reinterpret_cast<const std::int32_t*>(map_.smoothed.data()), node);
-        const I change = hn::ShiftRight<16>(hn::ShiftLeft<16>(word));
-        const M known = hn::AndNot(equal(change, set_int(k_not_smoothed)),
-                                   equal(hn::And(sample.flags, set_int(k_projection_miss | k_projection_cap)), hn::Zero(di)));
-        const F moved = larger(hn::Add(sample.distance, hn::Mul(scale_, to_float(change))), hn::Zero(df));
-        sample.distance = blend(known, moved, sample.distance);
-        sample.normal = blend(known, decoded(high_half(word)), sample.normal);
-        return sample;
+        return hn::Add(hn::Mul(row, set_int(static_cast<std::int32_t>(base_columns_))), column);
     }
-    static HWY_INLINE I flagged(M m) { return hn::IfThenElseZero(hn::RebindMask(di, m), set_int(1)); }
+    /// As hit_index.
+    HWY_INLINE I hits_before(I sample) const
+    {
+        const auto* words = reinterpret_cast<const std::uint32_t*>(map_.hits.data());
+        const I rank = hn::ShiftLeft<1>(shift_right<5>(sample));
+        const I bits = gather_word(words, rank), before = gather_word(words + 1, rank);
+        const I below = hn::Sub(hn::Shl(set_int(1), hn::And(sample, set_int(31))), set_int(1));
+        return hn::Add(before, hn::BitCast(di, hn::PopulationCount(hn::BitCast(du, hn::And(bits, below)))));
+    }
+    /// Distances at a cell's corners.
+    HWY_INLINE Corners<I> base_codes(const Cell& c) const
+    {
+        Corners<I> code;
+        for (std::size_t i = 0; i < 4; ++i)
+            code[i] = half_word(map_.distance.data(), base_node(c.corner_row(i), c.corner_column(i)));
+        return code;
+    }
+    /// hits_before at a cell's corners: the next column's is as many, or one more.
+    HWY_INLINE Corners<I> hit_entries(const Cell& c, const Corners<I>& code) const
+    {
+        Corners<I> entry;
+        for (std::size_t i = 0; i < 4; i += 2) {
+            const I row = c.corner_row(i);
+            entry[i] = hits_before(base_index(row, c.column));
+            entry[i + 1] = hn::Add(entry[i], flagged(is_hit(code[i])));
+            if (any(c.last)) entry[i + 1] = blend(c.last, hits_before(base_index(row, hn::Zero(di))), entry[i + 1]);
+        }
+        return entry;
+    }
+    /// Normals at a cell's corners; a row's two stand side by side where both are hits. Corners that are no hits have any.
+    HWY_INLINE Corners<I> normal_codes(const Cell& c, const Corners<I>& stored) const
+    {
+        Corners<I> code;
+        for (std::size_t i = 0; i < 4; i += 2) {
+            const I row = c.corner_row(i);
+            code[i] = normal_code(hits_before(base_index(row, c.column)));
+            code[i + 1] = blend(is_hit(stored[i]), high(code[i]), code[i]);
+            if (any(c.last)) code[i + 1] = blend(c.last, normal_code(hits_before(base_index(row, hn::Zero(di)))), code[i + 1]);
+        }
+        return code;
+    }
+    /// The normal of an entry below, that of the next one above.
+    HWY_INLINE I normal_code(I entry) const { return gather_pair(map_.normal.data(), entry); }
+    /// As smoothed_at, bits above those of the sample are its neighbour's.
+    HWY_INLINE I smoothed_word(I entry) const
+    {
+        static_assert(k_smoothed_bits == 20 && k_change_bits == 6);
+        const I nibble = hn::Add(hn::ShiftLeft<2>(entry), entry);
+        const I word = hn::GatherOffset(di, reinterpret_cast<const std::int32_t*>(map_.smoothed.data()), shift_right<1>(nibble));
+        return blend(equal(hn::And(nibble, set_int(1)), hn::Zero(di)), word, shift_right<4>(word));
+    }
+    static HWY_INLINE M is_smooth(I word)
+    {
+        constexpr std::int32_t k_mask = (1 << k_change_bits) - 1;
+        return hn::Not(equal(hn::And(word, set_int(k_mask)), set_int(k_not_smoothed & k_mask)));
+    }
+    HWY_INLINE F change_of(I word) const
+    {
+        const I root = hn::ShiftRight<32 - k_change_bits>(hn::ShiftLeft<32 - k_change_bits>(word));
+        return hn::Mul(set(map_.change_scale), to_float(hn::Mul(root, hn::Abs(root))));
+    }
+    static HWY_INLINE V3 smoothed_normal(I word)
+    {
+        constexpr int k_cells = 1 << k_smoothed_normal_bits;
+        const auto coordinate = [](I code) {
+            return mul_add(to_float(hn::And(code, set_int(k_cells - 1))), set(2.f / k_cells), set(1.f / k_cells - 1.f));
+        };
+        return unfolded(coordinate(shift_right<k_change_bits>(word)),
+                        coordinate(shift_right<k_change_bits + k_smoothed_normal_bits>(word)));
+    }
+    /// As offset_steps, a length.
+    HWY_INLINE F offset_of(I sample) const
+    {
+        // The first word not before the sample's, by halves; behind the last one come those that end them.
+        const I wanted = hn::ShiftLeft<k_offset_bits>(sample);
+        const std::size_t count = map_.offset.size() - k_hit_padding;
+        I before = hn::Zero(di), after = set_int(static_cast<std::int32_t>(count));
+        for (std::size_t left = count; left > 0; left /= 2) {
+            const I middle = shift_right<1>(hn::Add(before, after));
+            const M lower = hn::RebindMask(df, hn::Lt(gather_word(map_.offset.data(), middle), wanted));
+            before = blend(lower, hn::Add(middle, set_int(1)), before);
+            after = blend(lower, after, middle);
+        }
+        const I word = gather_word(map_.offset.data(), before), root = hn::And(word, set_int(15));
+        const M found = equal(shift_right<k_offset_bits>(word), sample);
+        return hn::IfThenElseZero(found, hn::Mul(set(map_.offset_scale), to_float(hn::Mul(root, root))));
+    }
     /// Reads bytes of an array that holds four at least, and nothing behind its last.
     static HWY_INLINE I byte_at(const std::uint8_t* base, I index)
     {
@@ -317,11 +327,6 @@ private:
         const I every = set_int(std::int32_t{1} << map_.subdivisions);
         return node_of(hn::Mul(row, every), hn::Mul(column, every));
     }
-    HWY_INLINE I base_corner(const Cell& c, std::size_t i) const
-    {
-        const I row = i < 2 ? c.row : hn::Add(c.row, set_int(1)), column = i % 2 == 0 ? c.column : c.next_column;
-        return hn::Add(hn::Mul(row, set_int(static_cast<std::int32_t>(base_columns_))), column);
-    }
     HWY_INLINE I cut_bits(I node) const
     {
         const I byte = byte_at(map_.cuts.data(), shift_right<2>(node));
@@ -332,8 +337,7 @@ private:
     {
         const I back = flagged(c.last);
         const I lower = gather_pair(values, hn::Sub(bottom, back)), upper = gather_pair(values, hn::Sub(top, back));
-        Corners<I> all{blend(c.last, high_half(lower), low(lower)), high_half(lower), blend(c.last, high_half(upper), low(upper)),
-                       high_half(upper)};
+        Corners<I> all{blend(c.last, high(lower), low(lower)), high(lower), blend(c.last, high(upper), low(upper)), high(upper)};
         if (any(c.last)) {
             all[1] = blend(c.last, low(gather_pair(values, hn::Sub(bottom, c.column))), all[1]);
             all[3] = blend(c.last, low(gather_pair(values, hn::Sub(top, c.column))), all[3]);
@@ -341,13 +345,13 @@ private:
         return all;
     }
 
-    HWY_INLINE SampleLanes value_of(I code, I normal) const
+    /// Without a normal.
+    HWY_INLINE SampleLanes value_of(I code) const
     {
         const M miss = equal(code, set_int(k_map_miss)), cap = equal(code, set_int(k_map_cap));
-        const M none_known = hn::Or(miss, cap);
         const F zero = hn::Zero(df);
         return {blend(miss, set(INFINITY), blend(cap, zero, hn::Mul(scale_, to_float(code)))),
-                blend(none_known, {zero, zero, zero}, decoded(normal)),
+                {zero, zero, zero},
                 hn::Or(flag(miss, k_projection_miss), flag(cap, k_projection_cap))};
     }
 
@@ -355,7 +359,11 @@ private:
     static HWY_INLINE V3 decoded(I code)
     {
         const auto coordinate = [](I byte) { return hn::Sub(hn::Mul(to_float(byte), set(1.f / 127.5f)), set(1.f)); };
-        const F x = coordinate(hn::And(code, set_int(255))), y = coordinate(hn::And(shift_right<8>(code), set_int(255)));
+        return unfolded(coordinate(hn::And(code, set_int(255))), coordinate(hn::And(shift_right<8>(code), set_int(255))));
+    }
+    /// A unit vector out of the octahedron's square.
+    static HWY_INLINE V3 unfolded(F x, F y)
+    {
         const F one = set(1.f), z = hn::Sub(hn::Sub(one, hn::Abs(x)), hn::Abs(y));
         const F fold = larger(hn::Neg(z), hn::Zero(df));
         return unit_of({hn::Sub(x, hn::CopySign(fold, x)), hn::Sub(y, hn::CopySign(fold, y)), z});
@@ -398,20 +406,14 @@ private:
     HWY_INLINE V3 normal_at(const AngleLanes& angles, F distance) const
     {
         const Cell c(angles, base_rows_, base_columns_);
-        const I row_above = hn::Add(c.row, set_int(1)), columns = set_int(static_cast<std::int32_t>(base_columns_));
-        const Corners<I> code = corners(map_.normal.data(), c, hn::Add(hn::Mul(c.row, columns), c.column),
-                                        hn::Add(hn::Mul(row_above, columns), c.column));
-        const Corners<I> stored{half_word(map_.distance.data(), base_node(c.row, c.column)),
-                                half_word(map_.distance.data(), base_node(c.row, c.next_column)),
-                                half_word(map_.distance.data(), base_node(row_above, c.column)),
-                                half_word(map_.distance.data(), base_node(row_above, c.next_column))};
+        const Corners<I> stored = base_codes(c), code = normal_codes(c, stored);
         const F one = set(1.f), x = c.x, y = c.y, left = hn::Sub(one, x), below = hn::Sub(one, y);
         const Corners<F> share{hn::Mul(left, below), hn::Mul(x, below), hn::Mul(left, y), hn::Mul(x, y)};
         const F reach = set(steepest());
         V3 sum{hn::Zero(df), hn::Zero(df), hn::Zero(df)};
         for (std::size_t i = 0; i < 4; ++i) {
             const M near = hn::Le(hn::Abs(hn::Sub(hn::Mul(scale_, to_float(stored[i])), distance)), reach);
-            const M known = hn::And(near, hn::RebindMask(df, hn::Lt(stored[i], set_int(k_map_largest + 1))));
+            const M known = hn::And(near, is_hit(stored[i]));
             // A share for corners that others leave alone.
             const F weight = hn::IfThenElseZero(known, larger(share[i], set(1e-4f)));
             sum = plus(sum, scaled(weight, decoded(code[i])));

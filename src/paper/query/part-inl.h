@@ -74,11 +74,13 @@ public:
     HWY_INLINE PartAnswerLanes answer(const V3& p, const HeldLanes& point, M active) const
     {
         M seeks;
-        PartAnswerLanes a = along_foot(p, point, active, seeks);
+        PartAnswerLanes a = along_foot<true>(p, point, active, seeks);
         seek_nearest(p, seeks, a);
         return a;
     }
     /// The same along the foot's line alone. seeks: the lanes from whose surface closest-point steps are to go on.
+    /// normals_of_free: what is above the surface has its normal too.
+    template <bool normals_of_free = false>
     HWY_INLINE PartAnswerLanes along_foot(const V3& p, const HeldLanes& point, M active, M& seeks) const
     {
         PartAnswerLanes a;
@@ -86,14 +88,14 @@ public:
         FootLanes found = foot(point, active, a.flags);
         if (coarse_ && options_.projector == Projector::Newton) found = at_base_sample(found.position, point.q);
         a.angles = angles_at(found.position);
-        SampleLanes sample = sample_at(a.angles);
+        a.foot_distance = length(minus(found.at.point, point.q));
+        const F infinite = set(INFINITY);
+        SampleLanes sample = sample_at(a.angles, normals_of_free ? infinite : a.foot_distance);
         a.shown = found;
         a.shown_distance = sample.distance;
         a.shown_flags = sample.flags;
         a.foot = sq_.to_model(found.at.point);
         a.foot_normal = sq_.direction_to_model(found.at.normal);
-        a.foot_distance = length(minus(found.at.point, point.q));
-        const F infinite = set(INFINITY);
         if (options_.gaps && !coarse_) {
             const M deep = hn::And(active, hn::Gt(a.foot_distance, sample.distance));
             const M behind = any(deep) ? map_.behind_first(a.angles, a.foot_distance, deep, sample.distance) : none();
@@ -186,9 +188,12 @@ public:
         a.depth = blend(good, hn::Sub(a.foot_distance, sample.distance), a.depth);
     }
 
-    HWY_NOINLINE SampleLanes sample_at(const AngleLanes& angles) const
+    HWY_NOINLINE SampleLanes sample_at(const AngleLanes& angles) const { return sample_at(angles, set(INFINITY)); }
+    /// With a normal where the surface is no farther from the foot than a distance.
+    HWY_NOINLINE SampleLanes sample_at(const AngleLanes& angles, F normals) const
     {
-        const SampleLanes sample = coarse_ ? map_.nearest_base(angles) : map_.interpolated(angles, options_.corrections);
+        const MapLanes::Wanted wanted{options_.offset ? set(INFINITY) : normals, options_.corrections};
+        const SampleLanes sample = coarse_ ? map_.nearest_base(angles, wanted) : map_.interpolated(angles, wanted);
         return options_.offset ? moved_out(angles, sample) : sample;
     }
     /// Subtracts eq. 12.
@@ -243,17 +248,16 @@ private:
         F weights = zero, planes = zero;
         for (const MapLanes::CornerLanes& c : corners) {
             // As the map's own normals: corners whose distance is another one are on another sheet.
-            const M near = hn::Le(hn::Abs(hn::Sub(c.stored.distance, distance)), set(map_.steepest()));
-            const M hit = hn::And(near, equal(hn::And(c.stored.flags, set_int(k_open)), hn::Zero(di)));
+            const M hit = hn::And(c.hit, hn::Le(hn::Abs(hn::Sub(c.stored, distance)), set(map_.steepest())));
             const FootLanes foot = foot_at(sq_, base.position({c.row, c.column}));
-            F moved = hn::IfThenElseZero(hit, c.smoothed.distance);
+            F moved = hn::IfThenElseZero(hit, c.smoothed);
             if (options_.offset) moved = hn::Sub(moved, map_.offset(angles));
             // A share for corners that others leave alone.
             const F weight = hn::IfThenElseZero(hit, larger(c.share, set(1e-4f)));
             const V3 line = minus(surface_below(foot, moved), p);
             weights = hn::Add(weights, weight);
-            planes = mul_add(weight, dot(line, c.smoothed.normal), planes);
-            normal = plus(normal, scaled(weight, c.smoothed.normal));
+            planes = mul_add(weight, dot(line, c.normal), planes);
+            normal = plus(normal, scaled(weight, c.normal));
             middle = plus(middle, scaled(weight, line));
         }
         const M good = hn::And(known, hn::Gt(dot(normal, normal), hn::Mul(set(1e-6f), hn::Mul(weights, weights))));

@@ -71,6 +71,77 @@ public:
     {
         const shape::SurfaceAngles<double> angles{a.angles.eta, a.angles.omega};
         if (is_unsteady(angles)) return std::nullopt;
+        if (options_.nearest_steps == 0 || options_.layer == query::Layer::Two || (a.flags & k_projection_behind) != 0)
+            return spring_of_foot(a, angles, p);
+        const std::optional<Shown> shown = shown_at(angles);
+        if (!shown) return std::nullopt;
+        if (!shown->has_surface()) return spring_of_foot(a, angles, p);
+        Outcomes out;
+        follow(a, *shown, p, options_.nearest_steps, out);
+        return out.agreed(2e-5 * size());
+    }
+
+    /// The spring that closest-point steps from the part's table of surfaces lead to; without a normal: they start at none that
+    /// is nearer than a distance. Nothing where rounding may decide.
+    [[nodiscard]] std::optional<Spring> spring_of_table(Vec3d p, double within) const
+    {
+        Outcomes out;
+        // Seeds lie on borders of cells, to rounding.
+        for (const double side : {-1e-6, 1e-6})
+            for (const double up : {-1e-6, 1e-6}) {
+                const std::optional<Shown> shown = shown_at(table_start(p), {up, side});
+                if (!shown) return std::nullopt;
+                if (!shown->has_surface() || shown->is_cut) {
+                    out.springs.push_back({});
+                    continue;
+                }
+                const double length = norm(shown->surface - p), depth = dot(shown->surface - p, shown->normal);
+                if (std::min(std::abs(length - within), std::abs(depth)) < 1e-6 * size()) return std::nullopt;
+                if (length < within && depth > 0)
+                    follow({}, *shown, p, options_.nearest_steps, out);
+                else
+                    out.springs.push_back({});
+            }
+        return out.agreed(2e-5 * size());
+    }
+
+private:
+    struct Sample {
+        double distance = 0;
+        Vec3d normal{};       ///< zero: none
+        bool is_cut = false;  ///< its cell holds a jump
+        bool is_cap = false;  ///< the ray starts inside the solid
+    };
+    /// The surface that the map shows at a foot.
+    struct Shown {
+        shape::SurfaceAngles<double> angles;
+        Vec3d surface{}, normal{};
+        bool is_cut = false;
+        [[nodiscard]] bool has_surface() const { return norm(normal) > 0; }
+    };
+    /// Springs of which rounding to float may choose any.
+    struct Outcomes {
+        std::vector<Spring> springs;
+        bool is_known = true;
+
+        /// The spring, if all are the same to a length.
+        [[nodiscard]] std::optional<Spring> agreed(double within) const
+        {
+            if (!is_known || springs.empty()) return std::nullopt;
+            Spring out = springs[0];
+            for (const Spring& s : springs) {
+                const double apart = norm(s.depth * s.normal - out.depth * out.normal);
+                if (apart > within || (norm(s.normal) > 0) != (norm(out.normal) > 0)) return std::nullopt;
+                out.rounding = std::max(out.rounding, s.rounding + apart);
+            }
+            if (out.rounding > within) return std::nullopt;
+            return out;
+        }
+    };
+
+    /// The spring at the foot itself.
+    [[nodiscard]] std::optional<Spring> spring_of_foot(const PartAnswer& a, shape::SurfaceAngles<double> angles, Vec3d p) const
+    {
         std::optional<Spring> out = spring_at(a, angles, p, 0);
         if (!out) return out;
         const auto worse = [&](const std::optional<Spring>& moved) {
@@ -84,13 +155,58 @@ public:
         return out;
     }
 
-private:
-    struct Sample {
-        double distance = 0;
-        Vec3d normal{};       ///< zero: none
-        bool is_cut = false;  ///< its cell holds a jump
-        bool is_cap = false;  ///< the ray starts inside the solid
-    };
+    [[nodiscard]] double size() const { return std::max({sq_.a.x, sq_.a.y, sq_.a.z}); }
+    /// The surface below a foot. nudge: which side of a border its cell is on. Nothing where rounding decides what is read.
+    [[nodiscard]] std::optional<Shown> shown_at(shape::SurfaceAngles<double> angles,
+                                                shape::SurfaceAngles<double> nudge = {}) const
+    {
+        const bool is_nudged = nudge.eta != 0 || nudge.omega != 0;
+        if (!is_nudged && is_unsteady(angles)) return std::nullopt;
+        const std::optional<Sample> sample = finest_sample({angles.eta + nudge.eta, angles.omega + nudge.omega});
+        if (!sample) return std::nullopt;
+        const auto foot = shape::surface_point(sq_, angles);
+        return Shown{angles, foot.point - sample->distance * foot.normal, sample->normal, sample->is_cut};
+    }
+    /// Closest-point steps as documented: the foot of the point's projection on the surface's tangent plane, by Newton's method
+    /// from the foot before; a step counts while its surface is nearer.
+    void follow(const PartAnswer& a, const Shown& from, Vec3d p, int steps, Outcomes& out) const
+    {
+        const auto stay = [&] {
+            const std::optional<Spring> spring = spring_of_foot(a, from.angles, p);
+            out.is_known = out.is_known && spring.has_value();
+            if (spring) out.springs.push_back(*spring);
+        };
+        if (steps == 0 || !out.is_known) return stay();
+        const Vec3d target = p + dot(from.surface - p, from.normal) * from.normal;
+        std::vector<double> misses;
+        // The miss at which the iteration ends is float's, of that share of the largest semi-axis.
+        for (const double tolerance : {0.9e-5, 1.1e-5}) {
+            const auto foot = shape::polish_foot(sq_, target, shape::position_at(sq_, from.angles),
+                                                 {.max_iterations = 10, .tolerance = tolerance});
+            if (!misses.empty() && misses.back() == foot.miss) continue;
+            misses.push_back(foot.miss);
+            if (std::abs(foot.miss - 1e-3 * size()) < 1e-6 * size()) out.is_known = false;
+            const std::optional<Shown> next = shown_at(shape::angles_of(foot.position));
+            if (!next) out.is_known = false;
+            if (!out.is_known) return;
+            const double nearer = norm(from.surface - p) - norm(next->surface - p), rounding = 1e-6 * size();
+            const bool shows = foot.miss <= 1e-3 * size() && next->has_surface();
+            if (!shows || nearer < rounding) stay();
+            if (shows && nearer > -rounding) follow(a, *next, p, steps - 1, out);
+        }
+    }
+    /// The start that the table of surfaces has for the cell about a point.
+    [[nodiscard]] shape::SurfaceAngles<double> table_start(Vec3d p) const
+    {
+        const Vec3d q = shape::undeform(sq_, shape::to_local(sq_, p));
+        std::size_t cell = 0;
+        for (int k = 0; k < 3; ++k) {
+            const double at = 0.5 * (1 + q[k] / sq_.a[k]) * k_surface_seeds;
+            cell = cell * k_surface_seeds + static_cast<std::size_t>(std::clamp(at, 0., k_surface_seeds - 1.));
+        }
+        const FootSeed& seed = map_.surface_seeds[cell];
+        return {seed.eta * M_PI / 255 - M_PI / 2, seed.omega * 2 * M_PI / 256 - M_PI};
+    }
 
     [[nodiscard]] Cell base_cell(shape::SurfaceAngles<double> angles) const { return {angles, base_rows_, base_columns_}; }
     [[nodiscard]] std::size_t finest_node(std::size_t base_node) const
@@ -100,6 +216,13 @@ private:
     }
     [[nodiscard]] std::uint16_t base_code(std::size_t base_node) const { return map_.distance[finest_node(base_node)]; }
     [[nodiscard]] double length_of(double code) const { return double(map_.distance_scale) * code; }
+    /// Both are stored for hits alone.
+    [[nodiscard]] Vec3d normal_of(std::size_t base_node) const
+    {
+        return base_code(base_node) > k_map_largest ? Vec3d{} : decoded(map_.normal[hit_index(map_, base_node)]);
+    }
+    static Vec3d smoothed_normal(const SmoothedSample& s) { return cast<double>(model::octahedral_normal<7>(s.normal)); }
+    [[nodiscard]] double change_of(const SmoothedSample& s) const { return double(map_.change_scale) * s.steps(); }
     /// Rise from one sheet's base sample to the next, at most: three spacings.
     [[nodiscard]] double steepest() const
     {
@@ -119,7 +242,7 @@ private:
     {
         const Cell c = base_cell(angles);
         const std::size_t node = c.corner(c.nearest());
-        return {length_of(base_code(node)), decoded(map_.normal[node])};
+        return {length_of(base_code(node)), normal_of(node)};
     }
     /// Layer 3: steps 2 and 3 on the sheet of the nearest corner.
     [[nodiscard]] std::optional<Sample> finest_sample(shape::SurfaceAngles<double> angles) const
@@ -193,7 +316,7 @@ private:
             const double rise = std::abs(length_of(code) - distance);
             if (code > k_map_largest) continue;
             if (std::abs(rise - steepest()) < 1e-5) return std::nullopt;
-            if (rise < steepest()) sum += std::max(c.weight(i), 1e-4) * decoded(map_.normal[c.corner(i)]);
+            if (rise < steepest()) sum += std::max(c.weight(i), 1e-4) * normal_of(c.corner(i));
         }
         return norm(sum) > 0 ? normalized(sum) : sum;
     }
@@ -208,11 +331,12 @@ private:
         Vec3d normal{};
         for (std::size_t i = 0; i < 4; ++i) {
             const double weight = coarse ? double(i == c.nearest()) : c.weight(i);
-            const SmoothedSample& s = map_.smoothed[c.corner(i)];
             if (coarse && i != c.nearest()) continue;
+            if (base_code(c.corner(i)) > k_map_largest) return sample;
+            const SmoothedSample s = smoothed_at(map_, hit_index(map_, c.corner(i)));
             if (!is_smoothed(s) || sample.is_cut) return sample;
-            change += weight * length_of(s.change);
-            normal += weight * decoded(s.normal);
+            change += weight * change_of(s);
+            normal += weight * smoothed_normal(s);
         }
         return {std::max(sample.distance + change, 0.), normalized(normal)};
     }
@@ -277,10 +401,10 @@ private:
                          omega = 2 * M_PI * double(node % base_columns_) / double(base_columns_) - M_PI;
             const auto r = shape::surface_point(
                 sq_, shape::SurfaceAngles<double>{std::clamp(eta + shift, -M_PI / 2, M_PI / 2), omega + shift});
-            const SmoothedSample& s = map_.smoothed[node];
-            const double moved = is_smoothed(s) ? length_of(s.change) : 0.;
+            const SmoothedSample s = smoothed_at(map_, hit_index(map_, node));
+            const double moved = is_smoothed(s) ? change_of(s) : 0.;
             const Vec3d line = r.point - std::max(d + moved, 0.) * r.normal - p,
-                        n = decoded(is_smoothed(s) ? s.normal : map_.normal[node]);
+                        n = is_smoothed(s) ? smoothed_normal(s) : normal_of(node);
             const double weight = std::max(base.weight(i), 1e-4);
             weights += weight;
             planes += weight * dot(line, n);
@@ -324,20 +448,43 @@ inline std::optional<Spring> spring_by_equations(const model::ModelView& view, V
         if (std::abs(double(answers[i].depth_along)) < 1e-6 * r) return std::nullopt;
     }
     const CombinedAnswer all = combine(answers);
-    if (!all.contact || !all.has_surface) return Spring{};
+    if (!all.contact || (!all.has_surface && options.nearest_steps == 0)) return Spring{};
+    std::vector<Spring> heard;
     std::optional<Spring> least;
-    double next = INFINITY;
+    const auto hear = [&](const Spring& found) {
+        heard.push_back(found);
+        if (!least || found.depth < least->depth) least = found;
+    };
     for (std::size_t i = 0; i < answers.size(); ++i) {
         const PartAnswer& a = answers[i];
         if (a.verdict != Verdict::Contact || (a.flags & (k_projection_cap | k_projection_miss)) != 0) continue;
         const MapView map = map_of(view, i);
         const std::optional<Spring> found = MapByEquations(map, options, smoothed).spring(a, point);
         if (!found) return std::nullopt;
-        if (least) next = std::min(next, std::max(found->depth, least->depth));
-        if (!least || found->depth < least->depth) least = found;
+        hear(*found);
     }
-    // Beside a depth of zero, or where two parts are as deep, rounding decides.
-    if (least->depth < 2e-6 * r || next - least->depth < 1e-5 * r + least->rounding) return std::nullopt;
+    for (std::size_t i = 0; i < answers.size() && options.nearest_steps > 0; ++i) {
+        const MapView map = map_of(view, i);
+        const float* sphere = view.parts[i].sphere;
+        const auto radius = static_cast<double>(sphere[3]);
+        const double key = least ? least->depth : INFINITY,
+                     beyond = norm(point - cast<double>(model::vec3(sphere))) - radius - std::min(key, 0.5 * radius);
+        if (map.surface_seeds.empty() || beyond > 1e-6 * r) continue;
+        if (beyond > -1e-6 * r) return std::nullopt;
+        const std::optional<Spring> found = MapByEquations(map, options, smoothed).spring_of_table(point, key);
+        if (!found) return std::nullopt;
+        if (norm(found->normal) > 0) hear(*found);
+    }
+    if (!least) return Spring{};
+    // Beside a depth of zero, or where two others are as deep, rounding decides.
+    if (least->depth < 2e-6 * r) return std::nullopt;
+    const Spring chosen = *least;
+    for (const Spring& other : heard) {
+        if (other.depth - chosen.depth >= 1e-5 * r + chosen.rounding) continue;
+        const double apart = norm(other.depth * other.normal - chosen.depth * chosen.normal);
+        if (apart > 5e-6 * r) return std::nullopt;
+        least->rounding = std::max(least->rounding, other.rounding + apart);
+    }
     return least;
 }
 

@@ -18,10 +18,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <initializer_list>
 #include <string_view>
+#include <utility>
 
 namespace sqmap::paper {
 namespace {
@@ -218,8 +220,8 @@ TEST(PaperRooms, SubdivisionsSetHowMuchFinerLayerThreeIs)
         const test::PaperModel b(test::small_torus(), {.exact = false}, {.subdivisions = levels});
         for (const MapRecord& map : b.data().maps.records) {
             EXPECT_EQ(map.grid.subdivisions, static_cast<std::uint32_t>(levels));
-            // One offset for each base sample of layer 2.
-            EXPECT_EQ(map.slices.normal.count, (((map.grid.eta_count - 1) >> levels) + 1) * (map.grid.omega_count >> levels));
+            const std::uint32_t samples = (((map.grid.eta_count - 1) >> levels) + 1) * (map.grid.omega_count >> levels);
+            EXPECT_EQ(map.slices.hits.count, (samples + 31) / 32);
         }
     }
     for (const int levels : {6, -1})
@@ -282,6 +284,18 @@ TEST(PaperFile, DamageIsRefused)
     EXPECT_FALSE(refused([](ModelData&) {}));
     EXPECT_TRUE(refused([](ModelData& d) { d.maps.records[0].slices.distance.first = 1u << 30; }));
     EXPECT_TRUE(refused([](ModelData& d) { d.maps.records[0].grid.distance_scale = -1; }));
+    EXPECT_TRUE(refused([](ModelData& d) { d.maps.records[0].grid.change_scale = NAN; }));
+    EXPECT_TRUE(refused([](ModelData& d) { d.maps.hits[1].before ^= 1; }));
+    EXPECT_TRUE(refused([](ModelData& d) { d.maps.hits.back().before += 1000000; }));
+    EXPECT_TRUE(refused([](ModelData& d) { d.maps.hits[3].bits ^= 256; }));
+    EXPECT_TRUE(refused([](ModelData& d) { d.maps.records[0].slices.hits.count -= 1; }));
+    EXPECT_TRUE(refused([](ModelData& d) { d.maps.records[0].slices.normal.count -= 1; }));
+    EXPECT_TRUE(refused([](ModelData& d) { d.maps.records[0].slices.smoothed.count -= 1; }));
+    EXPECT_TRUE(refused([](ModelData& d) { d.maps.distance[0] = d.maps.distance[0] < 65534 ? 65535 : 0; }));
+    ASSERT_GT(hand().data().maps.records[0].slices.offset.count, 3u);
+    EXPECT_TRUE(refused([](ModelData& d) { d.maps.records[0].slices.offset.count -= 1; }));
+    EXPECT_TRUE(refused([](ModelData& d) { std::swap(d.maps.offset[0], d.maps.offset[1]); }));
+    EXPECT_TRUE(refused([](ModelData& d) { d.maps.offset[d.maps.records[0].slices.offset.count - 3] |= 0x70000000; }));
     EXPECT_TRUE(refused([](ModelData& d) { d.maps.records.pop_back(); }));
     EXPECT_TRUE(refused([](ModelData& d) { d.maps.seeds.pop_back(); }));
     EXPECT_TRUE(refused([](ModelData& d) { d.common.header.projection = 0; }));
