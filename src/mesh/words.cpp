@@ -5,6 +5,7 @@
 #include <cctype>
 #include <cstdio>
 #include <iterator>
+#include <stdexcept>
 
 namespace sqmap {
 
@@ -14,6 +15,8 @@ std::string words(const OptionRange& range)
     std::snprintf(text, sizeof text, "from %g to %g", range.least, range.max);
     return text;
 }
+
+void refuse_option_name() { throw std::out_of_range("no option has this name"); }
 
 }  // namespace sqmap
 

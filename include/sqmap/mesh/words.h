@@ -75,13 +75,16 @@ struct NumberOption {
     }
 };
 
+/// @throw std::out_of_range always; elsewhere than here, for code that is compiled without exceptions
+[[noreturn]] void refuse_option_name();
+
 /// The one of a name in a table. @throw std::out_of_range where there is none, which a constant expression cannot
 template <class Options, std::size_t n>
 [[nodiscard]] constexpr const NumberOption<Options>& option_named(const NumberOption<Options> (&table)[n], std::string_view name)
 {
     for (const NumberOption<Options>& option : table)
         if (option.name == name) return option;
-    throw std::out_of_range("no option has this name");
+    refuse_option_name();
 }
 
 /// The first of a table that is out of its range, in words: "max_parts must be from 1 to 1000"; empty where all are within.
