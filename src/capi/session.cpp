@@ -105,7 +105,7 @@ void take_zone(haptic::ToolDescription& tool, double radius)
     if (tool.shape != haptic::ToolShape::Surface)
         throw Failure{SQMAP_E_ARGUMENT, "options.zone", "counts for the surface of a tool, or a ball with the paper's force",
                       "set it to 0, or give options.tool"};
-    if (std::ranges::none_of(tool.points, [&](Vec3d p) { return norm(p) < radius; }))
+    if (std::none_of(tool.points.begin(), tool.points.end(), [&](Vec3d p) { return norm(p) < radius; }))
         throw Failure{SQMAP_E_ARGUMENT, "options.zone",
                       "is " + std::to_string(radius) + ", and no point of the tool is so near its centre",
                       "give more, or 0 for the whole tool"};
