@@ -6,8 +6,9 @@ export type Rows = Float64Array | Float32Array | number[] | number[][];
 export type Triangles = Uint32Array | Int32Array | number[] | number[][];
 /** A matrix of 4 x 4, row by row, from the mesh's frame to the points'. */
 export type Pose = Float64Array | Float32Array | number[] | number[][];
-/** 1 superquadrics and polytopes, 2 planes, 3 planes and maps, "exact" triangles, "auto" the cheapest within tolerance. */
-export type Layer = 1 | 2 | 3 | "exact" | "auto";
+/** 1 superquadrics and polytopes, 2 planes, 3 planes and maps, "exact" triangles, "auto" the cheapest within tolerance; "gate": of each
+ *  part of a paper model 3 where its base map is sparse, else 2. */
+export type Layer = 1 | 2 | 3 | "exact" | "auto" | "gate";
 
 /** Why a call failed. */
 export class SqmapError extends Error {
@@ -17,8 +18,17 @@ export class SqmapError extends Error {
   readonly cure: string;     // what helps
 }
 
+/** How a paper model (projection "normal") is read. Options that change nothing are refused. */
+export interface Reading {
+  projector?: "newton" | "pyramid" | "printed";  // how feet are found: exactly, by the paper's search corrected, or to the letter; default "newton"
+  gate?: number;          // k_L of the layer "gate", from 1; default 10
+  nearestSteps?: number;  // to the nearest surface, layer 3, Newton's foot, 0 to 100; default 2
+  gaps?: boolean;         // openings behind the first surface count, layer 3; default true
+  pruning?: boolean;      // a part that proves a point free outweighs others; default true
+  offset?: boolean;       // the surface moved out by eq. 12, of either projection; default false
+}
 /** How points are queried. */
-export interface QueryOptions {
+export interface QueryOptions extends Reading {
   layer?: Layer;        // default 3
   tolerance?: number;   // of "auto"
   margin?: number;      // the surface is moved out by so much
@@ -242,7 +252,7 @@ export class Model {
 }
 
 /** The touched model, the tool, and the limits of the device. Metres, newtons, seconds. */
-export interface SessionOptions {
+export interface SessionOptions extends Reading {
   metresPerUnit?: number;  // of the model's mesh; default 1
   pose?: Pose;             // of the model in the world, its translation in metres
   radius?: number;         // of the ball that touches, m; default 0: a point
@@ -257,6 +267,13 @@ export interface SessionOptions {
    *  "direct". */
   mode?: "direct" | "proxy" | "coupled";
   sidePath?: number;       // m, of the proxy; above 0 it stays on its side of thin parts; default 0
+  force?: "full" | "paper";  // "paper": eqs. 21, 26 and 32 on the smoothed map of a paper model, mode "direct"; default "full"
+  /** Default: eq. 33 with the paper's force, else Coulomb's. */
+  frictionLaw?: "default" | "coulomb" | "paper" | "none";
+  fC?: number; kF?: number;  // N and 1/m, of eq. 33; default 0.2 and 100
+  tool?: Probe;            // with triangles, metres, the tool's frame: its surface touches in place of a ball; it may be closed afterwards
+  edges?: boolean;         // where few points of the tool touch, its edges and faces do too; default true
+  zone?: number;           // m, of a tool: the impact sphere about its pose, whose contacts count (section 6.1); default 0: all
 }
 /** The results of one tick: N, N m, m; world axes. */
 export interface Force {

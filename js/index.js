@@ -12,7 +12,10 @@ export class SqmapError extends Error {
 
 const refuse = (element, what, cure) => new SqmapError("E_ARGUMENT", element, what, cure);
 const projections = new Map([["central", 0], ["normal", 1]]);
-const layers = new Map([[1, 1], [2, 2], [3, 3], ["exact", 4], ["auto", 5]]);
+const layers = new Map([[1, 1], [2, 2], [3, 3], ["exact", 4], ["auto", 5], ["gate", 6]]);
+const projectors = new Map([["newton", 0], ["pyramid", 1], ["printed", 2]]);
+const forces = new Map([["full", 0], ["paper", 1]]);
+const frictionLaws = new Map([["default", 0], ["coulomb", 1], ["paper", 2], ["none", 3]]);
 const modes = new Map([["direct", 1], ["proxy", 2], ["coupled", 3]]);
 const units = new Map([["um", 1e-6], ["mm", 1e-3], ["cm", 1e-2], ["dm", 0.1], ["m", 1], ["km", 1e3], ["in", 0.0254], ["ft", 0.3048]]);
 const ownWords = 2;  // sqmap_words: messages name these options
@@ -52,14 +55,31 @@ function metresPer(unit) {
   return unit;
 }
 
+/** A number in a place where zero stands for the default in C and below zero for none. */
+function orNothing(value, element) {
+  if (!(number(value, element) >= 0)) throw refuse(element, `is ${value}`, "give a number from 0 on");
+  return value === 0 ? -1 : value;
+}
+
+/** How a paper model is read, as the structs of queries and sessions have it. */
+function reading({projector = "newton", gate = 10, nearestSteps = 2, gaps = true, pruning = true, offset = false}) {
+  if (whole(gate, "options.gate") === 0) throw refuse("options.gate", "is 0", "give a number from 1 on, or take layer 2");
+  if (whole(nearestSteps, "options.nearestSteps") > 100) throw refuse("options.nearestSteps", `is ${nearestSteps}`, "give at most 100");
+  return {projector: member(projectors, projector, "options.projector"), gate: Math.min(gate, 0xffffffff),
+          nearestSteps: nearestSteps === 0 ? -1 : nearestSteps, withoutGaps: 1 - flag(gaps, "options.gaps"),
+          withoutPruning: 1 - flag(pruning, "options.pruning"), hasOffset: flag(offset, "options.offset")};
+}
+
 /** An object. */
 function object(value, element) {
   if (typeof value !== "object" || value === null) throw refuse(element, `is ${kindOf(value)}`, "give an object");
   return value;
 }
 
-const querySettings = ["layer", "tolerance", "margin", "smooth", "pose"];
+const querySettings = ["layer", "tolerance", "margin", "smooth", "pose", "projector", "gate", "nearestSteps", "gaps", "pruning", "offset"];
 const pairSettings = ["layer", "tolerance", "margin", "firstOnly"];
+const sessionSizes = ["metresPerUnit", "radius", "stiffness", "damping", "maxForce", "maxTorque", "continuousForce", "forceLimit", "torqueLimit",
+                      "sidePath", "zone"];
 const contactSettings = ["perRegion", "firstOnly"];
 const bakeSettings = ["targetError", "band", "thickness", "maxParts", "repair", "projection", "surface", "exact", "locator", "keepInput", "unit",
                       "solid", "gap", "wrapTolerance", "source", "progress"];
@@ -80,7 +100,7 @@ function argumentOf(element) {
   const own = inMatrix(element)
     .replace(/^points\.pose|^bodies\.a\.pose/, "options.pose").replace(/^bodies\.b\.pose/, "options.probePose")
     .replace(/^bodies\.[ab]\./, "").replace(/^points\.(xyz|count)/, "points").replace(/^(simulation|tick)\./, "")
-    .replace(/^options\.(accepts|is|has)_/, "options.");
+    .replace(/^options\.(accepts|is|has|without)_/, "options.");
   return own.startsWith("options.") ? own.replace(/_([a-z])/g, (_, letter) => letter.toUpperCase()) : own;
 }
 
@@ -189,11 +209,11 @@ class Call {
     const xyz = rows(points, "points");
     return {count: xyz.length / 3, at: this.struct("points", {xyz: this.numbers(xyz), count: xyz.length / 3, pose: this.pose(pose)})};
   }
-  options({layer = 3, tolerance = 0, margin = 0, band = 0, smooth = false, firstOnly = false} = {}) {
+  options({layer = 3, tolerance = 0, margin = 0, band = 0, smooth = false, firstOnly = false, ...paper} = {}) {
     return this.struct("queryOptions", {
       layer: member(layers, layer, "options.layer"), tolerance: number(tolerance, "options.tolerance"),
       margin: number(margin, "options.margin"), band: number(band, "options.band"),
-      isSmooth: flag(smooth, "options.smooth"), isFirstOnly: flag(firstOnly, "options.firstOnly"),
+      isSmooth: flag(smooth, "options.smooth"), isFirstOnly: flag(firstOnly, "options.firstOnly"), ...reading(paper),
     });
   }
   mesh(xyz, corners) {
@@ -631,15 +651,23 @@ class Sqmap {
                   (element) => `options.${element}`);
   }
   session(model, options = {}) {
-    const {pose, layer = 3, friction = 0.4, deadMan = false, mode = "direct", ...sizes} = object(options, "options");
+    const {pose, layer = 3, friction = 0.4, deadMan = false, mode = "direct", force = "full", frictionLaw = "default", fC = 0.2, kF = 100,
+           projector, gate, nearestSteps, gaps, pruning, offset, tool, edges = true, ...sizes} = object(options, "options");
     if (!(model instanceof Model)) throw refuse("model", "is none", "open or bake one");
     const touched = model.handleFor(this.#library, "model");
     return model.within((c) => {
       const values = {pose: c.pose(pose), layer: member(layers, layer, "options.layer"), hasDeadMan: flag(deadMan, "options.deadMan"),
                       mode: member(modes, mode, "options.mode"),
-                      friction: number(friction, "options.friction") === 0 ? -1 : friction};  // zero stands for the default in C
+                      friction: orNothing(friction, "options.friction"), force: member(forces, force, "options.force"),
+                      frictionLaw: member(frictionLaws, frictionLaw, "options.frictionLaw"), fC: orNothing(fC, "options.fC"),
+                      kF: orNothing(kF, "options.kF"), withoutEdges: 1 - flag(edges, "options.edges"),
+                      ...reading({projector, gate, nearestSteps, gaps, pruning, offset})};
+      if (tool !== undefined) {
+        if (!(tool instanceof Probe)) throw refuse("options.tool", "is none", "make one with sqmap.probe(points, triangles)");
+        values.tool = tool.handleFor(this.#library, "options.tool");
+      }
       for (const [name, value] of Object.entries(sizes)) {
-        if (!(name in structs.sessionOptions.members)) throw refuse(`options.${name}`, "is unknown", "see index.d.ts");
+        if (!sessionSizes.includes(name)) throw refuse(`options.${name}`, "is unknown", "see index.d.ts");
         values[name] = number(value, `options.${name}`);
       }
       const handle = c.space(8);

@@ -26,7 +26,8 @@ export const structs = {
     unit:f64 gap:f64 wrapTolerance:f64 solid:i32 paper:pointer withoutLocator:i32`),
   facts: layout(`rMax:f64 band:f64 centre:f64[3] radius:f64 bytes:u64 parts:u32 vertices:u32 triangles:u32 isSolid:i32
     hasExact:i32 isNormal:i32 isDoubtful:i32 hasInput:i32 cure:i32`),
-  queryOptions: layout("layer:i32 threads:u32 tolerance:f64 margin:f64 band:f64 isSmooth:i32 isFirstOnly:i32"),
+  queryOptions: layout(`layer:i32 threads:u32 tolerance:f64 margin:f64 band:f64 isSmooth:i32 isFirstOnly:i32 gate:u32
+    hasOffset:i32 projector:i32 nearestSteps:i32 withoutGaps:i32 withoutPruning:i32`),
   points: layout("xyz:pointer count:size pose:pointer"),
   contacts: layout("contact:pointer depth:pointer normal:pointer closest:pointer part:pointer certain:pointer status:pointer contacts:size"),
   distances: layout("distance:pointer gradient:pointer closest:pointer part:pointer known:pointer status:pointer triangle:pointer"),
@@ -52,7 +53,9 @@ export const structs = {
   contact: layout("point:f32[3] normal:f32[3] depth:f32 index:u32 part:i16 certain:u8 status:u8", false),
   contactList: layout("contacts:pointer capacity:size found:size anchor:f64[3] status:u32"),
   sessionOptions: layout(`metresPerUnit:f64 pose:pointer radius:f64 stiffness:f64 damping:f64 friction:f64 layer:i32 maxForce:f64
-    maxTorque:f64 continuousForce:f64 forceLimit:f64 torqueLimit:f64 hasDeadMan:i32 sidePath:f64 mode:i32`),
+    maxTorque:f64 continuousForce:f64 forceLimit:f64 torqueLimit:f64 hasDeadMan:i32 sidePath:f64 mode:i32 force:i32
+    frictionLaw:i32 fC:f64 kF:f64 projector:i32 gate:u32 nearestSteps:i32 withoutGaps:i32 withoutPruning:i32 hasOffset:i32 tool:u64
+    withoutEdges:i32 zone:f64`),
   tick: layout("time:f64 sampleTime:f64 sequence:u64 pose:f64[12] acts:u32"),
   force: layout(`force:f64[3] torque:f64[3] commanded:f64[3] depth:f64 normal:f64[3] status:u32 acted:u32 faults:u32
     isEngaged:i32 tool:f64[12]`),

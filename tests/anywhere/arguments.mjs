@@ -61,8 +61,8 @@ const flags = [null, 0, 1, "yes", {}, NaN], texts = [null, 5, true, {}, []], byt
 
 /** Wrong values by type; those of an argument that is missing are added where it is required. */
 function wrong(type, name, method) {
-  if (["maxParts", "capacity", "part", "sequence", "perRegion", "contacts", "number"].includes(name))
-    return [...wholes, ...({part: [99, 2 ** 40], number: [99, 2 ** 40], contacts: [0, 2 ** 40]}[name] ?? [])];
+  if (["maxParts", "capacity", "part", "sequence", "perRegion", "contacts", "number", "gate", "nearestSteps"].includes(name))
+    return [...wholes, ...({part: [99, 2 ** 40], number: [99, 2 ** 40], contacts: [0, 2 ** 40], gate: [0], nearestSteps: [101]}[name] ?? [])];
   if (name === "direction") return [...shapes, ...notFinite.slice(0, 1), [0, 0, 0], [1, 2], [1, NaN, 0]];
   if (type === "Pose[]") return [null, 5, "x", true, {}, [5], [identity.slice(0, 9)], [new Array(16).fill(2)]];
   if (type === "Triangles") return [...shapes, [[0, 1, 99]], [[0, 1, -1]], [[0, 1, 1.5]], [[0, 1, NaN]], [[0, 1, 2]]];

@@ -167,6 +167,58 @@ check("a proxy stays on the surface while the device is pressed in", () => {
 
 const shifted = (x, y, z) => [1, 0, 0, x, 0, 1, 0, y, 0, 0, 1, z, 0, 0, 0, 1];
 const near = (found, expected, error = 1e-9) => assert.ok(Math.abs(found - expected) <= error, `${found}, not ${expected}`);
+const ball = (() => {
+  const {vertices, triangles} = box(8);
+  return {triangles, vertices: vertices.map((p) => p.map((x, k) => ((k === 0 ? 1.3 : 1) * x) / Math.hypot(...p)))};
+})();
+const paper = sqmap.bake(ball, {projection: "normal"}), inner = ball.vertices.map((p) => p.map((x) => 0.9 * x));
+check("a paper model is read as its options say", () => {
+  const plain = paper.query(inner), depths = (options) => [...paper.query(inner, options).depth];
+  assert.ok(paper.facts.isNormal && plain.contacts === inner.length);
+  inner.forEach((_, i) => near(plain.depth[i], 0.115, 0.03));  // 0.1 about its waist, 0.13 at its tips
+  assert.deepEqual(depths({projector: "newton", gate: 10, nearestSteps: 2, gaps: true, pruning: true, offset: false}), [...plain.depth]);
+  for (const options of [{projector: "printed"}, {projector: "pyramid"}, {nearestSteps: 0}, {offset: true}]) {
+    const found = depths(options);
+    assert.ok(found.some((d, i) => d !== plain.depth[i]), JSON.stringify(options));
+  }
+  assert.deepEqual(depths({layer: "gate", gate: 1e9}), [...plain.depth]);  // every base map is sparse beside that
+  assert.deepEqual(depths({layer: "gate", gate: 1}), depths({layer: 2}));
+  const probe = sqmap.probe(inner), last = (options) => paper.probe(probe, options).contacts.map((c) => c.depth);
+  assert.ok(last({projector: "printed"}).some((d, i) => d !== last({})[i]));
+  const claims = (options) => paper.query(ball.vertices, {pose: shifted(0.02, 0.01, 0), ...options}).contacts;
+  assert.ok(claims({pruning: false}) >= claims({}) && claims({gaps: false}) >= claims({}));
+  probe.close();
+});
+check("the paper's force is felt by a point, a ball and a tool, within its zone", () => {
+  const force = {force: "paper", stiffness: 300, frictionLaw: "none", maxForce: 3, forceLimit: 3}, at = shifted(0, 0, 0.998);
+  const felt = (options) => {
+    const session = sqmap.session(paper, {...force, ...options}), {commanded} = session.tick(at, 0.001);
+    session.close();
+    return commanded[2];
+  };
+  const point = felt({}), printed = felt({projector: "printed"});
+  near(point, 300 * 0.002, 0.3);
+  assert.notEqual(printed, point);
+  assert.notEqual(felt({radius: 0.05, zone: 0.051}), felt({radius: 0.05}));  // weights fall towards the sphere's surface
+  const tool = sqmap.probe(box(2).vertices.map((p) => p.map((x) => 0.02 * x)), box(2).triangles);
+  const whole = felt({tool, edges: false}), middle = felt({tool, edges: false, zone: 0.021});  // the middles of the tool's sides alone
+  assert.ok(whole > 0 && middle > 0 && middle !== whole, `${whole}, ${middle}`);
+  const rubs = sqmap.session(paper, {...force, frictionLaw: "paper", fC: 0.5, kF: 0});
+  rubs.tick(at, 0.001);
+  const {commanded} = rubs.tick(shifted(1e-4, 0, 0.998), 0.002);
+  near(commanded[0], -0.5, 0.05);
+  rubs.close();
+  tool.close();
+});
+refuses("a gate where there is none", "E_ARGUMENT", /^options\.gate$/, () => paper.query(inner, {gate: 20}));
+refuses("a projector of a central model", "E_ARGUMENT", /^options\.projector$/, () => model.query(inner, {projector: "printed"}));
+refuses("gaps on layer 2", "E_ARGUMENT", /^options\.gaps$/, () => paper.query(inner, {layer: 2, gaps: false}));
+refuses("pruning of a central model", "E_ARGUMENT", /^options\.pruning$/, () => model.query(inner, {pruning: false}));
+refuses("a zone of a point", "E_ARGUMENT", /^options\.zone$/, () => sqmap.session(paper, {zone: 0.01}));
+refuses("the paper's force of a central model", "E_ARGUMENT", /^options\.force$/, () => sqmap.session(model, {force: "paper"}));
+refuses("a tool of points alone", "E_MISSING", /^options\.tool$|^tool$/, () => sqmap.session(model, {tool: sqmap.probe(inner)}));
+paper.close();
+
 /** A bar of 6 x 1 x 1 along axis 0 or 1, stood on one of its long edges: another is its ridge, at a height of sqrt(1/2). */
 function barMesh(axis) {
   const {vertices, triangles} = box(1), c = Math.SQRT1_2;
