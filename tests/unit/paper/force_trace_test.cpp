@@ -221,8 +221,11 @@ Counts follow(sqmap::test::PaperModel& baked, const Traced& traced, int ticks)
     return count;
 }
 
+/// Closest-point steps of the traces of Newton's foot.
+enum class Steps { None, NoneAndTwo };
+
 /// Every projector and layer, and both maps, felt by a point and by a zone.
-void follow_all(sqmap::test::PaperModel& baked, int ticks)
+void follow_all(sqmap::test::PaperModel& baked, int ticks, Steps steps)
 {
     // The smoothed depth of the other two projectors is on the finest map.
     constexpr Traced k_kinds[] = {{.layer = Layer::Two, .projector = Projector::Printed},
@@ -231,6 +234,7 @@ void follow_all(sqmap::test::PaperModel& baked, int ticks)
                                   {.layer = Layer::Three, .projector = Projector::Newton},
                                   {.layer = Layer::Three, .projector = Projector::Newton, .nearest_steps = 2}};
     for (const Traced& kind : k_kinds) {
+        if (kind.nearest_steps > 0 && steps == Steps::None) continue;
         int springs = 0, decided = 0;
         for (const bool one_point : {true, false})
             for (const bool smoothed : {true, false}) {
@@ -257,7 +261,7 @@ sqmap::test::PaperModel& small_hand_model()
     return baked;
 }
 
-TEST(PaperForceTrace, EveryTickIsEqs21To33OnTheStoredMap) { follow_all(small_hand_model(), 400); }
+TEST(PaperForceTrace, EveryTickIsEqs21To33OnTheStoredMap) { follow_all(small_hand_model(), 400, Steps::NoneAndTwo); }
 
 TEST(PaperForceTrace, OnTheExactLayerItIsTheMeanOverNearestPointsOfTheMesh)
 {
@@ -310,7 +314,8 @@ protected:
         ASSERT_FALSE(admitted.refused());
         sqmap::test::PaperModel baked(admitted.mesh);
         if (doubtful) ASSERT_TRUE(model::is_doubtful(baked.view().measured)) << "take a mesh whose model is in doubt";
-        follow_all(baked, ticks);
+        // A step may end on another surface where rounding decides, and of 10,000 ticks some do.
+        follow_all(baked, ticks, Steps::None);
     }
 };
 /// Models whose layers below the exact one are in doubt, with triangles: the maps answer all the same.
