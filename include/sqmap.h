@@ -163,12 +163,12 @@ typedef struct sqmap_bake_options {
     double wrap_tolerance;    ///< share of R_max that wraps and outer solids may be off; default 0.002
     int32_t solid;            ///< sqmap_solid; SQMAP_SOLID_OUTER leaves repair, accepts_surface and thickness without effect
     const sqmap_paper_options* paper;  ///< may be null
-    int32_t
-        without_locator;  ///< not zero: leave out the locator and the exact layer; superquadrics and central maps alone answer
+    int32_t without_locator;           ///< not zero: no locator and no exact layer; superquadrics and central maps answer
 } sqmap_bake_options;
 
-/// The range of a number among the members of sqmap_bake_options and sqmap_paper_options: "band", "max_q2". Any thread.
-/// Errors: E_ARGUMENT for another name.
+/// The range of a number among the members of sqmap_bake_options and sqmap_paper_options: "band", "max_q2";
+/// also of limits that the program alone sets, as "max_cells". Few rows limit smoothing_radius further. Any thread.
+/// Errors: E_ARGUMENT for another name; least and greatest stay as they are.
 SQMAP_API sqmap_code sqmap_option_range(const char* name, double* least, double* greatest);
 
 /// Facts of a model; lengths in mesh units.

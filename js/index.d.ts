@@ -186,7 +186,7 @@ export interface PilePair extends SurfaceContacts {
   a: number; b: number;
 }
 
-/** How to bake; the defaults are those of `sqmap bake`. */
+/** How to bake; the defaults are those of `sqmap bake`. A number out of range is refused with its range; band and gap may be 0. */
 export interface BakeOptions {
   targetError?: number;  // percent of R_max, 99th percentile of layer 3's depth; default 0.5
   band?: number;         // percent of R_max, within which distances are exact; default 5

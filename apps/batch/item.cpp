@@ -35,7 +35,7 @@ std::optional<Fault> read_file(const fs::path& path, std::uint64_t max_bytes, st
 {
     const auto fault = [](const char* code, const std::string& why, const char* cure) { return Fault{code, "file", why, cure}; };
     const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
-    if (!file) return fault("E_FILE", std::strerror(errno), "mend the path, or leave it out");
+    if (!file) return fault("E_FILE", errno == ENOENT ? io::k_no_file : std::strerror(errno), "mend the path, or leave it out");
     struct stat info {};
     if (::fstat(file.get(), &info) != 0 || !S_ISREG(info.st_mode))
         return fault("E_FILE", "it is not a file", "name a mesh, or a folder as the manifest");

@@ -15,7 +15,7 @@ void add_eval(CommandLine& line);
 void add_export(CommandLine& line);
 void add_info(CommandLine& line);
 void add_query(CommandLine& line);
-void add_render(CommandLine& line);  // where there is libpng: on Linux
+void add_render(CommandLine& line);  // on Linux
 void add_replay(CommandLine& line);
 void add_rtcheck(CommandLine& line);
 void add_shapes(CommandLine& line);

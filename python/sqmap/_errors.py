@@ -74,6 +74,7 @@ _NAMES = [(re.compile(pattern), name) for pattern, name in (
     (r"^(points|tool)\.(xyz|count)\b", "points"), (r"^tool$", "points"), (r"^poses\.(pose|count)\b", "poses"),
     (r"^step\.(pose|count)\b", "poses"), (r"^separation\.along\b", "direction"), (r"^end_pose\b", "pose"), (r"^touch\.end_pose_a\b", "pose_a"), (r"^(points|tool|poses|options|simulation|step|tick)\.", ""), (r"^accepts_surface\b", "surface"), (r"^is_smooth\b", "smooth"),
     (r"^has_dead_man\b", "dead_man"), (r"^without_gaps\b", "gaps"), (r"^without_pruning\b", "pruning"),
+    (r"^without_locator\b", "locator"),
     (r"\.(rotation|translation)$", ""))]
 _PROBE_NAMES = {"bodies.a.model": "model", "bodies.a.pose": "model_pose", "bodies.b.probe": "probe", "bodies.b.pose": "pose"}
 

@@ -135,7 +135,7 @@ bake::BakeOptions bake_options(const sqmap_bake_options& o)
         throw Failure{SQMAP_E_ARGUMENT, "options.threads", "is " + std::to_string(o.threads), "give at most 1024"};
     take_numbers(o, k_bake_members, bake::k_bake_numbers, out);
     if (o.without_locator != 0 && o.projection == 1)
-        throw Failure{SQMAP_E_ARGUMENT, "options.without_locator", "is given, and a paper model has no locator", "set it to 0"};
+        throw Failure{SQMAP_E_ARGUMENT, "options.without_locator", "is given, and a paper model has no locator", "leave it out"};
     out.locator = o.without_locator == 0;
     out.exact = o.without_exact == 0 && out.locator;
     out.keep_input = o.without_input == 0;

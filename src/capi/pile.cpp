@@ -3,6 +3,7 @@
 #include "objects.h"
 #include "structs.h"
 
+#include <bit>
 #include <cstddef>
 #include <memory>
 #include <string>
@@ -19,6 +20,7 @@ static_assert(sizeof(sqmap_pile_pair) == sizeof(PilePair) && offsetof(sqmap_pile
               offsetof(sqmap_pile_pair, meetings) == offsetof(PilePair, meetings) &&
               offsetof(sqmap_pile_pair, regions) == offsetof(PilePair, regions) &&
               offsetof(sqmap_pile_pair, status) == offsetof(PilePair, status));
+static_assert(std::endian::native == std::endian::little);  // the low byte of its status of 16 bits is C's of 8
 
 /// A pile and what its bodies are made of, by their numbers.
 struct KeptPile {

@@ -237,6 +237,10 @@ private:
 
 }  // namespace
 
-AdmitResult admit(const PolygonView& polygons, const AdmitOptions& options) { return Ladder(polygons, options).judge(); }
+AdmitResult admit(const PolygonView& polygons, const AdmitOptions& options)
+{
+    if (const std::string why = out_of_range(k_admission_numbers, options); !why.empty()) throw InvalidInput(why);
+    return Ladder(polygons, options).judge();
+}
 
 }  // namespace sqmap::mesh

@@ -250,9 +250,26 @@ def check_zero(mesh):
     subprocess.run([program, "bake", mesh, "-o", model, "--band", "0"], capture_output=True, check=True)
     with sqmap.Model.load(model) as baked, sqmap.bake(mesh, band=0) as own:
         assert baked.facts.band == own.facts.band == 0, (baked.facts.band, own.facts.band)
-    handle, options = c.Handle(), c.BakeOptions(band=-1)
+    handle, options, facts = c.Handle(), c.BakeOptions(band=-1), c.Facts()
     c.call("sqmap_bake_file", str(mesh).encode(), options, handle)
+    c.call("sqmap_model_facts", handle, facts)
     c.call("sqmap_close_model", handle)
+    assert facts.band == 0, facts.band
+
+
+def check_locator(mesh):
+    """Without its locator a model has no exact layer, and the same bytes from each door; a paper model has none to leave out."""
+    model, saved = mesh.with_suffix(".sqmap"), mesh.with_suffix(".own.sqmap")
+    subprocess.run([program, "bake", mesh, "-o", model, "--no-locator"], capture_output=True, check=True)
+    with sqmap.Model.load(model) as baked, sqmap.bake(mesh, locator=False) as own, sqmap.bake(mesh) as whole:
+        assert not baked.facts.has_exact and not own.facts.has_exact and whole.facts.has_exact
+        own.save(saved)
+        assert saved.stat().st_size == model.stat().st_size < whole.facts.bytes, (saved.stat(), model.stat(), whole.facts)
+    try:
+        sqmap.bake(mesh, projection="normal", locator=False)
+        raise AssertionError("a paper model is baked without what it never has")
+    except sqmap.ArgumentError as e:
+        assert e.element == "locator" and e.cure == "leave it out", e
 
 
 def check_missing(path):
@@ -281,6 +298,7 @@ with tempfile.TemporaryDirectory() as name:
     check_doors()
     check_ranges(cured)
     check_zero(cured)
+    check_locator(cured)
     check_missing(folder / "none.off")
     batch = through_batch(folder)
     expected = {cured: ("moved: ", "made up: "), doubtful: ("W_SELFX: ", "W_TARGET: ", "W_LAYER3: "), refused: ()}

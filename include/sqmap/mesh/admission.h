@@ -164,8 +164,8 @@ struct AdmitResult {
 /// Repair::None refuses with the one of the last that names what would have been repaired, Repair where none does. Polygons are
 /// split into triangles; equal positions are made one vertex unless the mesh is closed as it is indexed; faces are oriented alike
 /// by propagation, shells outward by volume; vertices where shells touch are split. Shells that intersect are accepted: the solid
-/// is where the winding number is positive. Never throws but std::bad_alloc. Cost: n log n in the number of corners, plus the
-/// intersecting pairs.
+/// is where the winding number is positive. Cost: n log n in the number of corners, plus the intersecting pairs.
+/// @throw InvalidInput for options out of k_admission_numbers' ranges; std::bad_alloc
 [[nodiscard]] AdmitResult admit(const PolygonView& polygons, const AdmitOptions& options = {});
 
 }  // namespace sqmap::mesh

@@ -62,6 +62,12 @@ struct NumberOption {
     OptionRange range;
 
     [[nodiscard]] constexpr double value(const Options& options) const { return value_of(options, member); }  ///< as it is
+    /// True where it is absent, or in its range.
+    [[nodiscard]] constexpr bool fits(const Options& options) const
+    {
+        const auto* const optional = std::get_if<std::optional<double> Options::*>(&member);
+        return (optional != nullptr && !(options.**optional)) || range.holds(value(options));
+    }
     /// Sets it, whatever the range.
     constexpr void set(Options& options, double value) const
     {
@@ -92,7 +98,7 @@ template <class Options, std::size_t n>
 [[nodiscard]] std::string out_of_range(const NumberOption<Options> (&table)[n], const Options& options)
 {
     for (const NumberOption<Options>& option : table)
-        if (!option.range.holds(option.value(options))) return std::string(option.name) + " must be " + words(option.range);
+        if (!option.fits(options)) return std::string(option.name) + " must be " + words(option.range);
     return {};
 }
 
