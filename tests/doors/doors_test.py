@@ -242,6 +242,24 @@ def check_ranges(mesh):
                 raise AssertionError(f"{word} takes {value}")
             except sqmap.ArgumentError as e:
                 assert e.element.split(".")[-1] == word, (e.element, word)
+    check_page(ranges)
+
+
+def check_page(ranges):
+    """The ranges that docs/paper-claims.md lists are the library's."""
+    names = {row[0]: row[1] or row[0].lstrip("-").replace("-", "_") for rows in OPTIONS.values() for row in rows.values() if len(row) == 5}
+    column, found = None, set()
+    for line in source("docs/paper-claims.md").splitlines():
+        cells = [cell.strip() for cell in line.split("|")]
+        if "range" in cells:
+            column = cells.index("range")
+        elif column and len(cells) > column and (range_ := re.fullmatch(r"([\d.]+)(?: \([\w ]+\))? to ([\d.^]+)", cells[column])):
+            least, greatest = (float(end.replace("10^6", "1e6")) for end in range_.groups())
+            for option in re.findall(r"`(--[\w-]+)`", cells[2]):
+                if names.get(option) in ranges:
+                    assert tuple(ranges[names[option]]) == (least, greatest), (option, line)
+                    found.add(option)
+    assert len(found) > 20, found
 
 
 def check_zero(mesh):
