@@ -57,7 +57,7 @@ template <class Options>
 /// A table of them stands beside the struct.
 template <class Options>
 struct NumberOption {
-    const char* name;  ///< in C and Python; other doors write it their own way: "max_parts" is "--max-parts" and "maxParts"
+    const char* name;  ///< in C, Python and messages of C++; others write it their own way: "--max-parts", "maxParts"
     NumberMember<Options> member;
     OptionRange range;
 
