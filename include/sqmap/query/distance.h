@@ -50,7 +50,7 @@ struct [[nodiscard]] SignedDistance {
 [[nodiscard]] SignedDistance distance(const model::ModelView& model, Vec3d point, double band = k_everywhere) noexcept;
 
 /// A batch: answers[i] is that of points[i], the same bits as one by one. Four thousand at a time share the work, and of 8,192
-/// points on up to 65,536 are put in order first: four times quicker than one by one, and more. Uses 0.7 MB of stack.
+/// points on up to 65,536 are put in order first: four times quicker than one by one, and more. Uses 1 MB of stack.
 /// Thread-safe: give each thread a part of the spans, a large one.
 /// @pre answers.size() >= points.size(), else the rest is left out
 void distances(const Body& touched, std::span<const Vec3d> points, std::span<SignedDistance> answers,
@@ -64,12 +64,12 @@ void distances(const model::ModelView& model, std::span<const Vec3d> points, std
 /// the caller gave, and the nearest answers, named by its angle to the point, then by its number in the input. Errors are some
 /// 1e-16 of the coordinates' size, so that finite differences are derivatives. Across the edges where triangles cut each other
 /// the surface is stored in float. A model without its input answers in float, and its answer says so (ExactInFloat); one without
-/// triangles as distance() does. Everything else is as there. Cost: twice that of distance(). At concave edges beyond
+/// triangles as distance() does. Everything else is as there. Cost: half as much again as distance(). At concave edges beyond
 /// the surface, and on the medial axis within, the nearest point is one of several and the gradient jumps.
 [[nodiscard]] SignedDistance exact_distance(const Body& touched, Vec3d point) noexcept;
 /// The same in the mesh's own frame and units.
 [[nodiscard]] SignedDistance exact_distance(const model::ModelView& model, Vec3d point) noexcept;
-/// A batch: as distances(), with 0.9 MB of stack.
+/// A batch: as distances().
 void exact_distances(const Body& touched, std::span<const Vec3d> points, std::span<SignedDistance> answers) noexcept;
 /// The same in the mesh's own frame and units.
 void exact_distances(const model::ModelView& model, std::span<const Vec3d> points, std::span<SignedDistance> answers) noexcept;

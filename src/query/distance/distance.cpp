@@ -24,8 +24,7 @@ namespace {
 
 using model::ModelView;
 
-constexpr std::size_t k_ahead = 16;               // answers and points are fetched so many earlier where they are out of order
-constexpr std::size_t k_ordered_at_once = 65536;  // more leave the caches while they wait
+constexpr std::size_t k_ahead = 16;  // answers and points are fetched so many earlier where they are out of order
 constexpr std::size_t k_least_ordered = 2 * k_searched_at_once;  // fewer are searched at once as they are
 constexpr double k_widest = 1e15;                                // model units: squares of floats do not overflow
 
@@ -121,20 +120,16 @@ public:
     {
         const auto baked = static_cast<double>(model.distance.header.band);
         within_ = static_cast<float>(band >= 0 ? std::min(band / model.header.unit, k_widest) : baked);
+        is_everywhere_ = has_tree_ && model::has_exact(model) && within_ >= static_cast<float>(k_widest);
     }
 
-    /// From then on the parts of the answers are left as they are, and an answer is written once: points are those of add.
-    void keep_parts(std::span<const Vec3d> points)
-    {
-        keeps_parts_ = true;
-        points_ = points;
-    }
+    /// From then on an answer is written once: points are those of add, by their index.
+    void keep(std::span<const Vec3d> points) { points_ = points; }
 
     void add(Vec3d point, std::size_t index)
     {
         if (!is_finite(point) || !finite_) {
             SignedDistance& answer = answers_[index];
-            const KeptPart part(answer, keeps_parts_);
             answer = {};
             answer.witness = point;
             answer.status = k_not_finite;
@@ -142,6 +137,11 @@ public:
         }
         if (points_.empty()) answers_[index].witness = point;
         const Vec3d in_mesh = apply(to_mesh_, point), in_model = per_unit_ * (in_mesh - origin_);
+        if (is_everywhere_ && std::max({std::abs(in_model.x), std::abs(in_model.y), std::abs(in_model.z)}) < 0.1 * k_widest) {
+            near_.add(cast<float>(in_model), index);
+            if (near_.count == k_searched_at_once) search();
+            return;
+        }
         if ((!has_tree_ || !root_.holds(in_model)) && !is_sought(in_mesh)) return finish_beyond(in_mesh, point, index);
         new_.add(cast<float>(in_model), index);
         if (new_.count == k_bounded_at_once) bound();
@@ -164,39 +164,25 @@ public:
     Vec3d position_in_frame(Vec3f p) const { return apply(pose_, origin_of(model_) + model_.header.unit * cast<double>(p)); }
 
 private:
-    /// Puts an answer's part back.
-    class KeptPart {
-    public:
-        KeptPart(SignedDistance& answer, bool keeps) : answer_(answer), part_(keeps ? answer.part : 0), keeps_(keeps) {}
-        KeptPart(const KeptPart&) = delete;
-        KeptPart& operator=(const KeptPart&) = delete;
-        ~KeptPart()
-        {
-            if (keeps_) answer_.part = part_;
-        }
-
-    private:
-        SignedDistance& answer_;
-        const std::int32_t part_;
-        const bool keeps_;
-    };
-
     /// Beyond the band the object's sphere bounds the distance from below.
     void finish_beyond(Vec3d in_mesh, Vec3d point, std::size_t index)
     {
         SignedDistance& answer = answers_[index];
-        const KeptPart part(answer, keeps_parts_);
         answer = {};
         answer.witness = point;
         answer.distance = away_from_sphere(model_, in_mesh);
         if (model_.answers != nullptr && !has_tree_) answer.status = model_.answers->no_distance;
     }
 
+    /// The point of an answer that is not finished yet.
+    Vec3d queried(std::size_t index) const { return points_.empty() ? answers_[index].witness : points_[index]; }
+
     /// Fetches a point and its answer ahead, and puts the point where its answer is finished.
     SignedDistance& begin(const std::size_t* index, std::size_t i, std::size_t count)
     {
         const std::size_t later = index[std::min(i + k_ahead, count - 1)];
         hwy::Prefetch(&answers_[later]);
+        hwy::Prefetch(&answers_[later].triangle);
         SignedDistance& answer = answers_[index[i]];
         if (!points_.empty()) {
             hwy::Prefetch(&points_[later]);
@@ -217,9 +203,7 @@ private:
                 ++k;
                 continue;
             }
-            SignedDistance& answer = begin(new_.index, i, points.size());
-            const KeptPart part(answer, keeps_parts_);
-            finish_bound(found[i], answer);
+            finish_bound(found[i], begin(new_.index, i, points.size()));
         }
         if (near_.count + count > k_searched_at_once) search();
         for (std::size_t i = 0; i < count; ++i) near_.add(points[near[i]], new_.index[near[i]]);
@@ -244,9 +228,7 @@ private:
     void answer_near(Finish finish)
     {
         for (std::size_t i = 0; i < near_.count; ++i) {
-            SignedDistance& answer = begin(near_.index, i, near_.count);
-            const KeptPart part(answer, keeps_parts_);
-            finish(i, answer);
+            finish(i, begin(near_.index, i, near_.count));
         }
         near_.count = 0;
     }
@@ -255,9 +237,20 @@ private:
         const std::span<const Vec3f> points = near_.points();
         const std::span near(near_triangles.data(), points.size());
         search_near_triangles(model_, points, near);
+        constexpr std::size_t k_together = 128;
+        Vec3d in_mesh[k_together];
+        NearestInDouble found[k_together];
         answer_near([&](std::size_t i, SignedDistance& answer) {
+            if (i % k_together == 0) {
+                const std::size_t count = std::min(k_together, near_.count - i);
+                for (std::size_t k = 0; k < count; ++k) {
+                    if (!points_.empty()) hwy::Prefetch(&points_[near_.index[std::min(i + k + k_ahead, near_.count - 1)]]);
+                    in_mesh[k] = apply(to_mesh_, queried(near_.index[i + k]));
+                }
+                nearest_in_double(model_, {in_mesh, count}, near.subspan(i, count), found);
+            }
             if (near[i].entry >= 0)
-                finish_in_double(points[i], near[i], answer);
+                finish_in_double(points[i], found[i % k_together], answer);
             else if (model::has_exact(model_))
                 finish_exact(points[i], {}, answer);
             else
@@ -305,10 +298,9 @@ private:
     }
 
     /// answer.witness is the queried point.
-    void finish_in_double(Vec3f in_model, const NearTriangles& near, SignedDistance& answer) const
+    void finish_in_double(Vec3f in_model, const NearestInDouble& found, SignedDistance& answer) const
     {
         const Vec3d point = answer.witness;
-        const NearestInDouble found = nearest_in_double(model_, apply(to_mesh_, point), near);
         const bool is_solid = model_.header.solid != 0;
         const bool inside = is_solid && (found.side == 0 ? query_exact(model_, in_model).contact : found.side < 0);
         const double sign = inside ? -1 : 1;
@@ -449,7 +441,8 @@ private:
     std::span<const Vec3d> points_;  ///< where they are kept; empty: a waiting point is its answer's witness
     float within_;
     DistanceKind exact_kind_ = DistanceKind::Exact;
-    bool in_double_ = false, keeps_parts_ = false;
+    bool in_double_ = false;
+    bool is_everywhere_ = false;  ///< no bound is wanted
     WaitingPoints<k_bounded_at_once> new_;
     WaitingPoints<k_searched_at_once> near_;
     union {  // by turns
@@ -467,20 +460,14 @@ SignedDistance of_nothing(Vec3d point)
     return answer;
 }
 
-void answer_in_order(const ModelView& model, std::span<const Vec3d> points, std::span<SignedDistance> answers, Batch& batch)
+void answer_in_order(std::span<const Vec3d> points, std::span<const std::uint16_t> order, Batch& batch)
 {
-    batch.keep_parts(points);
+    batch.keep(points);
     for (std::size_t k = 0; k < points.size(); ++k) {
-        const auto later = static_cast<std::size_t>(answers[std::min(k + k_ahead, points.size() - 1)].part);
-        hwy::Prefetch(&points[later]);
-        const auto i = static_cast<std::size_t>(answers[k].part);
-        batch.add(points[i], i);
+        hwy::Prefetch(&points[order[std::min(k + k_ahead, points.size() - 1)]]);
+        batch.add(points[order[k]], order[k]);
     }
     batch.flush();
-    for (SignedDistance& a : answers)
-        a.part = a.triangle < 0
-                     ? -1
-                     : static_cast<std::int32_t>(model::part_of(model.triangle_part[static_cast<std::size_t>(a.triangle)]));
 }
 
 /// how: the band, or Batch::InDouble.
@@ -492,13 +479,13 @@ void answer_batch(const Body& touched, std::span<const Vec3d> points, std::span<
         std::transform(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(count), answers.begin(), of_nothing);
         return;
     }
-    // A part follows from the triangle only where triangles answer.
-    if (count >= k_least_ordered && model::has_exact(*touched.model)) {
+    if (count >= k_least_ordered) {
+        std::uint16_t order[k_ordered_at_once];
         for (std::size_t first = 0; first < count; first += k_ordered_at_once) {
             const std::size_t some = std::min(k_ordered_at_once, count - first);
             Batch batch(*touched.model, touched.pose, how, answers.subspan(first, some));
-            put_near_together(touched, points.subspan(first, some), answers.subspan(first, some));
-            answer_in_order(*touched.model, points.subspan(first, some), answers.subspan(first, some), batch);
+            put_near_together(touched, points.subspan(first, some), order);
+            answer_in_order(points.subspan(first, some), {order, some}, batch);
         }
         return;
     }

@@ -9,6 +9,7 @@
 #include <hwy/highway.h>
 
 #include "query/distance/bounds-inl.h"
+#include "query/distance/double_feet-inl.h"
 #include "query/distance/packet-inl.h"
 #include "sqmap/math/assert.h"
 #include "sqmap/math/box.h"
@@ -39,7 +40,7 @@ void fill(PointPacket& packet, std::span<const Vec3f> points)
 }
 
 /// By packets or one by one. near, slack: as a Hierarchy takes them.
-void search_all(const ModelView& model, std::span<const Vec3f> points, PointPacket& packet, NearLeaves* near, float slack)
+void search_all(const ModelView& model, std::span<const Vec3f> points, PointPacket& packet, NearTriangles* near, float slack)
 {
     if (are_dense(model, points)) {
         PacketSearch(model, packet, near, slack).run();
@@ -110,20 +111,25 @@ void find_near_triangles(const ModelView& model, std::span<const Vec3f> points, 
 {
     PointPacket packet;
     fill(packet, points);
-    NearLeaves leaves(points.size());
+    for (std::size_t k = 0; k < points.size(); ++k) near[k].count = 0;
     const float slack = slack_of(model, points);
-    search_all(model, points, packet, &leaves, slack);
-    const Hierarchy hierarchy(model, &leaves, slack);
+    search_all(model, points, packet, near.data(), slack);
+    const Hierarchy hierarchy(model, near.data(), slack);
     for (std::size_t k = 0; k < points.size(); ++k) {
         const std::uint32_t slot = packet.slot[k];
         near[k].entry = slot == PointPacket::k_no_slot ? -1 : static_cast<std::int32_t>(hierarchy.entry_at(slot));
-        leaves.finish(k, hierarchy.reach_above(packet.distance_sq[k]), near[k]);
+        if (near[k].count != NearTriangles::k_too_many) drop_far(near[k], hierarchy.reach_above(packet.distance_sq[k]));
     }
 }
 
 void find_leaves(const ModelView& model, Vec3f point, float reach, LeafVisit visit, void* context)
 {
     Hierarchy(model).each_leaf(point, reach, [=](std::uint32_t leaf) { return visit(context, leaf); });
+}
+
+void find_feet(DoubleFeet& feet, std::size_t first, std::size_t count)
+{
+    for (std::size_t i = first; i < first + count; i += hn::Lanes(dd)) FeetOfPairs(feet, i).store();
 }
 
 }  // namespace sqmap::query::HWY_NAMESPACE
@@ -139,6 +145,7 @@ HWY_EXPORT(find_bounds);
 HWY_EXPORT(find_nearest);
 HWY_EXPORT(find_near_triangles);
 HWY_EXPORT(find_leaves);
+HWY_EXPORT(find_feet);
 
 std::size_t bound_surfaces(const model::ModelView& model, float within, std::span<const Vec3f> points,
                            std::span<NearestSurface> found, std::span<std::uint16_t> near) noexcept
@@ -162,7 +169,7 @@ void search_near_triangles(const model::ModelView& model, std::span<const Vec3f>
     SQMAP_ASSERT(near.size() >= points.size());
     if (points.empty()) return;
     if (model.distance.groups.empty())
-        std::fill_n(near.begin(), points.size(), NearTriangles{});
+        std::fill_n(near.begin(), points.size(), NearTriangles{-1, 0, {}, {}});
     else
         HWY_DYNAMIC_DISPATCH(find_near_triangles)(model, points, near);
 }
@@ -171,6 +178,12 @@ void visit_leaves(const model::ModelView& model, Vec3f point, float reach, LeafV
 {
     SQMAP_ASSERT(!model.distance.groups.empty());
     HWY_DYNAMIC_DISPATCH(find_leaves)(model, point, reach, visit, context);
+}
+
+void measure_feet(DoubleFeet& feet, std::size_t first, std::size_t count) noexcept
+{
+    SQMAP_ASSERT(first % k_feet_lanes == 0 && count % k_feet_lanes == 0 && first + count <= DoubleFeet::k_capacity);
+    HWY_DYNAMIC_DISPATCH(find_feet)(feet, first, count);
 }
 
 }  // namespace sqmap::query

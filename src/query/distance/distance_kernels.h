@@ -24,10 +24,11 @@ inline constexpr std::size_t k_bounded_at_once = 256, k_searched_at_once = 4096;
 /// The triangles of a point that float cannot tell from the nearest: leaves of the hierarchy, each with its eight triangles.
 struct NearTriangles {
     static constexpr std::uint32_t k_capacity = 5;
-    std::int32_t entry = -1;             ///< the nearest in float; -1: none was found
-    std::uint32_t count = 0;             ///< of leaves; k_too_many: they are not all here
-    std::uint32_t leaves[k_capacity]{};  ///< leaf << 8, with a bit for each of its triangles
     static constexpr std::uint32_t k_too_many = 0xffffffffu;
+    std::int32_t entry;                ///< the nearest in float; -1: none was found
+    std::uint32_t count;               ///< of leaves; k_too_many: they are not all here
+    std::uint32_t leaves[k_capacity];  ///< leaf << 8, with a bit for each of its triangles
+    float least_sq[k_capacity];        ///< squared distances of these
 };
 
 /// Bounds for up to k_bounded_at_once points; near: the indices of those that are not known to be farther

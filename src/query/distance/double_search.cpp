@@ -6,6 +6,7 @@
 #include "math/trigonometry.h"
 #include "model/flags.h"
 #include "query/distance/distance_kernels.h"
+#include "query/distance/double_feet.h"
 
 #include <algorithm>
 #include <array>
@@ -62,9 +63,8 @@ std::uint32_t triangle_of(const ModelView& model, std::uint32_t entry)
     return entry < triangles ? entry : model.piece_triangle[entry - triangles];
 }
 
-/// Writes the corners of an entry of the hierarchy, in mesh units, to where the tie keeps them, because copying them from a
-/// return value costs as much as finding the nearest point. The function carries a piece over from the stored triangle to the
-/// caller's by its barycentric coordinates.
+/// The corners of an entry of the hierarchy, in mesh units. A piece is carried over from the stored triangle to the caller's by
+/// its barycentric coordinates.
 void put_corners(const ModelView& model, std::uint32_t entry, Corners& corners)
 {
     const std::uint32_t triangle = triangle_of(model, entry);
@@ -73,6 +73,12 @@ void put_corners(const ModelView& model, std::uint32_t entry, Corners& corners)
     const Corners whole = corners, stored = stored_corners(model, triangle);
     const float* piece = &model.pieces[9 * std::size_t{entry - model.triangle_part.size()}];
     for (std::size_t k = 0; k < 3; ++k) corners[k] = carried_over(cast<double>(model::vec3(piece + 3 * k)), stored, whole);
+}
+
+std::uint32_t entry_at(const ModelView& model, std::size_t i)
+{
+    const model::DistanceArrays<model::ArrayView>& d = model.distance;
+    return d.entries16.empty() ? d.entries32[i] : d.entries16[i];
 }
 
 double angle_at(const Corners& t, std::size_t corner)
@@ -89,113 +95,161 @@ double weight_of(const Corners& t, unsigned corners)
     return angle_at(t, static_cast<std::size_t>(std::countr_zero(corners)));
 }
 
-/// The triangles that are as near as double tells.
-class Ties {
-public:
-    /// entry: is measured first.
-    Ties(const ModelView& model, Vec3d point, std::uint32_t entry) : model_(model), point_(point), first_(entry)
-    {
-        const model::Header& h = model.header;
-        origin_ = {h.origin[0], h.origin[1], h.origin[2]};
-        object_ = sum_of(cast<double>(model::vec3(h.sphere))) + static_cast<double>(h.sphere[3]);
-        tolerance_ = 1e-15 * (sum_of(point) + sum_of(origin_) + h.unit * object_);
-        measure(entry);
-    }
+/// A triangle's unit normal, zero without an area.
+Vec3d normal_of(const Corners& t)
+{
+    const Vec3d across = cross(t[1] - t[0], t[2] - t[0]);
+    const double area = norm(across);
+    return area > 0 ? across / area : Vec3d{};
+}
 
-    /// The nearest of these triangles, in the order in which a search visits them.
-    [[nodiscard]] NearestInDouble nearest_of(const NearTriangles& near)
+double sum_of(Vec3d v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); }
+
+/// A point's leaves in the order in which a search visits them.
+class Visited {
+public:
+    explicit Visited(const NearTriangles& near) : count_(near.count)
     {
-        std::uint32_t leaves[NearTriangles::k_capacity];
         const auto group = [](std::uint32_t word) { return word >> 8 >> k_group_bits; };
         for (std::uint32_t i = 0; i < near.count; ++i) {
             const std::uint32_t word = near.leaves[i];
             std::uint32_t k = i;
-            for (; k > 0 && (group(leaves[k - 1]) < group(word) || (group(leaves[k - 1]) == group(word) && leaves[k - 1] > word));
+            for (; k > 0 &&
+                   (group(leaves_[k - 1]) < group(word) || (group(leaves_[k - 1]) == group(word) && leaves_[k - 1] > word));
                  --k)
-                leaves[k] = leaves[k - 1];
-            leaves[k] = word;
+                leaves_[k] = leaves_[k - 1];
+            leaves_[k] = word;
         }
-        for (const std::uint32_t word : std::span(leaves, near.count)) measure_leaf(word >> 8, word & 0xffu);
-        return answer();
     }
-    [[nodiscard]] NearestInDouble nearest()
+    [[nodiscard]] const std::uint32_t* begin() const { return leaves_; }
+    [[nodiscard]] const std::uint32_t* end() const { return leaves_ + count_; }
+
+private:
+    static_assert(model::k_hierarchy_leaf == 8 && model::k_hierarchy_width == 16);
+    static constexpr int k_group_bits = 4;
+
+    std::uint32_t count_, leaves_[NearTriangles::k_capacity];
+};
+
+/// Finds the nearest triangles of many points: pairs wait until a vector kernel measures them together.
+class DoubleSearch {
+public:
+    DoubleSearch(const ModelView& model, std::span<const Vec3d> points, std::span<NearestInDouble> found)
+        : model_(model), points_(points), found_(found)
     {
-        const double unit = model_.header.unit;
-        const Vec3d in_model = (point_ - origin_) / unit;
-        // Pieces are carried over from where they are stored, which rounding moves by as much as vertices.
-        slack_ = static_cast<double>(k_box_rounding) * (sum_of(in_model) + object_) + tolerance_ / unit;
-        const auto visit = [](void* ties, std::uint32_t leaf) {
-            static_cast<Ties*>(ties)->measure_leaf(leaf, 0xff);
-            return static_cast<Ties*>(ties)->reach();
+        const model::Header& h = model.header;
+        origin_ = {h.origin[0], h.origin[1], h.origin[2]};
+        object_ = sum_of(cast<double>(model::vec3(h.sphere))) + static_cast<double>(h.sphere[3]);
+        origin_size_ = sum_of(origin_);
+        object_size_ = h.unit * object_;
+        touching_ = k_near * static_cast<double>(h.sphere[3]) * h.unit;
+    }
+
+    void add(std::size_t point, const NearTriangles& near)
+    {
+        if (count_ + k_max_pairs > DoubleFeet::k_capacity || waiting_ == k_points) flush();
+        const auto first = static_cast<std::uint32_t>(near.entry);
+        put(points_[point], first);
+        for (const std::uint32_t word : Visited(near)) put_leaf(points_[point], word >> 8, word & 0xffu, first);
+        point_[waiting_] = static_cast<std::uint32_t>(point);
+        end_[waiting_++] = static_cast<std::uint32_t>(count_);
+    }
+    void flush()
+    {
+        if (waiting_ == 0) return;
+        feet_.measure(0, count_);
+        std::size_t first = 0;
+        for (std::size_t i = 0; i < waiting_; ++i) {
+            const std::size_t end = end_[i];
+            found_[point_[i]] = answer(points_[point_[i]], first, end);
+            first = end;
+        }
+        count_ = waiting_ = 0;
+    }
+    /// Measures all triangles within reach of the first. @pre no point waits
+    void search(std::size_t point, std::uint32_t first)
+    {
+        struct Visit {
+            DoubleSearch& search;
+            Vec3d point;
+            std::uint32_t first;
+            double slack;
+
+            float reach() const
+            {
+                const DoubleSearch& s = search;
+                const double best_sq = *std::min_element(s.feet_.distance_sq, s.feet_.distance_sq + s.count_);
+                return static_cast<float>((std::sqrt(best_sq) / s.model_.header.unit + slack) * (1 + 1e-6));
+            }
         };
-        visit_leaves(model_, cast<float>(in_model), reach(), visit, this);
-        return answer();
+        const Vec3d p = points_[point];
+        const double unit = model_.header.unit;
+        const Vec3d in_model = (p - origin_) / unit;
+        // Pieces are carried over from where they are stored, which rounding moves by as much as vertices. slack: model units,
+        // by how much boxes may be farther than they seem.
+        Visit visit{*this, p, first, static_cast<double>(k_box_rounding) * (sum_of(in_model) + object_) + tolerance(p) / unit};
+        put(p, first);
+        feet_.measure(0, count_);
+        const auto each = [](void* context, std::uint32_t leaf) {
+            const Visit& v = *static_cast<const Visit*>(context);
+            v.search.measure_leaf(v.point, leaf, v.first);
+            return v.reach();
+        };
+        visit_leaves(model_, cast<float>(in_model), visit.reach(), each, &visit);
+        found_[point] = answer(p, 0, count_);
+        count_ = 0;
     }
 
 private:
-    struct Tie {
-        std::uint32_t entry;
-        unsigned corners;
-        Vec3d offset;
-        double distance_sq;
-        Corners at;
-    };
-    /// A triangle's normal, zero without an area, and the point's height above it.
-    struct Side {
-        Vec3d normal;
-        double height;
-    };
-    static Side side_of(const Tie& tie)
+    static constexpr std::size_t k_max_pairs = 1 + std::size_t{NearTriangles::k_capacity} * model::k_hierarchy_leaf;
+    static constexpr std::size_t k_points = 128;
+    static constexpr std::size_t k_max_ties = 256;  ///< at more the exact layer says on which side the point is
+    static constexpr double k_near = 2e-9;          ///< of the object's radius: up to there the normal is wanted
+
+    void put(const Vec3d& point, std::uint32_t entry)
     {
-        const Vec3d across = cross(tie.at[1] - tie.at[0], tie.at[2] - tie.at[0]);
-        const double area = norm(across);
-        const Vec3d normal = area > 0 ? across / area : Vec3d{};
-        return {normal, -dot(tie.offset, normal)};
+        Corners t;
+        put_corners(model_, entry, t);
+        feet_.put(count_, point, t);
+        entry_[count_++] = entry;
     }
-    static double sum_of(Vec3d v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); }
-
-    Tie* ties() { return reinterpret_cast<Tie*>(memory_); }
-    const Tie* ties() const { return reinterpret_cast<const Tie*>(memory_); }
-
-    float reach() const { return static_cast<float>((std::sqrt(best_sq_) / model_.header.unit + slack_) * (1 + 1e-6)); }
-
     /// triangles: a bit for each.
-    void measure_leaf(std::uint32_t leaf, std::uint32_t triangles)
+    void put_leaf(const Vec3d& point, std::uint32_t leaf, std::uint32_t triangles, std::uint32_t first)
     {
-        const model::DistanceArrays<model::ArrayView>& d = model_.distance;
-        const std::size_t first = std::size_t{leaf} * model::k_hierarchy_leaf;
         for (; triangles != 0; triangles &= triangles - 1) {
-            const std::size_t i = first + static_cast<std::size_t>(std::countr_zero(triangles));
-            if (i >= d.header.entries) break;
-            const std::uint32_t entry = d.entries16.empty() ? d.entries32[i] : d.entries16[i];
-            if (entry != first_) measure(entry);
+            const std::size_t i =
+                std::size_t{leaf} * model::k_hierarchy_leaf + static_cast<std::size_t>(std::countr_zero(triangles));
+            if (i >= model_.distance.header.entries) break;
+            if (const std::uint32_t entry = entry_at(model_, i); entry != first) put(point, entry);
         }
     }
-
-    void measure(std::uint32_t entry)
+    void measure_leaf(const Vec3d& point, std::uint32_t leaf, std::uint32_t first)
     {
-        Tie& trial = ties()[count_];
-        put_corners(model_, entry, trial.at);
-        const TriangleFoot foot = foot_on_triangle(point_, trial.at[0], trial.at[1], trial.at[2]);
-        const Vec3d offset = foot.point - point_;
-        const double distance_sq = norm_sq(offset);
-        if (!(distance_sq <= limit_sq_)) return;
-        trial.entry = entry;
-        trial.corners = foot.corners;
-        trial.offset = offset;
-        trial.distance_sq = distance_sq;
-        if (distance_sq < best_sq_) {
-            best_sq_ = distance_sq;
-            const double limit = std::sqrt(distance_sq) + tolerance_;
-            limit_sq_ = limit * limit;
-            const auto is_farther = [this](const Tie& tie) { return tie.distance_sq > limit_sq_; };
-            count_ = static_cast<std::size_t>(std::remove_if(ties(), ties() + count_, is_farther) - ties());
-            if (&ties()[count_] != &trial) ties()[count_] = trial;
+        if (count_ + model::k_hierarchy_leaf > DoubleFeet::k_capacity) leave_out_far(point);
+        const std::size_t before = count_;
+        put_leaf(point, leaf, 0xff, first);
+        if (count_ > before) feet_.measure(before, count_ - before);
+    }
+    void leave_out_far(const Vec3d& point)
+    {
+        const double limit_sq = limit_of(point, 0, count_);
+        std::size_t left = 0;
+        for (std::size_t i = 0; i < count_ && left < k_max_ties + 1; ++i) {
+            if (!(feet_.distance_sq[i] <= limit_sq)) continue;
+            feet_.put(left, point, feet_.triangle_of(i));
+            entry_[left++] = entry_[i];
         }
-        if (count_ < k_max_ties)
-            ++count_;
-        else
-            is_full_ = true;
+        count_ = left;
+        feet_.measure(0, count_);
+    }
+
+    /// Mesh units: what double tells of distances.
+    double tolerance(Vec3d point) const { return 1e-15 * (sum_of(point) + origin_size_ + object_size_); }
+    /// The squared distance up to which triangles tie for the nearest.
+    double limit_of(Vec3d point, std::size_t first, std::size_t end) const
+    {
+        const double limit = std::sqrt(*std::min_element(feet_.distance_sq + first, feet_.distance_sq + end)) + tolerance(point);
+        return limit * limit;
     }
 
     /// The triangle's number in the input, and where that has none its own behind them.
@@ -204,82 +258,108 @@ private:
         return (std::uint64_t{model_.input.source_triangle[triangle]} << 32) | triangle;
     }
 
-    NearestInDouble answer() const
+    /// The nearest of the pairs of one point.
+    NearestInDouble answer(const Vec3d& point, std::size_t first, std::size_t end) const
     {
         constexpr double k_alike = 1e-12, k_clear = 1e-9;
+        const double limit_sq = limit_of(point, first, end);
         NearestInDouble out;
-        out.distance = std::sqrt(best_sq_);
-        const Tie* named = nullptr;
+        std::size_t named = end, ties = 0;
         bool is_on_faces = true, is_above = true, is_below = true;
-        double best_facing = -1;
-        for (const Tie& tie : std::span(ties(), count_)) {
-            const double height = side_of(tie).height, away = std::sqrt(tie.distance_sq);
-            is_on_faces = is_on_faces && tie.corners == 7;
+        double best_facing = -1, least = INFINITY;
+        for (std::size_t i = first; i < end; ++i) {
+            if (!(feet_.distance_sq[i] <= limit_sq)) continue;
+            ++ties;
+            const double height = feet_.height[i], away = feet_.distance[i], facing = feet_.facing[i];
+            least = std::min(least, away);
+            is_on_faces = is_on_faces && feet_.corners[i] == 7;
             is_above = is_above && height > 2 * k_clear * away;
             is_below = is_below && height < -2 * k_clear * away;
-            const double facing = away > 0 ? std::abs(height) / away : 0;
-            const std::uint32_t triangle = triangle_of(model_, tie.entry);
-            if (named != nullptr &&
+            const std::uint32_t triangle = triangle_of(model_, entry_[i]);
+            if (named != end &&
                 (facing < best_facing - k_alike || (facing <= best_facing + k_alike && rank(triangle) > rank(out.triangle))))
                 continue;
             best_facing = std::max(best_facing, facing);
-            named = &tie;
+            named = i;
             out.triangle = triangle;
         }
-        if (named == nullptr) return out;  // coordinates that overflow
-        out.offset = named->offset;
+        out.distance = least;
+        if (named == end) return out;  // coordinates that overflow
+        out.offset = feet_.offset_of(named);
         // If all see the point from one side, any weighted mean of them does.
-        const double share = is_above ? 1 : is_below ? -1 : weigh(out.normal);
-        if ((is_above || is_below) && out.distance <= k_near * static_cast<double>(model_.header.sphere[3]) * model_.header.unit)
-            (void)weigh(out.normal);
+        const double share = is_above ? 1 : is_below ? -1 : weigh(first, end, limit_sq, out.normal);
+        if ((is_above || is_below) && out.distance <= touching_) (void)weigh(first, end, limit_sq, out.normal);
         // Pieces meet where float stores their corners, so that of those about an edge one alone may tie.
         const bool is_whole = model_.piece_triangle.empty() || is_on_faces;
-        const bool says = !is_full_ && is_whole && std::abs(share) > k_clear && out.distance > 4 * tolerance_;
+        const bool says = ties <= k_max_ties && is_whole && std::abs(share) > k_clear && out.distance > 4 * tolerance(point);
         if (says) out.side = share > 0 ? 1 : -1;
         return out;
     }
 
-    /// The unit mean of the normals, weighted by angles; returns the point's height by them as a share of its distance.
-    double weigh(Vec3d& normal) const
+    /// The unit mean of the normals of those within the limit, weighted by angles; returns the point's height by them as a share
+    /// of its distance.
+    double weigh(std::size_t first, std::size_t end, double limit_sq, Vec3d& normal) const
     {
         normal = {};
         double sum = 0, sizes = 0;
-        for (const Tie& tie : std::span(ties(), count_)) {
-            const Side side = side_of(tie);
-            const double weight = weight_of(tie.at, tie.corners);
-            normal += weight * side.normal;
-            sum += weight * side.height;
-            sizes += weight * std::sqrt(tie.distance_sq);
+        for (std::size_t i = first; i < end; ++i) {
+            if (!(feet_.distance_sq[i] <= limit_sq)) continue;
+            const Corners t = feet_.triangle_of(i);
+            const double weight = weight_of(t, static_cast<unsigned>(feet_.corners[i]));
+            normal += weight * normal_of(t);
+            sum += weight * feet_.height[i];
+            sizes += weight * feet_.distance[i];
         }
         if (const double length = norm(normal); length > 0) normal = normal / length;
         return sizes > 0 ? sum / sizes : 0;
     }
 
-    static_assert(model::k_hierarchy_leaf == 8 && model::k_hierarchy_width == 16);
-    static constexpr int k_group_bits = 4;
-    static constexpr double k_near = 2e-9;          ///< of the object's radius: up to there the normal is wanted
-    static constexpr std::size_t k_max_ties = 256;  ///< at more the exact layer says on which side the point is
-
     const ModelView& model_;
-    Vec3d point_;
-    std::uint32_t first_;
-    Vec3d origin_{};
-    double object_ = 0;     ///< model units: the size of its coordinates
-    double tolerance_ = 0;  ///< mesh units: what double tells of distances
-    double slack_ = 0;      ///< model units: by how much boxes may be farther than they seem
-    double best_sq_ = INFINITY, limit_sq_ = INFINITY;
-    bool is_full_ = false;
-    std::size_t count_ = 0;
-    alignas(Tie)
-        std::byte memory_[(k_max_ties + 1) * sizeof(Tie)];  ///< that nobody clears: most points have one. The last is for trials
+    std::span<const Vec3d> points_;
+    std::span<NearestInDouble> found_;
+    Vec3d origin_;
+    double object_;                     ///< model units: the size of its coordinates
+    double origin_size_, object_size_;  ///< mesh units
+    double touching_;
+    std::size_t count_ = 0, waiting_ = 0;
+    std::uint32_t point_[k_points], end_[k_points];  ///< of those that wait, and behind its last pair
+    std::uint32_t entry_[DoubleFeet::k_capacity];
+    DoubleFeet feet_;
 };
 
 }  // namespace
 
-NearestInDouble nearest_in_double(const ModelView& model, Vec3d point, const NearTriangles& near) noexcept
+void DoubleFeet::measure(std::size_t first, std::size_t count)
 {
-    Ties ties(model, point, static_cast<std::uint32_t>(near.entry));
-    return near.count == NearTriangles::k_too_many ? ties.nearest() : ties.nearest_of(near);
+    const std::size_t begin = first / k_feet_lanes * k_feet_lanes, end = first + count;
+    std::size_t filled = end;
+    for (; filled % k_feet_lanes != 0; ++filled) put(filled, vector(point, end - 1), triangle_of(end - 1));
+    measure_feet(*this, begin, filled - begin);
+    for (std::size_t i = begin; i < end; ++i) {
+        if (corners[i] != 0) continue;
+        const Corners t = triangle_of(i);
+        const Vec3d p = vector(point, i);
+        const TriangleFoot foot = foot_on_triangle(p, t[0], t[1], t[2]);
+        const Vec3d from_point = foot.point - p;
+        put_vector(offset, i, from_point);
+        distance_sq[i] = norm_sq(from_point);
+        distance[i] = std::sqrt(distance_sq[i]);
+        height[i] = -dot(from_point, normal_of(t));
+        facing[i] = distance[i] > 0 ? std::abs(height[i]) / distance[i] : 0;
+        corners[i] = foot.corners;
+    }
+}
+
+void nearest_in_double(const ModelView& model, std::span<const Vec3d> points, std::span<const NearTriangles> near,
+                       std::span<NearestInDouble> found) noexcept
+{
+    DoubleSearch search(model, points, found);
+    for (std::size_t i = 0; i < points.size(); ++i)
+        if (near[i].entry >= 0 && near[i].count != NearTriangles::k_too_many) search.add(i, near[i]);
+    search.flush();
+    for (std::size_t i = 0; i < points.size(); ++i)
+        if (near[i].entry >= 0 && near[i].count == NearTriangles::k_too_many)
+            search.search(i, static_cast<std::uint32_t>(near[i].entry));
 }
 
 }  // namespace sqmap::query

@@ -6,6 +6,7 @@
 #include "sqmap/model/model.h"
 
 #include <cstdint>
+#include <span>
 
 namespace sqmap::query {
 
@@ -19,9 +20,11 @@ struct NearestInDouble {
     int side = 0;                ///< 1: outside of these triangles, -1: inside, 0: they do not say
 };
 
-/// Evaluates in double every triangle that float does not exclude. point: mesh frame; near: as search_near_triangles
-/// finds them, with an entry. Total, no allocation, 30 kB of stack; the same bits on every instruction set.
-/// @pre model::has_input(model), the model has a hierarchy, point is finite and less than 1e15 model units away
-[[nodiscard]] NearestInDouble nearest_in_double(const model::ModelView& model, Vec3d point, const NearTriangles& near) noexcept;
+/// Evaluates in double every triangle that float does not exclude. points: mesh frame; near: as search_near_triangles finds them;
+/// a point without an entry is left out. Total, no allocation, 60 kB of stack; the same bits on every instruction set.
+/// @pre model::has_input(model), the model has a hierarchy, points are finite and less than 1e15 model units away; near.size()
+/// and found.size() >= points.size()
+void nearest_in_double(const model::ModelView& model, std::span<const Vec3d> points, std::span<const NearTriangles> near,
+                       std::span<NearestInDouble> found) noexcept;
 
 }  // namespace sqmap::query

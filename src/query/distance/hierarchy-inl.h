@@ -49,58 +49,38 @@ struct PointPacket {
     static constexpr std::uint32_t k_no_slot = 0xffffffffu;
 };
 
-/// Remembers, for each point of a packet, the leaves whose triangles float cannot tell from the nearest.
-class NearLeaves {
-public:
-    explicit NearLeaves(std::size_t points) { std::fill_n(count_, points, std::uint8_t{0}); }
-
-    /// least_sq: of the leaf's chosen triangles; beyond reach_sq nothing of the point's counts any more.
-    void add(std::size_t point, std::uint32_t leaf, std::uint32_t triangles, float least_sq, float reach_sq)
-    {
-        std::size_t count = count_[point];
-        if (count == k_full) return;
-        if (count == NearTriangles::k_capacity) count = drop(point, reach_sq);
-        if (count == NearTriangles::k_capacity) {
-            count_[point] = k_full;
+/// Leaves out what is farther than the reach.
+inline void drop_far(NearTriangles& near, float reach_sq)
+{
+    std::uint32_t left = 0;
+    for (std::uint32_t i = 0; i < near.count; ++i) {
+        near.leaves[left] = near.leaves[i];
+        near.least_sq[left] = near.least_sq[i];
+        left += near.least_sq[i] <= reach_sq ? 1 : 0;
+    }
+    near.count = left;
+}
+/// Remembers a leaf, with the chosen of its triangles and the least squared distance of these; beyond reach_sq nothing counts any
+/// more.
+inline void remember(NearTriangles& near, std::uint32_t leaf, std::uint32_t triangles, float least_sq, float reach_sq)
+{
+    if (near.count >= NearTriangles::k_capacity) {
+        if (near.count == NearTriangles::k_too_many) return;
+        drop_far(near, reach_sq);
+        if (near.count == NearTriangles::k_capacity) {
+            near.count = NearTriangles::k_too_many;
             return;
         }
-        leaf_[point][count] = leaf << 8 | triangles;
-        least_sq_[point][count] = least_sq;
-        count_[point] = static_cast<std::uint8_t>(count + 1);
     }
-    void finish(std::size_t point, float reach_sq, NearTriangles& near)
-    {
-        near.count = NearTriangles::k_too_many;
-        if (count_[point] == k_full) return;
-        near.count = static_cast<std::uint32_t>(drop(point, reach_sq));
-        std::copy_n(leaf_[point], near.count, near.leaves);
-    }
-
-private:
-    static constexpr std::uint8_t k_full = 255;
-
-    std::size_t drop(std::size_t point, float reach_sq)
-    {
-        std::size_t left = 0;
-        for (std::size_t i = 0; i < count_[point]; ++i) {
-            if (least_sq_[point][i] > reach_sq) continue;
-            leaf_[point][left] = leaf_[point][i];
-            least_sq_[point][left++] = least_sq_[point][i];
-        }
-        count_[point] = static_cast<std::uint8_t>(left);
-        return left;
-    }
-
-    std::uint8_t count_[PointPacket::k_capacity];
-    std::uint32_t leaf_[PointPacket::k_capacity][NearTriangles::k_capacity];
-    float least_sq_[PointPacket::k_capacity][NearTriangles::k_capacity];
-};
+    near.leaves[near.count] = leaf << 8 | triangles;
+    near.least_sq[near.count++] = least_sq;
+}
 
 class Hierarchy {
 public:
     explicit Hierarchy(const ModelView& model) : Hierarchy(model, nullptr, 0) {}
-    /// near: where to remember what is within slack of the nearest, model units; null: nowhere.
-    Hierarchy(const ModelView& model, NearLeaves* near, float slack)
+    /// near: where to remember, for each point of a packet, what is within slack of the nearest, model units; null: nowhere.
+    Hierarchy(const ModelView& model, NearTriangles* near, float slack)
         : model_(model),
           arrays_(model.distance),
           levels_(model::hierarchy_levels(model.distance.header.entries)),
@@ -431,8 +411,8 @@ protected:
         }
         if (near_ != nullptr) {
             const float reach = reach_above(std::min(least, nearest.distance_sq));
-            remember(point, leaf, distance_sq, reach);
-            if (other != leaf) remember(point, other, distance_sq + k_hierarchy_leaf, reach);
+            remember_leaf(point, leaf, distance_sq, reach);
+            if (other != leaf) remember_leaf(point, other, distance_sq + k_hierarchy_leaf, reach);
         }
         if (!(least <= nearest.distance_sq)) return;
         std::uint32_t slot = least < nearest.distance_sq ? PointPacket::k_no_slot : nearest.slot;
@@ -443,19 +423,19 @@ protected:
     }
 
     /// distance_sq: of the leaf's triangles.
-    void remember(std::size_t point, std::uint32_t leaf, const float* distance_sq, float reach_sq) const
+    void remember_leaf(std::size_t point, std::uint32_t leaf, const float* distance_sq, float reach_sq) const
     {
         const float least_sq = *std::min_element(distance_sq, distance_sq + k_hierarchy_leaf);
         if (!(least_sq <= reach_sq)) return;
         std::uint32_t triangles = 0;
         for (std::uint32_t k = 0; k < k_hierarchy_leaf; ++k) triangles |= distance_sq[k] <= reach_sq ? 1u << k : 0u;
-        near_->add(point, leaf, triangles, least_sq, reach_sq);
+        remember(near_[point], leaf, triangles, least_sq, reach_sq);
     }
 
     const ModelView& model_;
     const model::DistanceArrays<model::ArrayView>& arrays_;
     model::HierarchyLevels levels_;
-    NearLeaves* near_;
+    NearTriangles* near_;
     float slack_;
     std::uint32_t triangles_;
     float tie_;

@@ -55,13 +55,13 @@ private:
 
 }  // namespace
 
-void put_near_together(const Body& touched, std::span<const Vec3d> points, std::span<SignedDistance> answers) noexcept
+void put_near_together(const Body& touched, std::span<const Vec3d> points, std::span<std::uint16_t> order) noexcept
 {
     const PointGrid grid(touched, points);
     std::uint32_t next[k_cells + 1] = {};
     for (const Vec3d& p : points) ++next[grid.cell_of(p) + 1];
     for (std::size_t c = 0; c < k_cells; ++c) next[c + 1] += next[c];
-    for (std::size_t i = 0; i < points.size(); ++i) answers[next[grid.cell_of(points[i])]++].part = static_cast<std::int32_t>(i);
+    for (std::size_t i = 0; i < points.size(); ++i) order[next[grid.cell_of(points[i])]++] = static_cast<std::uint16_t>(i);
 }
 
 }  // namespace sqmap::query

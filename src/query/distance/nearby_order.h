@@ -2,15 +2,19 @@
 #pragma once
 
 #include "sqmap/math/vec.h"
-#include "sqmap/query/distance.h"
+#include "sqmap/query/body.h"
 
+#include <cstddef>
+#include <cstdint>
 #include <span>
 
 namespace sqmap::query {
 
-/// Puts the points' numbers into the answers' parts, so that points of one cell of a grid follow one another, and cells that are
-/// near to one another too. The caller's memory holds the order, as a query takes none of its own. Total, no allocation, 17 kB
-/// of stack. @pre touched.model != nullptr; as many answers as points
-void put_near_together(const Body& touched, std::span<const Vec3d> points, std::span<SignedDistance> answers) noexcept;
+inline constexpr std::size_t k_ordered_at_once = 65536;  ///< more leave the caches while they wait
+
+/// The points' numbers in an order in which points of one cell of a grid follow one another, and cells that are near to one
+/// another too. Total, no allocation, 17 kB of stack. @pre touched.model != nullptr; at most k_ordered_at_once points, and
+/// order.size() >= points.size()
+void put_near_together(const Body& touched, std::span<const Vec3d> points, std::span<std::uint16_t> order) noexcept;
 
 }  // namespace sqmap::query

@@ -16,7 +16,7 @@ namespace {
 class PacketSearch : Hierarchy {
 public:
     /// near, slack: as a Hierarchy takes them.
-    PacketSearch(const ModelView& model, PointPacket& points, NearLeaves* near, float slack)
+    PacketSearch(const ModelView& model, PointPacket& points, NearTriangles* near, float slack)
         : Hierarchy(model, near, slack), points_(points)
     {
     }
@@ -301,11 +301,12 @@ private:
             const I index = blend(within(list, i), hn::LoadU(di, list.index + i), set_int(list.index[i]));
             const V3 p{hn::LoadU(df, list.p[0] + i), hn::LoadU(df, list.p[1] + i), hn::LoadU(df, list.p[2] + i)};
             F least = set(PointPacket::k_far_sq);
-            HWY_ALIGN float each_sq[k_hierarchy_leaf][k_lanes];
+            I nearest = hn::Zero(di);
+            F each_sq[k_hierarchy_leaf];
             for (std::size_t k = 0; k < k_hierarchy_leaf; ++k) {
-                const F d_sq = frames_.see_one(first + k, frames_.foot_one(first + k, p)).distance_sq;
-                least = hn::Min(least, d_sq);
-                hn::Store(d_sq, df, each_sq[k]);
+                each_sq[k] = frames_.see_one(first + k, frames_.foot_one(first + k, p)).distance_sq;
+                nearest = blend(hn::Lt(each_sq[k], least), set_int(static_cast<std::int32_t>(k)), nearest);
+                least = hn::Min(least, each_sq[k]);
             }
             const F before = hn::GatherIndex(df, points_.distance_sq, index);
             const M changed = hn::And(within(list, i), hn::Le(least, reach_above_lanes(before)));
@@ -313,23 +314,22 @@ private:
             const F reach = reach_above_lanes(hn::Min(before, least));
             I triangles = hn::Zero(di);
             for (std::uint32_t k = 0; k < k_hierarchy_leaf; ++k) {
-                const M is_near = hn::Le(hn::Load(df, each_sq[k]), reach);
+                const M is_near = hn::Le(each_sq[k], reach);
                 triangles = hn::Or(triangles, hn::IfThenElseZero(hn::RebindMask(di, is_near), child_bit(k)));
             }
-            HWY_ALIGN std::int32_t at[k_lanes], bits[k_lanes];
+            HWY_ALIGN std::int32_t at[k_lanes], bits[k_lanes], which[k_lanes];
             HWY_ALIGN float least_sq[k_lanes], reach_sq[k_lanes];
             hn::Store(index, di, at);
             hn::Store(triangles, di, bits);
+            hn::Store(nearest, di, which);
             hn::Store(least, df, least_sq);
             hn::Store(reach, df, reach_sq);
             each_lane(changed, [&](std::size_t lane) {
                 const auto point = static_cast<std::size_t>(at[lane]);
-                near_->add(point, leaf, static_cast<std::uint32_t>(bits[lane]), least_sq[lane], reach_sq[lane]);
+                remember(near_[point], leaf, static_cast<std::uint32_t>(bits[lane]), least_sq[lane], reach_sq[lane]);
                 if (!(least_sq[lane] < points_.distance_sq[point])) return;
                 points_.distance_sq[point] = least_sq[lane];
-                std::uint32_t k = 0;
-                while (each_sq[k][lane] != least_sq[lane]) ++k;
-                points_.slot[point] = slot + k;
+                points_.slot[point] = slot + static_cast<std::uint32_t>(which[lane]);
             });
         }
     }

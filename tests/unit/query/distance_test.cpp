@@ -425,6 +425,48 @@ TEST(ExactDistance, IsThatOfDoubleAtAnyDistance)
     for (std::size_t i = 0; i < points.size(); i += 17) expect_same(exact_distance(b.view, points[i]), answers[i]);
 }
 
+TEST(ExactDistance, IsTheSameOnEveryInstructionSet)
+{
+    for (const Baked* b : {&hand(), &boxes()}) {
+        const std::vector<Vec3d> points = points_near_and_far(*b);
+        std::vector<SignedDistance> first(points.size()), answers(points.size());
+        exact_distances(b->view, points, first);
+        for (std::int64_t left = hwy::SupportedTargets() & HWY_TARGETS; left != 0; left &= left - 1) {
+            hwy::SetSupportedTargetsForTest(left & -left);
+            exact_distances(b->view, points, answers);
+            hwy::SetSupportedTargetsForTest(0);
+            for (std::size_t i = 0; i < points.size(); ++i) expect_same(first[i], answers[i]);
+        }
+    }
+}
+
+/// More triangles tie about such a corner than a query remembers.
+TEST(ExactDistance, IsThatToACornerOfManyTriangles)
+{
+    for (const std::uint32_t sides : {24u, 700u}) {
+        mesh::Mesh cone{{{0, 0, 1}, {0, 0, 0}}, {}};
+        for (std::uint32_t i = 0; i < sides; ++i) {
+            const double angle = 2 * std::numbers::pi * i / sides;
+            cone.vertices.push_back({std::cos(angle), std::sin(angle), 0});
+            const std::uint32_t here = 2 + i, next = 2 + (i + 1) % sides;
+            cone.triangles.push_back({0, here, next});
+            cone.triangles.push_back({1, next, here});
+        }
+        const Baked b(std::move(cone));
+        const Vec3d apex = b.mesh.vertices[0];
+        SplitMix64 random(3);
+        for (int i = 0; i < 50; ++i) {
+            const Vec3d p = apex + Vec3d{random.between(-0.1, 0.1), random.between(-0.1, 0.1), random.between(0.2, 2)};
+            const SignedDistance a = exact_distance(b.view, p);
+            ASSERT_EQ(a.known, DistanceKind::Exact);
+            ASSERT_NEAR(a.distance, norm(p - apex), 1e-13 * norm(p));
+            ASSERT_EQ(a.witness, apex);
+            const mesh::Triangle& t = b.mesh.triangles[static_cast<std::size_t>(a.triangle)];
+            ASSERT_EQ(t[0] * t[1] * t[2], 0u);
+        }
+    }
+}
+
 TEST(ExactDistance, IsOfTheUnionOfBodiesThatCross)
 {
     const Baked& b = boxes();

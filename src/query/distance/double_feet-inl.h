@@ -1,0 +1,112 @@
+// The nearest point of a triangle by the region of its plane that a point projects to (C. Ericson, Real-Time Collision Detection,
+// 2005, 5.1.5), as foot_on_triangle computes it, without a branch.
+#if defined(SQMAP_QUERY_DOUBLE_FEET_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef SQMAP_QUERY_DOUBLE_FEET_INL_H
+#undef SQMAP_QUERY_DOUBLE_FEET_INL_H
+#else
+#define SQMAP_QUERY_DOUBLE_FEET_INL_H
+#endif
+
+#include "math/double_lanes-inl.h"
+#include "query/distance/double_feet.h"
+
+#include <limits>
+
+HWY_BEFORE_NAMESPACE();
+namespace sqmap::query::HWY_NAMESPACE {
+namespace {
+
+using namespace sqmap::HWY_NAMESPACE;
+
+/// A vector of pairs from one on.
+class FeetOfPairs {
+public:
+    HWY_INLINE FeetOfPairs(DoubleFeet& feet, std::size_t first) : feet_(feet), first_(first)
+    {
+        a_ = load(feet.corner[0]);
+        p_ = load(feet.point);
+        const D3 b = load(feet.corner[1]), c = load(feet.corner[2]);
+        ab_ = minus(b, a_);
+        ac_ = minus(c, a_);
+        const D3 ap = minus(p_, a_), bp = minus(p_, b), cp = minus(p_, c), bc = minus(c, b);
+        const D d1 = dot(ab_, ap), d2 = dot(ac_, ap), d3 = dot(ab_, bp), d4 = dot(ac_, bp), d5 = dot(ab_, cp), d6 = dot(ac_, cp);
+        const D va = product_difference(d3, d6, d5, d4), vb = product_difference(d5, d2, d1, d6),
+                vc = product_difference(d1, d4, d3, d2);
+        const D zero = hn::Zero(dd), beyond_b = hn::Sub(d4, d3), beyond_c = hn::Sub(d5, d6);
+        put_face(va, vb, vc);
+        // From the last to the first, as the first region that holds the point counts.
+        offer_side(hn::And(hn::Le(va, zero), hn::And(hn::Ge(beyond_b, zero), hn::Ge(beyond_c, zero))),
+                   {b, bc, beyond_b, hn::Add(beyond_b, beyond_c), 6});
+        offer_side(hn::And(hn::Le(vb, zero), hn::And(hn::Ge(d2, zero), hn::Le(d6, zero))), {a_, ac_, d2, hn::Sub(d2, d6), 5});
+        offer(hn::And(hn::Ge(d6, zero), hn::Le(d5, d6)), c, 4);
+        offer_side(hn::And(hn::Le(vc, zero), hn::And(hn::Ge(d1, zero), hn::Le(d3, zero))), {a_, ab_, d1, hn::Sub(d1, d3), 3});
+        offer(hn::And(hn::Ge(d3, zero), hn::Le(d4, d3)), b, 2);
+        offer(hn::And(hn::Le(d1, zero), hn::Le(d2, zero)), a_, 1);
+    }
+
+    HWY_INLINE void store() const
+    {
+        const D3 offset = minus(point_, p_), across = cross(ab_, ac_);
+        const D area = hn::Sqrt(dot(across, across)), zero = hn::Zero(dd);
+        const D3 normal{hn::Div(across.x, area), hn::Div(across.y, area), hn::Div(across.z, area)};
+        hn::Store(offset.x, dd, feet_.offset[0] + first_);
+        hn::Store(offset.y, dd, feet_.offset[1] + first_);
+        hn::Store(offset.z, dd, feet_.offset[2] + first_);
+        const D distance_sq = dot(offset, offset), distance = hn::Sqrt(distance_sq);
+        const D height = hn::IfThenElseZero(hn::Gt(area, zero), hn::Neg(dot(offset, normal)));
+        hn::Store(distance_sq, dd, feet_.distance_sq + first_);
+        hn::Store(distance, dd, feet_.distance + first_);
+        hn::Store(height, dd, feet_.height + first_);
+        hn::Store(hn::IfThenElseZero(hn::Gt(distance, zero), hn::Div(hn::Abs(height), distance)), dd, feet_.facing + first_);
+        hn::Store(corners_, dd, feet_.corners + first_);
+    }
+
+private:
+    using Mask = hn::Mask<DD>;
+    struct Side {
+        D3 from, along;
+        D part, all;
+        double corners;
+    };
+
+    HWY_INLINE D3 load(const double (&columns)[3][DoubleFeet::k_capacity]) const
+    {
+        return {hn::Load(dd, columns[0] + first_), hn::Load(dd, columns[1] + first_), hn::Load(dd, columns[2] + first_)};
+    }
+    static HWY_INLINE D product_difference(D a, D b, D c, D d) { return hn::Sub(hn::Mul(a, b), hn::Mul(c, d)); }
+    static HWY_INLINE D3 plus_scaled(const D3& from, D k, const D3& v)
+    {
+        return {hn::Add(from.x, hn::Mul(k, v.x)), hn::Add(from.y, hn::Mul(k, v.y)), hn::Add(from.z, hn::Mul(k, v.z))};
+    }
+    HWY_INLINE void put_face(D va, D vb, D vc)
+    {
+        constexpr double k_thin = 1e-12;
+        const D sum = hn::Add(hn::Add(va, vb), vc);
+        point_ = plus_scaled(plus_scaled(a_, hn::Div(vb, sum), ab_), hn::Div(vc, sum), ac_);
+        const D least = hn::Mul(hn::Mul(hn::Set(dd, k_thin), dot(ab_, ab_)), dot(ac_, ac_));
+        corners_ = hn::IfThenElseZero(hn::And(hn::Gt(sum, hn::Zero(dd)), hn::Gt(sum, least)), hn::Set(dd, 7));
+    }
+    HWY_INLINE void offer(Mask where, const D3& point, double corners)
+    {
+        point_ = {hn::IfThenElse(where, point.x, point_.x), hn::IfThenElse(where, point.y, point_.y),
+                  hn::IfThenElse(where, point.z, point_.z)};
+        corners_ = hn::IfThenElse(where, hn::Set(dd, corners), corners_);
+    }
+    HWY_INLINE void offer_side(Mask where, const Side& side)
+    {
+        const D tiny = hn::Set(dd, std::numeric_limits<double>::min());
+        const D all = hn::IfThenElse(hn::Lt(side.all, tiny), tiny, side.all);
+        offer(where, plus_scaled(side.from, hn::Div(side.part, all), side.along), side.corners);
+    }
+
+    DoubleFeet& feet_;
+    std::size_t first_;
+    D3 p_, a_, ab_, ac_, point_;
+    D corners_;
+};
+
+}  // namespace
+}  // namespace sqmap::query::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif
