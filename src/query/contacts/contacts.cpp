@@ -275,14 +275,6 @@ private:
         for (std::uint32_t i = 0; i < meetings_; ++i) {
             const Meeting& m = workspace_.meetings_[i];
             if ((a.sharp(m.a) | b.sharp(m.b)) == 0) continue;
-            if (supported_ == k_unnamed) {
-                supported_ = static_cast<std::uint32_t>(count_);
-                for (std::uint32_t k = 0; k < supported_; ++k) {
-                    const SurfaceContact& c = workspace_.contacts_[k];
-                    put(contact_key(c), k);
-                    if (c.region != k_unnamed) workspace_.meetings_[root_of(c.region)].contacts = 1;
-                }
-            }
             bearing_ = i;
             find_supports(
                 a, b, b_in_a_, {m.a, m.b},
@@ -290,8 +282,20 @@ private:
                 this);
         }
     }
+    /// Notes what the contacts before the first support are of, and which regions have one.
+    void note_contacts()
+    {
+        if (supported_ != k_unnamed) return;
+        supported_ = static_cast<std::uint32_t>(count_);
+        for (std::uint32_t k = 0; k < supported_; ++k) {
+            const SurfaceContact& c = workspace_.contacts_[k];
+            put(contact_key(c), k);
+            if (c.region != k_unnamed) workspace_.meetings_[root_of(c.region)].contacts = 1;
+        }
+    }
     void add_support(const Support& support)
     {
+        note_contacts();
         SurfaceContact contact = contact_of(support.separation, support.triangle_a, support.triangle_b);
         contact.region = bearing_;
         std::uint32_t& has_contact = workspace_.meetings_[root_of(bearing_)].contacts;
