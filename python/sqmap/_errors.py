@@ -87,6 +87,8 @@ def argument_of(function: str, element: str) -> str:
         for name, own in _PROBE_NAMES.items():
             if element.startswith(name):
                 element = own + element[len(name):]
+    if function == "sqmap_make_solid_probe":
+        element = re.sub(r"^mesh\.vert(ices|ex_count)\b", "points", re.sub(r"^mesh\.triangle(s|_count)\b", "triangles", element))
     element = element.removeprefix("bodies.")
     for pattern, name in _NAMES:
         element = pattern.sub(name, element)

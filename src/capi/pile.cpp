@@ -44,7 +44,7 @@ void move_bodies(KeptPile& p, const sqmap_pile_step& step)
     if (step.count > p.kept.size())
         throw Failure{SQMAP_E_ARGUMENT, "step.count",
                       "is " + std::to_string(step.count) + ", of " + std::to_string(p.kept.size()) + " bodies",
-                      "give a pose for each number that sqmap_add_body has given, and no more"};
+                      "give a pose for each number that a body was given, and no more"};
     const std::vector<Pose> poses = poses_of(step.pose, step.count, "step.pose");
     for (std::size_t i = 0; i < poses.size(); ++i)
         if (p.has(i)) (void)p.pile.set_pose(static_cast<query::BodyId>(i), poses[i]);
@@ -96,7 +96,7 @@ sqmap_code sqmap_remove_body(sqmap_pile pile, uint32_t number)
         capi::KeptPile& p = *capi::piles().find(pile.id, "pile");
         if (!p.has(number))
             throw capi::Failure{SQMAP_E_ARGUMENT, "number", "is " + std::to_string(number) + ", which no body has",
-                                "give a number that sqmap_add_body has given"};
+                                "give a number that was given to a body"};
         p.pile.remove(number);
         p.kept[number] = {};
     });

@@ -49,7 +49,6 @@ Tool::Tool(ToolDescription description) : description_(std::move(description))
     take_shape(d);
     probe_ = std::make_unique<query::Probe>(d.points);
     if (!d.triangles.empty() && d.shape == ToolShape::Surface && d.first.empty()) {
-        SQMAP_ASSERT(query::find_fault(d.points, d.triangles).kind == query::TriangleFault::Kind::None);
         surface_ = std::make_unique<query::Probe>(d.points, d.triangles);
     }
     const Zone zone{.probe = probe_.get(),

@@ -25,6 +25,7 @@ class BadInput(unittest.TestCase):
         self.assertTrue(error.code.startswith("E_"), error.code)
         self.assertTrue(error.element and error.message and error.cure, str(error))
         self.assertIn(error.cure, str(error))
+        self.assertNotIn("sqmap_", str(error), "a name of C")
         return error
 
     def test_points_of_wrong_shape_or_type(self):
@@ -200,6 +201,13 @@ class BadInput(unittest.TestCase):
         self.assertLessEqual({int(edge[1]), int(edge[2])}, set(triangles[0].tolist()))
         self.assertIn("surface=True", opened.cure)
         self.assertEqual(self.refused(sqmap.ArgumentError, sqmap.Probe, [[0, 0, 0], [0, np.inf, 0]]).element, "points[1]")
+        self.assertEqual(self.refused(sqmap.ArgumentError, sqmap.Probe, vertices, wrong).element, "triangles[7]")
+        self.assertEqual(self.refused(sqmap.ArgumentError, sqmap.Probe, vertices, triangles[:0]).element, "triangles")
+        self.assertRegex(self.refused(sqmap.MeshError, sqmap.Probe, vertices, triangles[1:]).element, r"^triangles\[\d+\]$")
+        self.assertEqual(self.refused(sqmap.MeshError, sqmap.Probe, 1e-13 * vertices, triangles).element, "points")
+        pile = sqmap.Pile()
+        self.assertEqual(self.refused(sqmap.ArgumentError, pile.query, np.eye(4)[None]).element, "poses")
+        self.assertEqual(self.refused(sqmap.ArgumentError, pile.remove, 3).element, "number")
         pose = np.eye(4)
         pose[1, 2] = np.nan
         error = self.refused(sqmap.ArgumentError, sqmap.query_probe, ball_model(), sqmap.Probe(POINTS), model_pose=pose)

@@ -1,6 +1,7 @@
 // Constructors of probes, which allocate: they run outside the frame.
 #include "halves.h"
 #include "query/probe/triangle_tree.h"
+#include "sqmap/math/assert.h"
 #include "sqmap/math/box.h"
 #include "sqmap/query/probe.h"
 
@@ -33,6 +34,7 @@ Probe::Probe(std::span<const Vec3d> points) : size_(points.size())
 
 Probe::Probe(std::span<const Vec3d> points, std::span<const ProbeTriangle> triangles) : Probe(points)
 {
+    SQMAP_ASSERT(find_fault(points, triangles).kind == TriangleFault::Kind::None);
     triangles_.get() = TriangleTree(points, triangles);
 }
 

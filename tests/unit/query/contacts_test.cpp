@@ -79,6 +79,14 @@ TEST(TriangleFault, IsNamedWithItsTriangleAndSide)
     EXPECT_EQ(find_fault(wrong.vertices, wrong.triangles).kind, Kind::Inverted);
 }
 
+#ifdef SQMAP_ASSERTS
+TEST(TriangleFaultDeathTest, EndsAProgramThatMakesAProbeOfIt)
+{
+    const mesh::Mesh cube = test::box({0, 0, 0}, {1, 1, 1});
+    EXPECT_DEATH(Probe(cube.vertices, std::span(cube.triangles).subspan(1)), "");
+}
+#endif
+
 TEST(TriangleFault, AShellThatIsInsideOutIsNamedUnlessItBoundsACavity)
 {
     using Kind = TriangleFault::Kind;
