@@ -623,7 +623,7 @@ typedef struct sqmap_clearance {
     size_t size;
     double within;                    ///< 0: the distance is computed; above 0: is_within alone, which stops early
     double distance;                  ///< written: of the two points; 0 where the solids have a point in common
-    double at_least;                  ///< written: the truth is not below it; some 1e-15 of the sizes below the distance
+    double at_least;                  ///< written: the truth is not below it; some 1e-14 of the sizes below the distance
     double on_a[3], on_b[3];          ///< written: the nearest points
     uint32_t triangle_a, triangle_b;  ///< written: that hold them; 0xffffffff where one solid is in the other
     int32_t is_within;                ///< written where within is above 0: 1 where the solids are at most so far apart

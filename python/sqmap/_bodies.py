@@ -113,7 +113,7 @@ class SurfaceContacts(NamedTuple):
     found: int            #: kept or not
     meetings: int         #: pairs of triangles that have a point in common
     regions: int          #: of such pairs, each one connected; every one has a contact
-    status: int           #: bits as in Contacts, and 8: the workspace was too small, and contacts are missing; 64: a probe without triangles
+    status: int           #: bits as in Contacts, and 8: the workspace was too small, and contacts are missing
 
 
 class FirstTouch(NamedTuple):

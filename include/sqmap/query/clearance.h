@@ -10,7 +10,7 @@ namespace sqmap::query {
 /// The least distance of two solids. The frame and units of the bodies' poses.
 struct Clearance {
     double distance = 0;    ///< of the witness points; 0 where the solids have a point in common
-    double at_least = 0;    ///< the truth is between this and the distance: some 1e-15 of the sizes below it
+    double at_least = 0;    ///< the truth is between this and the distance: some 1e-14 of the sizes below it
     WitnessPair witness{};  ///< the nearest points; of solids that have a point in common one of these, twice
     std::uint32_t triangle_a = k_unnamed, triangle_b = k_unnamed;  ///< that hold them; k_unnamed where one solid is in the other
     std::uint16_t status = k_ok;                                   ///< bits of Status and ContactStatus

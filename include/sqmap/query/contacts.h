@@ -93,9 +93,9 @@ struct ContactResult {
 /// - corners of what flat faces that lie on each other share, along the normal of one: vertices over a face, and sides that
 /// cross;
 /// - of each region that has none of the last two, the two triangles that are deepest in each other.
-/// A body without a model has no vertices in it; one whose probe has no triangles meets with vertices alone, and status says
-/// k_no_triangles. Total, noexcept, no allocation, the same bits on every instruction set. Several threads may query the same
-/// bodies, each with its workspace.
+/// A body without a model has no vertices in it; one whose probe has no triangles meets with vertices alone: k_no_triangles. A
+/// pose that is not finite has no contacts: k_not_finite. Contacts beyond the workspace's are counted: k_full. Total, noexcept,
+/// no allocation, the same bits on every instruction set. Several threads may query the same bodies, each with its workspace.
 /// @pre a.model, b.model came from model::parse
 /// Cost: that of query_pair's exact layer, and linear in the triangles near the other surface.
 [[nodiscard]] ContactResult query_contacts(const Body& a, const Body& b, const ContactOptions& options,
