@@ -1,7 +1,7 @@
 // Stored values of one cell or sample, decoded as the kernels decode them many at a time.
 #pragma once
 
-#include "model/locator.h"
+#include "bake/locator/gaps.h"
 
 #include <cmath>
 #include <cstddef>
@@ -10,11 +10,17 @@
 
 namespace sqmap::test {
 
-/// How far a point is below the planes of a flat cell, model units. offset: from the cell's centre, model units.
-inline model::FlatGap flat_gap(const model::Locator& locator, std::span<const std::uint32_t> planes, Vec3f offset)
+/// How far a point is below a plane, model units. offset: from the centre of its cell, model units.
+inline float plane_gap(const model::Locator& locator, model::LocatorPlane plane, Vec3f offset)
 {
-    return model::flat_gap(
-        planes.size(), [&](std::size_t k) { return model::plane_gap(locator, {planes[k]}, offset); },
+    return plane.distance(locator.plane_reach) * locator.cell - dot(plane.normal(), offset);
+}
+
+/// How far a point is below the planes of a flat cell, model units. offset: from the cell's centre, model units.
+inline bake::FlatGap flat_gap(const model::Locator& locator, std::span<const std::uint32_t> planes, Vec3f offset)
+{
+    return bake::flat_gap(
+        planes.size(), [&](std::size_t k) { return plane_gap(locator, {planes[k]}, offset); },
         [&](std::size_t k) { return model::LocatorPlane{planes[k]}.is_joined(); });
 }
 

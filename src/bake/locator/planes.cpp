@@ -1,6 +1,6 @@
 #include "planes.h"
 
-#include "model/locator.h"
+#include "bake/locator/gaps.h"
 
 #include <algorithm>
 #include <array>
@@ -46,10 +46,10 @@ public:
             planes_[count_++] = {p.plane.normal(), p.plane.distance(locator.plane_reach) * locator.cell, p.plane.is_joined()};
     }
 
-    model::FlatGap at(const Sample& sample) const
+    FlatGap at(const Sample& sample) const
     {
         const auto offset = cast<float>(sample.point - centre_);
-        return model::flat_gap(
+        return flat_gap(
             count_, [&](std::size_t k) { return planes_[k].distance - dot(planes_[k].normal, offset); },
             [&](std::size_t k) { return planes_[k].is_joined; });
     }
@@ -92,7 +92,7 @@ Miss miss_of(const SurfaceCell& cell, std::span<const PartPlane> planes, const s
     const Gaps gaps(cell, planes);
     Miss miss;
     for (const Sample& sample : samples) {
-        const model::FlatGap lowest = gaps.at(sample);
+        const FlatGap lowest = gaps.at(sample);
         const double gap = static_cast<double>(lowest.gap);
         // Outside only the side counts.
         const double excess = gap - (sample.inside ? sample.nearest.distance : 0);
@@ -146,7 +146,7 @@ Excesses excesses_of(const SurfaceCell& cell, const std::vector<PartPlane>& plan
     excesses.of_plane.resize(planes.size());
     for (const Sample& sample : samples) {
         if (!sample.inside) continue;
-        const model::FlatGap lowest = gaps.at(sample);
+        const FlatGap lowest = gaps.at(sample);
         const double value = static_cast<double>(lowest.gap) - sample.nearest.distance;
         excesses.of_plane[lowest.plane].push_back({sample.point - cell.cube.centre, value});
         excesses.sum += std::abs(value);

@@ -2,7 +2,7 @@
 
 #include "bake/locator/approach.h"
 #include "bake/locator/domains.h"
-#include "model/locator.h"
+#include "bake/locator/gaps.h"
 
 #include <algorithm>
 #include <array>
@@ -36,7 +36,7 @@ double reach_from(const SurfaceCell& cell, Seed seed, Vec3d p)
     const model::Part& part = view.parts[model::seed_part(seed)];
     const model::CentralMap map(view, part);
     const Vec3f point = cast<float>(p), n = model::seed_normal(seed);
-    const float gap = model::seed_gap(view.locator, seed, cast<float>(p - cell.cube.centre));
+    const float gap = seed_gap(view.locator, seed, cast<float>(p - cell.cube.centre));
     return std::sqrt(approach(map, part, map.to_chart_frame(point), map.to_chart_frame(point + gap * n)).distance_sq);
 }
 

@@ -1,9 +1,9 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, section 4.2: points and probes on the paper's maps,
 // beside what superquadrics and triangles answer in every model.
 #include "job.h"
-#include "model/locator.h"
 #include "paper/model/codes.h"
 #include "query/layer.h"
+#include "query/locator/locate_point.h"
 #include "query/probe_pointwise.h"
 #include "sqmap/math/assert.h"
 
@@ -72,7 +72,7 @@ ModelContact answer_point(const model::ModelView& model, Vec3f point, const quer
         contact = query::free_at(point);
     } else {
         contact = query_maps(model, point, chosen);
-        if (contact.contact && chosen.layer != Layer::One && !model.made_up_cells.empty() && model::is_made_up_at(model, point))
+        if (contact.contact && chosen.layer != Layer::One && !model.made_up_cells.empty() && query::is_made_up_at(model, point))
             contact.status |= query::k_made_up;
     }
     contact.status |= lacking(model, options);

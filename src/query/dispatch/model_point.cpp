@@ -1,7 +1,7 @@
 // K. Moustakas, D. Tzovaras, M. G. Strintzis, SQ-Map, IEEE TVCG 13(1), 2007, section 4.2: the layers, for one point.
 #include "query/dispatch/model_point.h"
 
-#include "model/locator.h"
+#include "query/locator/locate_point.h"
 #include "sqmap/math/assert.h"
 
 #include "query/chart/central_query.h"
@@ -65,7 +65,7 @@ ModelContact answer(const ModelView& model, Vec3f point, QueryOptions options)
     else if (!far_off)
         contact = query_unlocated(model, point, options);
     const bool marked = located || options.layer == Layer::One || options.layer == Layer::Exact || model.made_up_cells.empty();
-    if (contact.contact && !marked && model::is_made_up_at(model, point)) contact.status |= k_made_up;
+    if (contact.contact && !marked && is_made_up_at(model, point)) contact.status |= k_made_up;
     if (no_exact) contact.status |= k_no_exact;
     if (far_off || options.layer == Layer::One) return contact;
     if (options.smoothed_map && options.layer != Layer::Exact) apply_smoothing(model, point, contact);

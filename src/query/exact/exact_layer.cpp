@@ -6,8 +6,8 @@
 #include "math/triangle.h"
 #include "model/candidate_lists.h"
 #include "model/flags.h"
-#include "model/locator.h"
 #include "query/chart/point_verdict.h"
+#include "query/locator/locate_point.h"
 #include "query/superquadric/layer_one.h"
 #include "sqmap/math/assert.h"
 
@@ -214,7 +214,7 @@ ModelContact query_exact(const ModelView& model, Vec3f point) noexcept
         if (model.header.solid == 0 && !is_held(model, point)) return free_at(point);
         return answer({model, {}}, point, false);
     }
-    const model::LocatedCell at = model::locate(model, point);
+    const LocatedCell at = locate(model, point);
     const bool inside = at.cell.kind() == model::LocatorCellKind::Inside;
     return at.is_free ? free_at(point) : query_exact_in(model, point, at.brick, at.within, inside);
 }
@@ -233,7 +233,7 @@ ModelContact nearest_in_model(const ModelView& model, Vec3f point, const ModelCo
     for (int round = 0; round < k_rounds; ++round) {
         Candidates candidates{model, {}};
         if (model::has_locator(model)) {
-            const model::LocatedCell cell = model::locate(model, at);
+            const LocatedCell cell = locate(model, at);
             if (cell.is_free) break;
             candidates.list = model::candidate_list(model, cell.brick, cell.within);
         }

@@ -7,8 +7,8 @@
 #endif
 
 #include "math/lanes-inl.h"
-#include "model/locator.h"
 #include "query/caller_frame.h"
+#include "query/locator/locate_point.h"
 #include "query/probe/probe_job.h"
 #include "sqmap/query/probe.h"
 
@@ -94,7 +94,7 @@ private:
         hn::Store(below(contacts.witness.z, contacts.normal.z), df, z);
         for (std::size_t i = 0; i < k_lanes; ++i)
             status[i] =
-                model::is_made_up_at(*cured_, {x[i], y[i], z[i]}) ? static_cast<std::int32_t>(std::uint32_t{k_made_up} << 24) : 0;
+                is_made_up_at(*cured_, {x[i], y[i], z[i]}) ? static_cast<std::int32_t>(std::uint32_t{k_made_up} << 24) : 0;
         return hn::Load(di, status);
     }
     // As CallerFrame::convert.
@@ -114,7 +114,7 @@ private:
 
     Contact marked(Contact contact) const
     {
-        if (cured_ != nullptr && model::is_made_up_at(*cured_, contact.witness - contact.depth * contact.normal))
+        if (cured_ != nullptr && is_made_up_at(*cured_, contact.witness - contact.depth * contact.normal))
             contact.status |= k_made_up;
         return contact;
     }

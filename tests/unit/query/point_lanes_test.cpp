@@ -1,6 +1,6 @@
 // The pieces of the probe kernels, on every instruction set, against the same for one point.
 #include "bake/locator/approach.h"
-#include "model/locator.h"
+#include "query/locator/locate_point.h"
 #include "support/decoded.h"
 #include "support/parsed.h"
 #include "support/superquadrics.h"
@@ -205,13 +205,13 @@ std::vector<test::Shape> shapes()
 }
 
 /// How far a point in a flat cell is below the plane that layer 2 takes.
-float lowest_gap(const model::ModelView& view, const model::LocatedCell& at)
+float lowest_gap(const model::ModelView& view, const LocatedCell& at)
 {
     const auto planes = view.planes.subspan(at.cell.first(), at.cell.planes());
     const bool one_does = model::LocatorPlane{planes.front()}.is_sufficient();
     float lowest = INFINITY;
     for (const std::uint32_t word : planes.first(one_does ? 1 : planes.size()))
-        lowest = std::min(lowest, model::plane_gap(view.locator, {word}, view.locator.cell * at.offset));
+        lowest = std::min(lowest, test::plane_gap(view.locator, {word}, view.locator.cell * at.offset));
     return lowest;
 }
 
@@ -223,7 +223,7 @@ void check_cells(const test::Parsed& m, const std::string& what)
     HWY_DYNAMIC_DISPATCH(cells)(view, points, found);
     const float cell_size = view.locator.cell;
     for (std::size_t i = 0; i < points.size(); ++i) {
-        const model::LocatedCell one = model::locate(view, points[i]);
+        const LocatedCell one = locate(view, points[i]);
         ASSERT_EQ(one.is_free, found[i].is_free) << what;
         if (one.is_free) continue;
         ASSERT_EQ(one.cell.word, found[i].cell) << what;
@@ -244,7 +244,7 @@ void check_cells(const test::Parsed& m, const std::string& what)
         } else {
             const model::Seed seed = view.seeds[one.cell.first()];
             ASSERT_LT(norm(model::seed_normal(seed) - found[i].normal), 4e-7f) << what;
-            ASSERT_NEAR(model::seed_gap(view.locator, seed, cell_size * one.offset), found[i].gap,
+            ASSERT_NEAR(bake::seed_gap(view.locator, seed, cell_size * one.offset), found[i].gap,
                         4e-6f * cell_size * view.locator.plane_reach)
                 << what;
         }

@@ -7,7 +7,7 @@ import { wait } from './notices';
 import { costume } from './panels/dress';
 import { lookPanel } from './panels/look';
 import { select } from './panels/parts';
-import { tellSettings } from './panels/touch';
+import { tellSettings } from './panels/settings';
 import { world } from './stage';
 import { MODES, on, state, type Mode } from './state';
 import { setTheme, THEMES } from './theme';

@@ -63,13 +63,14 @@ export const state: State = {
   playing: false,
 };
 
-/// mode: another panel is shown; scene: facts; status: the program's; selected; pick; playing; touched: another object; focus:
+/// mode: another panel is shown; scene: facts; status: the program's; settings: changed here, or heard of; selected; pick; playing; touched: another object; focus:
 /// another object is large, the others pale.
-type Change = 'mode' | 'scene' | 'status' | 'selected' | 'pick' | 'playing' | 'touched' | 'focus';
+type Change = 'mode' | 'scene' | 'status' | 'settings' | 'selected' | 'pick' | 'playing' | 'touched' | 'focus';
 const listeners: Record<Change, (() => void)[]> = {
   mode: [],
   scene: [],
   status: [],
+  settings: [],
   selected: [],
   pick: [],
   playing: [],

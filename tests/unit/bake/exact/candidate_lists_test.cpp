@@ -2,7 +2,6 @@
 
 #include "math/triangle.h"
 #include "model/candidate_lists.h"
-#include "model/locator.h"
 #include "support/decoded.h"
 #include "support/parsed.h"
 

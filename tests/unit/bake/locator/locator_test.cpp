@@ -1,7 +1,7 @@
 #include "bake/locator/locator.h"
 
 #include "bake/locator/approach.h"
-#include "model/locator.h"
+#include "bake/locator/gaps.h"
 #include "support/decoded.h"
 #include "support/parsed.h"
 
@@ -264,7 +264,7 @@ TEST(Locator, TheSearchFromSomeSeedOfACellFindsTheNearestSurface)
             for (const model::Seed& seed : chain) {
                 const model::Part& part = v.parts[model::seed_part(seed)];
                 const model::CentralMap map(v, part);
-                const float gap = model::seed_gap(v.locator, seed, cast<float>(p - cell.centre));
+                const float gap = seed_gap(v.locator, seed, cast<float>(p - cell.centre));
                 const Vec3f point = cast<float>(p), foot = point + gap * model::seed_normal(seed);
                 best = std::min<double>(
                     best, std::sqrt(approach(map, part, map.to_chart_frame(point), map.to_chart_frame(foot)).distance_sq));
