@@ -158,8 +158,12 @@ ReadResult read_mesh_file(const std::filesystem::path& path, const ReadLimits& l
     const std::uintmax_t size = regular ? std::filesystem::file_size(path, status) : 0;
     if (!regular || status) {
         const bool is_there = std::filesystem::exists(path, status);
-        result.error = ReadError{
-            "E_FILE", path.string(), is_there ? "this is no file but a folder, pipe or device" : k_no_file, k_no_file_cure, {}};
+        result.error = is_there ? ReadError{"E_FILE",
+                                            path.string(),
+                                            "this is no file but a folder, pipe or device",
+                                            "give the path of one mesh; sqmap batch takes folders",
+                                            {}}
+                                : ReadError{"E_FILE", path.string(), k_no_file, k_no_file_cure, {}};
         return result;
     }
     try {

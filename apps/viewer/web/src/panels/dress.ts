@@ -3,7 +3,9 @@ import * as THREE from 'three';
 import { GLTFExporter } from 'three/examples/jsm/exporters/GLTFExporter.js';
 import { announce, fill, h } from '../dom';
 import { showTag } from '../felt';
-import { geometryOf, trianglesAt, vector } from '../geometry';
+import { Figure } from '../figure';
+import { geometryOf, vector } from '../geometry';
+import { ClothMarks, onCloth, type OnCloth } from '../cloth_marks';
 import type { ClothFrame } from '../messages';
 import { fetchBytes, link, program } from '../net';
 import { trouble } from '../notices';
@@ -24,63 +26,6 @@ const FABRICS: [string, string, number][] = [
   ['wool', 'Wool', 0xb5563c],
   ['leather', 'Leather', 0x6b4a32],
 ];
-
-const SKIN = 0xd9b99b;
-const MOST_LINE = 64,
-  LINE_STEP = 0.012; // points that the program takes; m between two of them
-
-/// A point that moves with the cloth: the shares of a triangle's corners 1 and 2.
-interface OnCloth {
-  triangle: number;
-  u: number;
-  v: number;
-}
-
-/// The figure's skin: each vertex follows up to four bones.
-class Figure {
-  readonly mesh: THREE.Mesh;
-  private rest: Float32Array;
-  private bones: Uint32Array;
-  private weights: Float32Array;
-
-  constructor(data: ArrayBuffer, at: number, vertices: number, triangles: number) {
-    const [rest, corners] = trianglesAt(data, at, vertices, triangles);
-    const more = at + 12 * vertices + 12 * triangles;
-    this.rest = rest;
-    this.bones = new Uint32Array(data, more, 4 * vertices);
-    this.weights = new Float32Array(data, more + 16 * vertices, 4 * vertices);
-    this.mesh = new THREE.Mesh(geometryOf(rest.slice(), corners), new THREE.MeshStandardMaterial({ color: SKIN, roughness: 0.75 }));
-    this.mesh.frustumCulled = false;
-  }
-
-  /// poses: 12 numbers a bone, the rows of its map and the shift.
-  pose(poses: Float32Array): void {
-    const attribute = this.mesh.geometry.getAttribute('position') as THREE.BufferAttribute,
-      out = attribute.array as Float32Array;
-    for (let v = 0; 3 * v < out.length; ++v) {
-      const x = this.rest[3 * v],
-        y = this.rest[3 * v + 1],
-        z = this.rest[3 * v + 2];
-      let px = 0,
-        py = 0,
-        pz = 0;
-      for (let k = 4 * v; k < 4 * v + 4; ++k) {
-        const w = this.weights[k];
-        if (w === 0) continue;
-        const m = 12 * this.bones[k];
-        px += w * (poses[m] * x + poses[m + 1] * y + poses[m + 2] * z + poses[m + 9]);
-        py += w * (poses[m + 3] * x + poses[m + 4] * y + poses[m + 5] * z + poses[m + 10]);
-        pz += w * (poses[m + 6] * x + poses[m + 7] * y + poses[m + 8] * z + poses[m + 11]);
-      }
-      out[3 * v] = px;
-      out[3 * v + 1] = py;
-      out[3 * v + 2] = pz;
-    }
-    attribute.needsUpdate = true;
-    this.mesh.geometry.computeVertexNormals();
-    this.mesh.geometry.boundingSphere = null;
-  }
-}
 
 class Costume {
   readonly element: HTMLElement;
@@ -124,16 +69,9 @@ class Costume {
   private at = new THREE.Vector3();
   private cursor = new THREE.Vector2();
   private dragged: THREE.Vector3 | null = null;
-  private line: OnCloth[] | null = null;
+  private marks = new ClothMarks(() => this.cloth);
   private touched: OnCloth | null = null; ///< the point that under() found last
-  private draws = false;
-  private pinned: OnCloth[] = []; ///< the pins that were set here
-  private pinnedAt = 0;
-  private pinMarks = new THREE.Points(
-    new THREE.BufferGeometry(),
-    new THREE.PointsMaterial({ color: 0xffd400, size: 9, sizeAttenuation: false, depthTest: false }),
-  );
-  private drawn = new THREE.Line(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color: 0xd4145a, depthTest: false }));
+  private draws = false; ///< a cut, with the pointer
   private seamText = '';
   private factsDue = 0;
   held = false;
@@ -194,12 +132,6 @@ class Costume {
         'Keys on the stage: arrows move the cross, Enter takes and lets go, P pins, C begins a cut and ends it, Q and E walk round.',
       ),
     );
-    this.drawn.frustumCulled = false;
-    this.drawn.renderOrder = 9;
-    this.drawn.visible = false;
-    this.pinMarks.frustumCulled = false;
-    this.pinMarks.renderOrder = 9;
-    world.extra.add(this.drawn, this.pinMarks);
     world.extra.visible = false;
     canvas.addEventListener('pointerdown', (e) => this.down(e), { capture: true });
     canvas.addEventListener('pointermove', (e) => {
@@ -207,14 +139,14 @@ class Costume {
       if (this.held) {
         this.cursor.copy(world.onCanvas(e));
         this.drag();
-      } else if (this.line && this.draws) {
+      } else if (this.draws) {
         this.cursor.copy(world.onCanvas(e));
         this.extend();
       }
     });
     for (const type of ['pointerup', 'pointercancel'] as const)
       canvas.addEventListener(type, () => {
-        if (this.line && this.draws) this.endCut(type === 'pointerup');
+        if (this.draws) this.endCut(type === 'pointerup');
         this.release();
       });
     canvas.addEventListener('keydown', (e) => this.key(e));
@@ -334,13 +266,7 @@ class Costume {
     (attribute.array as Float32Array).set(f.positions);
     attribute.needsUpdate = true;
     this.cloth.geometry.computeVertexNormals();
-    if (this.line) this.drawLine();
-    if (f.pinned === 0 && performance.now() - this.pinnedAt > 1500) this.pinned = [];
-    this.pinMarks.visible = this.pinned.length > 0;
-    if (this.pinMarks.visible) {
-      this.pinMarks.geometry.dispose();
-      this.pinMarks.geometry = new THREE.BufferGeometry().setFromPoints(this.pinned.map((p) => this.placeOf(p)));
-    }
+    this.marks.follow(f.pinned);
     // The hand feels one force, of the cloth and of the body: one arrow, one number.
     const pull = vector(f.tension).add(vector(f.body)),
       size = pull.length();
@@ -411,9 +337,8 @@ class Costume {
     this.cloth.geometry.boundingSphere = null;
     const hit = world.castMesh(this.cursor.x, this.cursor.y, this.cloth);
     if (!hit || hit.faceIndex == null) return null;
-    const p = hit.point,
-      share = THREE.Triangle.getBarycoord(p, ...this.corners(hit.faceIndex), new THREE.Vector3());
-    this.touched = share && { triangle: hit.faceIndex, u: Math.min(Math.max(share.y, 0), 1), v: Math.min(Math.max(share.z, 0), 1) };
+    const p = hit.point;
+    this.touched = onCloth(this.cloth, hit.faceIndex, p);
     const eye = world.camera.position,
       far = p.distanceTo(eye);
     const q = this.figure && world.castMesh(this.cursor.x, this.cursor.y, this.figure.mesh)?.point;
@@ -431,14 +356,13 @@ class Costume {
     if (this.pins.checked) this.pin(p as THREE.Vector3);
     else if (this.cuts.checked) {
       this.draws = true;
-      this.line = [];
+      this.marks.begin();
       this.extend();
     } // from outside the hem as well
     else this.grasp(p as THREE.Vector3);
   }
   private pin(p: THREE.Vector3): void {
-    if (this.touched) this.pinned.push(this.touched);
-    this.pinnedAt = performance.now();
+    if (this.touched) this.marks.pin(this.touched);
     link.say({ say: 'cloth', do: 'pin', p: p.toArray() });
     announce('Pinned.');
   }
@@ -447,43 +371,12 @@ class Costume {
     this.held = true;
     link.say({ say: 'cloth', do: 'grasp', p: p.toArray() });
   }
-  /// Begins a line of points that move with the cloth.
-  private beginCut(): void {
-    this.line = this.touched ? [this.touched] : null;
-    this.drawLine();
-  }
   private extend(): void {
-    const p = this.under();
-    if (
-      !p ||
-      !this.touched ||
-      !this.line ||
-      this.line.length >= MOST_LINE ||
-      (this.line.length > 0 && p.distanceTo(this.placeOf(this.line[this.line.length - 1])) < LINE_STEP)
-    )
-      return;
-    this.line.push(this.touched);
-    this.drawLine();
-  }
-  private corners(triangle: number): [THREE.Vector3, THREE.Vector3, THREE.Vector3] {
-    const g = this.cloth!.geometry,
-      index = g.getIndex()!,
-      p = g.getAttribute('position') as THREE.BufferAttribute;
-    const corner = (k: number) => new THREE.Vector3().fromBufferAttribute(p, index.getX(3 * triangle + k));
-    return [corner(0), corner(1), corner(2)];
-  }
-  private placeOf(p: OnCloth): THREE.Vector3 {
-    const [a, b, c] = this.corners(p.triangle);
-    return a
-      .multiplyScalar(1 - p.u - p.v)
-      .addScaledVector(b, p.u)
-      .addScaledVector(c, p.v);
+    if (this.under() && this.touched) this.marks.extend(this.touched);
   }
   private endCut(done: boolean): void {
-    const line = this.line;
-    this.line = null;
+    const line = this.marks.end();
     this.draws = false;
-    this.drawLine();
     if (!done || !line) return;
     if (line.length < 2) {
       announce('Nothing was cut: the line is too short.');
@@ -491,14 +384,6 @@ class Costume {
     }
     link.say({ say: 'cloth', do: 'slit', line: line.map((p) => [p.triangle, Number(p.u.toFixed(4)), Number(p.v.toFixed(4))]) });
     announce('Cut along the line.');
-  }
-  private drawLine(): void {
-    this.drawn.visible = (this.line?.length ?? 0) > 1;
-    if (this.drawn.visible) {
-      this.drawn.geometry.dispose();
-      this.drawn.geometry = new THREE.BufferGeometry().setFromPoints(this.line!.map((p) => this.placeOf(p)));
-    }
-    world.redraw();
   }
   private drag(): void {
     this.at.copy(world.beside(this.cursor.x, this.cursor.y, this.at));
@@ -536,16 +421,16 @@ class Costume {
         Math.min(Math.max(this.cursor.y + move[1], -1), 1),
       );
       if (this.held) this.drag();
-      else if (this.line) {
+      else if (this.marks.tip) {
         this.extend();
-        world.tool.mark(this.under() ?? this.placeOf(this.line[this.line.length - 1]));
+        world.tool.mark(this.under() ?? this.marks.tip);
       } else world.tool.mark(this.under() ?? world.beside(this.cursor.x, this.cursor.y, world.controls.target));
     } else if (state.status?.stopped && /^(c|p|Enter)$/i.test(e.key)) {
       e.preventDefault();
       announce('Stopped: nothing can be taken until you press Resume.');
     } else if (e.key === 'c' || e.key === 'C') {
       e.preventDefault();
-      if (this.line) {
+      if (this.marks.tip) {
         this.endCut(true);
         return;
       }
@@ -555,7 +440,8 @@ class Costume {
         return;
       }
       this.draws = false;
-      this.beginCut();
+      this.marks.begin();
+      this.extend();
       announce('A cut begins here: arrow keys draw it, C cuts.');
     } else if (e.key === 'Enter' || e.key === 'p' || e.key === 'P') {
       e.preventDefault();
