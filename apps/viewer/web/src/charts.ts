@@ -1,5 +1,5 @@
 // Strip charts of force, depth, torque and CPU time in the last seconds, with a value for each tick of the servo.
-import { h } from './dom';
+import { h, stepOf } from './dom';
 import { meter } from './meter';
 import type { Frame } from './messages';
 import { TICK } from './net';
@@ -54,13 +54,6 @@ interface Style {
   grid: string;
   line: string;
   second: string;
-}
-
-/// The step between two lines: 1, 2 or 5 times a power of ten, such that GRID lines fit.
-function stepOf(top: number): number {
-  const raw = top / GRID,
-    power = 10 ** Math.floor(Math.log10(raw));
-  return power * ([1, 2, 5, 10].find((k) => k * power >= raw) ?? 10);
 }
 
 export class Charts {
@@ -192,7 +185,7 @@ export class Charts {
     c.beginPath();
     c.textAlign = 'right';
     c.textBaseline = 'middle';
-    for (let step = stepOf(s.top), k = 0; k * step <= s.top; ++k) {
+    for (let step = stepOf(s.top, GRID), k = 0; k * step <= s.top; ++k) {
       c.moveTo(LEFT, y(k * step));
       c.lineTo(LEFT + room, y(k * step));
       c.fillText(String(Number((k * step).toPrecision(6))), LEFT - 6, y(k * step));

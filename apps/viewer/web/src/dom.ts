@@ -20,6 +20,14 @@ export function h<K extends keyof HTMLElementTagNameMap>(
   return e;
 }
 
+/// An element of a drawing.
+export function svg(tag: string, attributes: Record<string, string | number>, text = ''): SVGElement {
+  const e = document.createElementNS('http://www.w3.org/2000/svg', tag);
+  for (const [name, value] of Object.entries(attributes)) e.setAttribute(name, String(value));
+  e.textContent = text;
+  return e;
+}
+
 /// Replaces what the element held; what is not there is left out.
 export function fill(e: Element, ...children: Child[]): void {
   e.replaceChildren(...children.filter((c): c is Node | string => !!c));
@@ -49,3 +57,9 @@ export function announce(text: string, urgent = false): void {
 
 export const bytes = (n: number): string => (n < 1e6 ? `${Math.round(n / 1e3)} kB` : `${(n / 1e6).toFixed(1)} MB`);
 export const digits = (x: number, n = 3): string => (x === 0 ? '0' : Number(x.toPrecision(n)).toString());
+/// The step between two lines of an axis from 0 to top: 1, 2 or 5 times a power of ten, such that so many lines fit.
+export function stepOf(top: number, lines: number): number {
+  const raw = top / lines,
+    power = 10 ** Math.floor(Math.log10(raw));
+  return power * ([1, 2, 5, 10].find((k) => k * power >= raw) ?? 10);
+}

@@ -19,7 +19,7 @@ import { restoreView } from './session';
 import { inspected } from './panels/inspect';
 import { shownMeetings } from './panels/meetings';
 import './pad';
-import { answersBox, dropPick, pickBox } from './panels/look';
+import { answersBox, dropPick, pickBox } from './panels/picked';
 import { showEmpty } from './empty';
 import { count } from './panels/models';
 import { factsBox } from './panels/tree';

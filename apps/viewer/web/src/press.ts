@@ -1,5 +1,5 @@
 // The press of the hand and the depth at which the surface holds the tool, in words and as a small drawing: a cut through the surface.
-import { h } from './dom';
+import { h, svg } from './dom';
 import type { Frame } from './messages';
 import { hand } from './stage';
 import { on, state } from './state';
@@ -8,17 +8,8 @@ const WIDE = 300,
   HIGH = 96,
   GROUND = 34,
   SCALE = 2.6; // px; px a millimetre
-const NS = 'http://www.w3.org/2000/svg';
 
-type Attributes = Record<string, string | number>;
-function draw(tag: string, attributes: Attributes, text = ''): SVGElement {
-  const e = document.createElementNS(NS, tag);
-  for (const [name, value] of Object.entries(attributes)) e.setAttribute(name, String(value));
-  e.textContent = text;
-  return e;
-}
-
-const picture = draw('svg', { viewBox: `0 0 ${WIDE} ${HIGH}`, class: 'press-picture', 'aria-hidden': 'true' });
+const picture = svg('svg', { viewBox: `0 0 ${WIDE} ${HIGH}`, class: 'press-picture', 'aria-hidden': 'true' });
 const words = h('p', { class: 'note', id: 'press-words' });
 export const pressBox = h('div', {}, picture as unknown as HTMLElement, words);
 
@@ -54,12 +45,12 @@ function picturePress(hand: number, tool: number, touches: boolean): void {
     [Math.max(handAt + 4, GROUND + 15), `hand: ${mm(hand)} mm`],
   ] as [number, string][];
   picture.replaceChildren(
-    draw('path', { d: `M 0 ${GROUND} H ${Math.max(x - 2 * half, 0)} ${dimple} H ${WIDE} V ${HIGH} H 0 Z`, class: 'press-solid' }),
-    draw('circle', { cx: x, cy: ball, r, class: 'press-tool' }),
-    draw('line', { x1: x, y1: ball + r, x2: x, y2: handAt, class: 'press-spring' }),
-    draw('circle', { cx: x, cy: handAt, r: 3.5, class: 'press-hand' }),
+    svg('path', { d: `M 0 ${GROUND} H ${Math.max(x - 2 * half, 0)} ${dimple} H ${WIDE} V ${HIGH} H 0 Z`, class: 'press-solid' }),
+    svg('circle', { cx: x, cy: ball, r, class: 'press-tool' }),
+    svg('line', { x1: x, y1: ball + r, x2: x, y2: handAt, class: 'press-spring' }),
+    svg('circle', { cx: x, cy: handAt, r: 3.5, class: 'press-hand' }),
     ...labels.map(([y, text], i) =>
-      draw('text', { x: x + 38, y: Math.min(y, HIGH - 4), class: i === 0 && touches ? 'press-depth' : '' }, text),
+      svg('text', { x: x + 38, y: Math.min(y, HIGH - 4), class: i === 0 && touches ? 'press-depth' : '' }, text),
     ),
   );
 }
