@@ -34,7 +34,12 @@ function showDevices(): void {
   fill(
     deviceTable,
     ...devices.map((d) =>
-      cells(d.name, `${d.here ? '✓' : '–'} ${d.state}`, d.rate > 0 ? `${d.rate} Hz` : '–', d.limit > 0 ? `${digits(d.limit)} N` : '–'),
+      cells(
+        d.name,
+        `${d.here ? '✓' : '–'} ${d.state}`,
+        d.rate > 0 ? `${d.rate} Hz` : '–',
+        d.limit > 0 ? `${digits(d.limit)} N` : '–',
+      ),
     ),
   );
   deviceSelect.replaceChildren(

@@ -2,13 +2,13 @@
 import { announce, digits, h } from '../dom';
 import { link, saved } from '../net';
 import { trouble, wait } from '../notices';
-import { type Range } from '../colours';
+import type { Range } from '../colours';
 import { canvas, onScale, sides, world } from '../stage';
 import { on, state } from '../state';
 import { card, check, choice } from './controls';
 import { measureCards } from './measure';
 import { meetingsCard } from './meetings';
-import { map, partBox, select } from './parts';
+import { partBox } from './parts';
 
 // The values at which the colours of a field end.
 const rangeInput = (id: string, label: string) =>

@@ -213,7 +213,6 @@ class Sweep {
     if (text !== undefined || !some) this.words.textContent = text ?? '';
     this.plot.show(all);
   }
-
 }
 
 export const sweep = new Sweep();
