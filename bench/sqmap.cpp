@@ -48,7 +48,7 @@ public:
           probe_(setting.probe.vertices),
           contacts_(probe_.size())
     {
-        bytes = baked_->sections.total;
+        bytes = baked_->sections.total - baked_->sections.input;  // contacts read none of the caller's doubles and numbers
         if (layer != query::Layer::Exact) bytes -= baked_->sections.exact + baked_->sections.mesh;
         build_s = baked_->build_s;
         probe_bytes = probe_.bytes();

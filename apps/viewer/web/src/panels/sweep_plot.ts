@@ -1,4 +1,4 @@
-// What a sweep of the press found: force against depth as a plot, a table and a sentence.
+// The plot, the table and the sentence of a sweep of the press: force against depth.
 import { digits, stepOf, svg } from '../dom';
 
 const WIDE = 300,
