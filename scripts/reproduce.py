@@ -346,11 +346,14 @@ def main():
         folder.mkdir(parents=True, exist_ok=True)
     scale = Scale(20, "32,64", "3,4", "3,4", 5, "17x32") if arguments.quick else Scale(frames=arguments.frames)
     models = subjects(arguments.folder, arguments.quick, out)
+    only = arguments.only.split(",")
+    if "models" not in only and not arguments.redraw and not all((out / f"{m.role}.paper1.sqmap").exists() for m in models):
+        sys.exit("--only: the pictures need the models of an earlier run\n  cure: name models too")
     if not arguments.redraw:
         commit = measure.commit()  # of the programs that run, whatever happens to the sources meanwhile
         for name, measurement in {"memory": measure_memory, "models": measure_models, "races": measure_races,
                                   "ticks": measure_ticks, "density": measure_density}.items():
-            if name in arguments.only.split(","):
+            if name in only:
                 measurement(models, arguments.folder, scale, out)
         (out / "run.json").write_text(json.dumps({"date": time.strftime("%Y-%m-%d"), "commit": commit, "frames": scale.frames,
                                                   "stand_ins": {m.role: m.mesh.stem for m in models}}))
