@@ -112,7 +112,7 @@ int run(const BakeArguments& o)
 {
     try {
         io::check_output(o.model, {o.mesh});
-        io::check_output(o.report, {o.mesh});
+        io::check_output(o.report, {o.mesh, o.model});
         AdmittedMesh loaded = admit_mesh(o.mesh, o.load);
         if (loaded.refused() || !loaded.repairs.empty() || !loaded.warnings.empty())
             std::fprintf(loaded.refused() ? stderr : stdout, "%s: %s", o.mesh.c_str(), report(loaded).c_str());

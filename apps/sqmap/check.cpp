@@ -135,7 +135,7 @@ ordered_json colliders_json(const AdmittedMesh& loaded)
 
 void print_losses(const AdmittedMesh& loaded)
 {
-    std::printf("  as a collider, certified to hold the mesh; each fills %llu cavities and %lld handles\n",
+    std::printf("  as a collider, certified to hold the mesh as it was taken; each fills %llu cavities and %lld handles\n",
                 static_cast<unsigned long long>(cavities_of(loaded)),
                 static_cast<long long>(loaded.solid ? loaded.facts.genus : 0));
     std::printf("    %-8s %14s %15s %15s\n", "shape", "volume / solid", "support excess", "protrusion");
@@ -248,7 +248,10 @@ void add_check(CommandLine& line)
     add_load_options(command, options->load);
     command.footer("Exit code: 0 usable, 2 refused (of a folder: some file), 64 wrong usage, 70 internal error.");
     command.run([options] {
-        if (fs::is_directory(options->file)) return check_folder(options->file, options->load, options->json);
+        if (fs::is_directory(options->file)) {
+            if (options->collider) throw WrongUsage("--collider", "is of one mesh: name a file, not a folder");
+            return check_folder(options->file, options->load, options->json);
+        }
         const AdmittedMesh loaded = admit_mesh(options->file, options->load);
         const bool collides = options->collider && !loaded.refused();
         if (options->json) {

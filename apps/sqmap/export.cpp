@@ -11,6 +11,8 @@
 #include <filesystem>
 #include <memory>
 #include <span>
+#include <string>
+#include <vector>
 
 namespace sqmap::app {
 namespace {
@@ -38,7 +40,7 @@ int run(const ExportArguments& o)
 {
     const collider::Format format = format_of(o);
     io::check_output(o.output, {o.model});
-    io::check_output(o.report, {o.model});
+    io::check_output(o.report, {o.model, o.output});
     if (collider::holds_spheres_alone(format) && o.shape.spheres == 0 && o.shape.kind != collider::Kind::Sphere)
         throw mesh::InvalidInput(std::string("--as ") + name_of(format) +
                                  " holds spheres alone: take --shape sphere or spheres:N");
@@ -79,8 +81,18 @@ void add_export(CommandLine& line)
     command.footer(
         "Every shape is certified to hold its part as it is written, its decimals rounded outwards.\n"
         "Exit code: 0 written, 2 not a valid model or nothing written, 64 wrong usage, 70 internal error.");
-    command.run<io::ModelFileError, mesh::Error>([options] {
-        return options->labels.wanted ? write_labels(options->model, options->output, options->labels) : run(*options);
+    command.run<io::ModelFileError, mesh::Error>([options, command] {
+        const std::vector<std::string> of_shapes{"--as", "--shape", "--report", "--threads"};
+        if (options->labels.wanted) {
+            for (const std::string& name : of_shapes)
+                if (command.given(name)) throw WrongUsage(name, "--labels writes no shapes: leave one of them out");
+            return write_labels(options->model, options->output, options->labels);
+        }
+        std::vector<std::string> taken = of_shapes;
+        taken.push_back("--output");
+        for (const std::string& given : command.given_but(taken))
+            throw WrongUsage(given.substr(0, given.find('=')), "give --labels too: shapes are made of the model alone");
+        return run(*options);
     });
 }
 

@@ -27,10 +27,10 @@ void add_shape_option(Command& command, collider::ShapeChoice& choice)
         choice = *named;
     };
     command
-        .text(
-            "--shape", take,
-            "Shape of each part; spheres:N are N balls for the whole, whose greatest protrusion is small. A file that lacks the "
-            "shape gets convex meshes")
+        .text("--shape", take,
+              "Shape of each part; spheres:N are at most N balls for the whole, whose greatest protrusion is small. A file that "
+              "lacks the "
+              "shape gets convex meshes")
         .type_name("superquadric|ellipsoid|capsule|box|sphere|cylinder|hull|spheres:N")
         .shows_default("hull");
 }
@@ -42,7 +42,7 @@ void print_colliders(const collider::Colliders& colliders)
                     ratio_text(f.protrusion).c_str());
     };
     std::printf("  %-24s %-12s %8s %14s %12s\n", "part", "shape", "volume", "support excess", "protrusion");
-    if (colliders.items.size() <= k_max_lines && colliders.items.size() > 1 && !colliders.items.front().points.empty())
+    if (colliders.items.size() <= k_max_lines && colliders.items.size() > 1 && !colliders.is_cover())
         for (const collider::Colliders::Item& item : colliders.items)
             line(item.name, collider::name_of(item.shape.kind), item.figures);
     line("whole", (std::to_string(colliders.items.size()) + " shapes").c_str(), colliders.whole);

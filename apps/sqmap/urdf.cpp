@@ -91,13 +91,17 @@ std::string report_json(const robot::Rewritten& made)
 int run(const UrdfArguments& o)
 {
     io::check_output(o.output, {o.robot});
-    io::check_output(o.report, {o.robot});
+    io::check_output(o.report, {o.robot, o.output});
     if (o.sweep.sweep)
         return run_sweep(o.sweep, text_of_file(o.robot), {.robot = o.robot, .output = o.output, .report = o.report});
     if (o.output.empty()) throw WrongUsage("--output", "name the URDF file to write");
     robot::Rewritten made = robot::rewrite(text_of_file(o.robot), o.robot, o.output, o.rewrite);
     if (!o.report.empty()) made.files.insert(made.files.begin(), {o.report, report_json(made)});
-    for (const collider::ExportFile& f : made.files) io::check_output(f.path, {o.robot});
+    for (const collider::ExportFile& f : made.files) {
+        io::check_output(f.path, {o.robot});
+        for (const robot::RewrittenMesh& m : made.meshes)
+            io::check_output(f.path, {robot::mesh_path(m.filename, o.robot, o.rewrite.packages)});
+    }
     collider::write(made.files);
     print(made);
     int left = 0;

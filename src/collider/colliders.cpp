@@ -80,9 +80,12 @@ Colliders colliders_of(const Pieces& pieces, const ShapeChoice& choice, unsigned
     if (choice.spheres > 0) {
         if (!pieces.is_solid)
             throw mesh::InvalidInput("spheres hold a solid, and this mesh bounds none; take hull, box or sphere, or close it");
-        shapes = covering_spheres(pieces.surface, pieces.crossed, choice.spheres);
+        shapes = covering_spheres(pieces.surface, pieces.crossed, choice.spheres, pieces.held);
         for (std::size_t i = 0; i < shapes.size(); ++i)
-            out.items.push_back({"sphere_" + std::to_string(i), shapes[i], {.volume = volume(shapes[i])}, {}});
+            out.items.push_back({"sphere_" + std::to_string(i),
+                                 shapes[i],
+                                 {.volume = volume(shapes[i]), .support_excess = -1, .coverage = -1},
+                                 {}});
     } else {
         out.items.resize(pieces.pieces.size());
         parallel::for_each(pieces.pieces.size(), threads, [&](std::size_t i) {

@@ -61,6 +61,7 @@ std::string escaped(std::string_view text)
 
 std::string words(const Figures& f)
 {
+    if (f.support_excess < 0) return "one of the balls that hold it together";
     char line[200];
     std::string out;
     if (f.volume_ratio >= 0) {

@@ -63,6 +63,7 @@ Pieces uncut(const CutInput& input, const CutOptions& options)
         piece.points.insert(piece.points.end(), input.solid->vertices.begin(), input.solid->vertices.end());
         piece.volume = mesh::volume(*input.solid);
     }
+    out.held.assign(input.triangles.begin(), input.triangles.end());
     if (options.superquadrics) {
         mesh::Mesh mesh = input.solid != nullptr ? *input.solid : soup_mesh(input.triangles);
         const mesh::Normalization n = mesh::normalization_of(mesh);
@@ -131,6 +132,7 @@ Pieces pieces_of(const CutInput& input, const CutOptions& options)
     if (options.max_parts <= 1 || input.solid == nullptr) return uncut(input, options);
     Pieces out{.name = input.name, .surface = *input.solid, .is_solid = true};
     out.crossed.assign(input.crossed.begin(), input.crossed.end());
+    out.held.assign(input.triangles.begin(), input.triangles.end());
     const mesh::Normalization n = mesh::normalization_of(*input.solid);
     const mesh::Mesh mesh = mesh::normalized(*input.solid, n);
     bake::BakeOptions bake{.max_parts = options.max_parts, .threads = options.threads};

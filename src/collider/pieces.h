@@ -6,6 +6,7 @@
 #include "sqmap/mesh/mesh.h"
 #include "sqmap/model/model.h"
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -29,6 +30,7 @@ struct Pieces {
     bool is_solid = false;
     std::vector<std::uint8_t> crossed{};  ///< as mesh::AdmitResult has it
     std::vector<Piece> pieces{};
+    std::vector<std::array<Vec3d, 3>> held{};  ///< triangles that shapes hold as well, which the solid may not
     /// The whole as one piece.
     [[nodiscard]] Piece whole() const;
 };
@@ -47,7 +49,7 @@ struct CutOptions {
 /// A mesh as it was read, and the solid that it bounds, if one was found.
 struct CutInput {
     std::string name;
-    std::span<const std::array<Vec3d, 3>> triangles;  ///< all that is to be held
+    std::span<const std::array<Vec3d, 3>> triangles;  ///< all that is to be held beside the solid
     const mesh::Mesh* solid = nullptr;                ///< null: only the triangles are known, and they are one piece
     std::span<const std::uint8_t> crossed{};          ///< of the solid's triangles
 };

@@ -32,11 +32,15 @@ struct GridPiece {
 };
 
 using Index = std::array<int, 3>;
+using Corners = std::array<Vec3d, 3>;  ///< of a triangle
 
 class Grid {
 public:
-    Grid(const mesh::Mesh& mesh, const mesh::Solid& solid) : mesh_(mesh), solid_(solid), box_(box_of(mesh.vertices))
+    Grid(const mesh::Mesh& mesh, const mesh::Solid& solid, std::span<const Corners> held)
+        : mesh_(mesh), solid_(solid), held_(held), box_(box_of(mesh.vertices))
     {
+        for (const Corners& t : held)
+            for (const Vec3d& p : t) extend(box_, p);
         const Vec3d s = size(box_);
         side_ = std::max({s.x, s.y, s.z}) / k_cells_along;
         for (int k = 0; k < 3; ++k) count_[k] = std::max(1, static_cast<int>(std::ceil(s[k] / side_)));
@@ -44,7 +48,8 @@ public:
 
     std::vector<GridPiece> pieces()
     {
-        for (const mesh::Triangle& t : mesh_.triangles) clip(t);
+        for (const mesh::Triangle& t : mesh_.triangles) clip({mesh_.vertices[t[0]], mesh_.vertices[t[1]], mesh_.vertices[t[2]]});
+        for (const Corners& t : held_) clip(t);
         add_inner();
         std::vector<GridPiece> out;
         for (auto& [index, corners] : cells_) {
@@ -66,10 +71,10 @@ private:
         return std::clamp(static_cast<int>(std::floor((v - box_.lo[k]) / side_)), 0, count_[k] - 1);
     }
 
-    void clip(const mesh::Triangle& t)
+    void clip(const Corners& t)
     {
         Box box;
-        for (const std::uint32_t v : t) extend(box, mesh_.vertices[v]);
+        for (const Vec3d& p : t) extend(box, p);
         Index lo, hi, i;
         for (int k = 0; k < 3; ++k) {
             lo[static_cast<std::size_t>(k)] = std::max(0, cell_of(box.lo[k], k) - 1);
@@ -79,9 +84,9 @@ private:
             for (i[1] = lo[1]; i[1] <= hi[1]; ++i[1])
                 for (i[2] = lo[2]; i[2] <= hi[2]; ++i[2]) clip(t, i);
     }
-    void clip(const mesh::Triangle& t, const Index& i)
+    void clip(const Corners& t, const Index& i)
     {
-        std::vector<Vec3d> polygon{mesh_.vertices[t[0]], mesh_.vertices[t[1]], mesh_.vertices[t[2]]}, next;
+        std::vector<Vec3d> polygon(t.begin(), t.end()), next;
         const Vec3d lo = corner(i), hi = corner({i[0] + 1, i[1] + 1, i[2] + 1});
         for (int k = 0; k < 3; ++k)
             for (const double sign : {1., -1.}) {
@@ -120,6 +125,7 @@ private:
 
     const mesh::Mesh& mesh_;
     const mesh::Solid& solid_;
+    std::span<const Corners> held_;
     Box box_;
     double side_ = 0;
     int count_[3] = {};
@@ -147,9 +153,10 @@ public:
 
     std::vector<Cluster> run(std::size_t count)
     {
-        while (clusters_.size() < count && split_worst()) {
-        }
         std::vector<Cluster> best = clusters_;
+        // Few balls of a round solid protrude less than more of them.
+        while (clusters_.size() < count && split_worst())
+            if (worst(clusters_) <= worst(best)) best = clusters_;
         for (int round = 0; round < k_rounds && clusters_.size() > 1; ++round) {
             reassign();
             if (worst(clusters_) < worst(best)) best = clusters_;
@@ -262,13 +269,16 @@ private:
 
 }  // namespace
 
-std::vector<Shape> covering_spheres(const mesh::Mesh& surface, std::span<const std::uint8_t> crossed, std::size_t count)
+std::vector<Shape> covering_spheres(const mesh::Mesh& surface, std::span<const std::uint8_t> crossed, std::size_t count,
+                                    std::span<const Corners> held)
 {
     if (surface.triangles.empty() || count == 0) throw mesh::InvalidInput("spheres: give a closed mesh and a number from 1 on");
     const mesh::Solid solid(surface, crossed);
-    const std::vector<GridPiece> pieces = Grid(surface, solid).pieces();
+    const std::vector<GridPiece> pieces = Grid(surface, solid, held).pieces();
     double reach = 0;
     for (const Vec3d& v : surface.vertices) reach = std::max(reach, norm(v));
+    for (const Corners& t : held)
+        for (const Vec3d& p : t) reach = std::max(reach, norm(p));
     std::vector<Shape> out;
     for (const Cluster& c : Cover(pieces, solid).run(count)) {
         Shape ball{.kind = Kind::Sphere, .xyz = rounded(c.ball.centre)};

@@ -35,8 +35,9 @@ struct Draft {
     [[nodiscard]] std::string header() const
     {
         return "sqmap export: " + std::to_string(colliders.items.size()) +
-               " shapes, each certified to hold its part as written here; lengths in the mesh's units. Whole: " +
-               words(colliders.whole);
+               (colliders.is_cover() ? " balls, together certified to hold the solid"
+                                     : " shapes, each certified to hold its part") +
+               " as written here; lengths in the mesh's units. Whole: " + words(colliders.whole);
     }
 };
 
@@ -157,9 +158,9 @@ ordered_json as_json(const Figures& f)
     const auto known = [](double v) { return v >= 0 ? ordered_json(v) : ordered_json(nullptr); };
     return {{"volume", f.volume},
             {"volume_ratio", known(f.volume_ratio)},
-            {"support_excess", f.support_excess},
+            {"support_excess", known(f.support_excess)},
             {"protrusion", known(f.protrusion)},
-            {"coverage", f.coverage}};
+            {"coverage", known(f.coverage)}};
 }
 
 void json(Draft& d)

@@ -14,6 +14,15 @@ void check(const std::error_code& error, const std::filesystem::path& path, cons
     if (error) throw ModelFileError("cannot write " + path.string() + ": " + error.message() + cure);
 }
 
+/// True of two names of one file, which need not exist yet.
+bool are_same(const std::filesystem::path& a, const std::filesystem::path& b)
+{
+    std::error_code ignored;
+    if (std::filesystem::is_other(a, ignored)) return false;  // a device takes what several write
+    return std::filesystem::equivalent(a, b, ignored) ||
+           std::filesystem::absolute(a).lexically_normal() == std::filesystem::absolute(b).lexically_normal();
+}
+
 }  // namespace
 
 void replace_file(const std::filesystem::path& path, std::span<const std::byte> bytes)
@@ -38,18 +47,16 @@ void replace_file(const std::filesystem::path& path, std::span<const std::byte> 
     check(replaced.error, path, "; nothing was left behind");
 }
 
-void check_output(const std::filesystem::path& output, std::initializer_list<std::filesystem::path> inputs)
+void check_output(const std::filesystem::path& output, std::initializer_list<std::filesystem::path> others)
 {
     const std::filesystem::path folder = output.parent_path();
     if (std::error_code ignored; !folder.empty() && !std::filesystem::is_directory(folder, ignored))
         throw ModelFileError("cannot write " + output.string() + ": there is no folder " + folder.string() +
                              "\n  cure: make it first");
-    for (const std::filesystem::path& input : inputs) {
-        std::error_code ignored;
-        if (!input.empty() && std::filesystem::is_regular_file(output, ignored) &&
-            std::filesystem::equivalent(output, input, ignored))
-            throw ModelFileError(output.string() + " is read, too: choose another name to write");
-    }
+    if (output.empty()) return;
+    for (const std::filesystem::path& other : others)
+        if (!other.empty() && are_same(output, other))
+            throw ModelFileError(output.string() + " is read or written besides: choose another name to write");
 }
 
 }  // namespace sqmap::io

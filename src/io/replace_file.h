@@ -15,7 +15,7 @@ namespace sqmap::io {
 void replace_file(const std::filesystem::path& path, std::span<const std::byte> bytes);
 
 /// Long work calls this before it starts. Throws ModelFileError where output's folder is missing, or where output is one of the
-/// files that are read; an empty output and empty inputs are passed over.
-void check_output(const std::filesystem::path& output, std::initializer_list<std::filesystem::path> inputs);
+/// other files that are read or written; empty paths and devices are passed over.
+void check_output(const std::filesystem::path& output, std::initializer_list<std::filesystem::path> others);
 
 }  // namespace sqmap::io

@@ -8,7 +8,6 @@
 #include "sqmap/mesh/error.h"
 
 #include <algorithm>
-#include <sstream>
 #include <utility>
 
 namespace sqmap::robot {
@@ -44,10 +43,12 @@ void make_shapes(Task& task, const fs::path& robot_file, const RewriteOptions& o
         const bool is_solid = !loaded.admitted.refused() && loaded.admitted.solid;
         task.row.verdict =
             loaded.admitted.refused() ? mesh::name_of(loaded.admitted.diagnosis.code) : mesh::name_of(loaded.admitted.admission);
-        // A mesh that was taken unchanged, or with repairs that leave its surface, is its own solid: nothing more is to be held.
+        // A mesh that was taken unchanged is its own solid. What a repair or a cure drops or moves is held beside the solid.
         std::vector<std::array<Vec3d, 3>> held;
-        for (const mesh::Triangle& t : loaded.soup.triangles)
-            held.push_back({loaded.soup.vertices[t[0]], loaded.soup.vertices[t[1]], loaded.soup.vertices[t[2]]});
+        const bool is_unchanged = is_solid && loaded.admitted.admission == mesh::Admission::Accept;
+        if (!is_unchanged)
+            for (const mesh::Triangle& t : loaded.soup.triangles)
+                held.push_back({loaded.soup.vertices[t[0]], loaded.soup.vertices[t[1]], loaded.soup.vertices[t[2]]});
         collider::Pieces pieces =
             collider::pieces_of({.name = harmless(task.row.link),
                                  .triangles = held,
@@ -90,7 +91,7 @@ public:
                 const std::string name = base.empty() ? item.name : base + '_' + std::to_string(i);
                 made.prepend_attribute("name").set_value(name.c_str());
             }
-            fill(made, item, indent);
+            fill(made, item, words_of(task.colliders, i), indent);
         }
         parent.remove_child(task.node);
     }
@@ -107,7 +108,22 @@ private:
         return line == std::string::npos ? "\n" : text.substr(line);
     }
 
-    void fill(pugi::xml_node& collision, const Colliders::Item& item, const std::string& indent)
+    /// The comment of a shape. What all of them together cost stands in the first one's.
+    static std::string words_of(const Colliders& colliders, std::size_t i)
+    {
+        const std::size_t count = colliders.items.size();
+        std::string out = " sqmap: ";
+        if (count == 1)
+            out += "certified to hold the mesh";
+        else if (colliders.is_cover())
+            out += "one of " + std::to_string(count) + " balls that are certified to hold the mesh together";
+        else
+            out += "certified to hold its part; " + collider::words(colliders.items[i].figures);
+        if (i == 0) out += (count > 1 ? "; all together: " : "; ") + collider::words(colliders.whole);
+        return out + ' ';
+    }
+
+    void fill(pugi::xml_node& collision, const Colliders::Item& item, const std::string& words, const std::string& indent)
     {
         for (const char* name : {"origin", "geometry"})
             while (const pugi::xml_node old = collision.child(name)) {
@@ -126,7 +142,6 @@ private:
             set_attribute(origin, "rpy", collider::text(item.shape.rpy));
             collision.prepend_child(pugi::node_pcdata).set_value(inner.c_str());
         }
-        const std::string words = " sqmap: certified to hold its part; " + collider::words(item.figures) + ' ';
         collision.prepend_child(pugi::node_comment).set_value(words.c_str());
         collision.prepend_child(pugi::node_pcdata).set_value(inner.c_str());
         if (collision.last_child().type() != pugi::node_pcdata)
@@ -195,9 +210,7 @@ Rewritten rewrite(std::string_view text, const fs::path& robot_file, const fs::p
         out.meshes.push_back(task.row);
     }
     out.files = std::move(writer.files);
-    std::ostringstream stream;
-    xml.document().save(stream, "", pugi::format_raw | pugi::format_no_declaration, pugi::encoding_utf8);
-    out.files.push_back({output, stream.str()});
+    out.files.push_back({output, xml.text()});
     return out;
 }
 

@@ -17,7 +17,8 @@ public:
     /// Parses; comments, white space and unknown elements are kept. @throw DescriptionError with the line
     RobotXml(std::string_view text, std::string file);
 
-    [[nodiscard]] pugi::xml_document& document() { return document_; }
+    /// The file with the changes that were made to its elements. White space around the robot's element is the file's.
+    [[nodiscard]] std::string text() const;
     [[nodiscard]] pugi::xml_node robot() const { return document_.child("robot"); }
     [[nodiscard]] const std::string& file() const { return file_; }
     [[nodiscard]] std::size_t line_of(const pugi::xml_node& node) const;
@@ -31,6 +32,9 @@ public:
 
 private:
     [[nodiscard]] std::size_t line_at(std::ptrdiff_t offset) const;
+    /// An attribute's text, which must not be xacro's.
+    [[nodiscard]] std::string expanded(const pugi::xml_node& node, const pugi::xml_attribute& attribute) const;
+    [[noreturn]] void refuse_xacro(const pugi::xml_node& node, const std::string& found) const;
 
     std::string text_, file_;
     pugi::xml_document document_;

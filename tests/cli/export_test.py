@@ -357,9 +357,12 @@ class Export(unittest.TestCase):
         near = [([float(v) for v in c], float(r)) for c, r in balls]
         for p in inside + rows:
             self.assertTrue(any(math.dist(p, c) <= r * (1 + 1e-6) for c, r in near), p)
-        whole = json.loads(pathlib.Path("report.json").read_text())["whole"]
-        self.assertEqual(whole["coverage"], 1)
-        self.assertGreater(whole["protrusion"], 0)
+        report = json.loads(pathlib.Path("report.json").read_text())
+        self.assertEqual(report["whole"]["coverage"], 1)
+        self.assertGreater(report["whole"]["protrusion"], 0)
+        # A ball holds no part by itself: it has no figures but its volume.
+        self.assertEqual({(s["support_excess"], s["coverage"]) for s in report["shapes"]}, {(None, None)})
+        self.assertIn("24 balls, together certified to hold the solid", pathlib.Path("ball.yaml").read_text())
 
     def test_figures_are_those_of_the_shapes(self):
         figures = {}
@@ -386,6 +389,7 @@ class Export(unittest.TestCase):
         self.assertLess(colliders["hull"]["support_excess"], 1e-9)
         self.assertAlmostEqual(colliders["hull"]["protrusion"], math.hypot(1, 0.25) - 0.25, delta=0.03)
         self.assertIn("as a collider", run("check", "torus.obj", "--collider").stdout)
+        self.assertIn("--collider: is of one mesh", run("check", ".", "--collider", code=64).stderr)
 
     def test_the_same_model_gives_the_same_bytes_on_any_number_of_threads(self):
         for threads in ("1", "3"):
@@ -401,6 +405,10 @@ class Export(unittest.TestCase):
                 (("dumbbell.sqmap", "--shape", "spheres:0", "-o", "a.json"), 64, "N from 1 to 4096"),
                 (("dumbbell.sqmap", "--as", "spheres", "--shape", "box", "-o", "a.yaml"), 2, "take --shape sphere or spheres:N"),
                 (("dumbbell.sqmap", "--as", "json", "-o", "dumbbell.sqmap"), 2, "dumbbell.sqmap"),
+                (("dumbbell.sqmap", "-o", "a.json", "--report", "./a.json"), 2, "choose another name"),
+                (("dumbbell.sqmap", "-o", "a.csv", "--labels", "--mesh", "dumbbell.obj", "--shape", "box"), 64, "--shape: --labels"),
+                (("dumbbell.sqmap", "-o", "a.json", "--mesh", "dumbbell.obj"), 64, "--mesh: give --labels too"),
+                (("dumbbell.sqmap", "-o", "a.json", "--surface"), 64, "--surface: give --labels too"),
                 (("dumbbell.obj", "-o", "a.json"), 2, "dumbbell.obj")):
             result = run("export", *arguments, code=code)
             self.assertIn(words, result.stderr)

@@ -158,6 +158,8 @@ class Urdf(unittest.TestCase):
             (two.replace('<axis xyz="0 0 1"/>', '<mimic joint="joint1"/>'), "mimics itself", "<mimic"),
             (two.replace('xyz="0.00', 'xyz="wide 0.00'), "is not three numbers", 'xyz="wide'),
             (two.replace("  <unknown", "  <xacro:macro/><unknown"), "run 'xacro", "<xacro:macro"),
+            (two.replace('scale="0.1 0.12 0.1"', 'scale="${s} 1 1"'), "run 'xacro", 'scale="${s}'),
+            (two.replace("package://twenty/", "$(find twenty)/"), "run 'xacro", "$(find"),
             (two.replace('name="link1"', 'name="link0"'), "a second link is named 'link0'", None),
             ("<sdf/>", "not 'robot'", "<sdf"))
         for text, words, at in faults:
@@ -187,6 +189,51 @@ class Urdf(unittest.TestCase):
         self.assertNotEqual(code, "E_FORMAT")
         self.assertIn(code, said)
         self.assertIn(message, said)
+
+    def test_shapes_hold_what_a_cure_drops(self):
+        coarse.write_sphere("twenty/meshes/fin.obj")
+        text = pathlib.Path("twenty/meshes/fin.obj").read_text()
+        points = [numbers(line[2:]) for line in text.splitlines() if line.startswith("v ")]
+        a, b = text[text.index("\nf ") + 3:].split()[:2]
+        tip = [1.5 * v for v in points[int(a) - 1]]
+        # A third triangle at an edge: it bounds nothing, and stands out.
+        faces = [line for line in text.splitlines() if line.startswith("f ")] + [f"f {a} {b} {len(points) + 1}"]
+        points.append(tip)
+        pathlib.Path("twenty/meshes/fin.obj").write_text(
+            "".join("v {!r} {!r} {!r}\n".format(*p) for p in points) + "\n".join(faces) + "\n")
+        pathlib.Path("twenty/fin.urdf").write_text(
+            '<robot name="fin"><link name="l"><collision><geometry><mesh filename="meshes/fin.obj"/></geometry></collision></link></robot>')
+        for shape in ("sphere", "spheres:1", "spheres:8"):
+            out = run("urdf", "twenty/fin.urdf", "-o", "twenty/held.urdf", "--shape", shape).stdout
+            self.assertIn("CLOSED", out)
+            balls = [(numbers(c.find("origin").get("xyz")), float(c.find("geometry/sphere").get("radius")))
+                     for c in ElementTree.parse("twenty/held.urdf").getroot().iter("collision")]
+            self.assertTrue(1 <= len(balls) <= int(shape[8:] or 1), shape)
+            for p in points:
+                self.assertTrue(any(math.dist(p, c) <= r for c, r in balls), (shape, p))
+        text = pathlib.Path("twenty/held.urdf").read_text()
+        self.assertEqual(text.count("balls that are certified to hold the mesh together"), len(balls))
+        self.assertEqual(text.count("protrusion"), 1)  # of all together
+
+    def test_the_file_around_the_robot_stays_to_the_byte(self):
+        around = ('<?xml version="1.0" ?>\n<!-- made by hand -->\n\n', "\n\n")
+        pathlib.Path("twenty/around.urdf").write_text(around[0] + robot_text(1).split("\n", 1)[1].rstrip() + around[1])
+        run("urdf", "twenty/around.urdf", "-o", "twenty/kept.urdf", "--shape", "box")
+        text = pathlib.Path("twenty/kept.urdf").read_text()
+        self.assertTrue(text.startswith(around[0] + "<robot "), text[:80])
+        self.assertTrue(text.endswith("</robot>" + around[1]), text[-20:])
+
+    def test_no_file_that_is_read_or_written_is_written_over(self):
+        pathlib.Path("twenty/one.urdf").write_text(robot_text(1))
+        shutil.copy("twenty/meshes/dumbbell.obj", "twenty/made_link0.obj")
+        pathlib.Path("twenty/own.urdf").write_text(robot_text(1).replace("meshes/dumbbell.obj", "made_link0.obj"))
+        before = pathlib.Path("twenty/made_link0.obj").read_bytes()
+        for robot, output, report in (("one", "one.urdf", "r.json"), ("one", "new.urdf", "new.urdf"), ("own", "made.urdf", "r.json")):
+            for sweep in ((), ("--sweep",)) if robot == "one" else ((),):
+                said = run("urdf", f"twenty/{robot}.urdf", "-o", f"twenty/{output}", "--report", f"twenty/{report}", *sweep, code=2)
+                self.assertIn("choose another name to write", said.stderr)
+        self.assertEqual(pathlib.Path("twenty/made_link0.obj").read_bytes(), before)
+        self.assertFalse(os.path.exists("twenty/new.urdf"))
 
     def test_an_open_mesh_is_held_without_a_solid(self):
         pathlib.Path("twenty/meshes/sheet.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0.2\nf 1 2 3\n")

@@ -52,7 +52,8 @@ public:
 /// @throw BadOutput, io::ModelFileError
 void check_outputs(const DressArguments& a)
 {
-    for (const std::string& file : {a.output, a.report}) io::check_output(file, {a.avatar});
+    io::check_output(a.output, {a.avatar});
+    io::check_output(a.report, {a.avatar, a.output});
     const std::string end = std::filesystem::path(a.output).extension().string();
     if (end != ".glb" && end != ".GLB") throw BadOutput("-o " + a.output + ": what is written is a .glb\n  cure: that ending");
     std::error_code error;

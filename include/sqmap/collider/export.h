@@ -43,7 +43,7 @@ enum class Format : std::uint8_t {
 /// A shape for each part, or balls for the whole.
 struct ShapeChoice {
     Kind kind = Kind::Hull;
-    std::size_t spheres = 0;  ///< above 0: so many balls that hold the whole together, and kind does not count
+    std::size_t spheres = 0;  ///< above 0: at most so many balls that hold the whole together, and kind does not count
 };
 /// "hull", "box", ..., or "spheres:64". Nothing for other text, and for a number of spheres out of 1 to 4096.
 [[nodiscard]] std::optional<ShapeChoice> choice_named(std::string_view text) noexcept;
@@ -60,6 +60,8 @@ struct Colliders {
     };
     std::vector<Item> items;
     Figures whole;  ///< of all shapes beside the whole solid
+    /// True of balls that hold the whole together: none holds a part by itself.
+    [[nodiscard]] bool is_cover() const { return !items.empty() && items.front().points.empty(); }
 };
 
 /// Shapes that hold the parts of a model, which name names. threads: 0 one a core; the result does not depend on it.

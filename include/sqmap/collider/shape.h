@@ -94,7 +94,8 @@ enum class Precision : std::uint8_t { Double, Float };
 /// The surface of a shape as triangles, for pictures: corners lie on it.
 [[nodiscard]] mesh::Mesh surface_of(const Shape& shape);
 
-/// Figures of shapes that stand together for a solid. Lengths in its units; a figure that needs a solid is -1 without one.
+/// Figures of shapes that stand together for a solid. Lengths in its units; a figure that needs a solid is -1 without one. A
+/// single ball of those that hold a solid together has a volume alone, the rest is -1.
 struct Figures {
     double volume = 0;         ///< of the shapes, summed: what two of them share counts twice
     double volume_ratio = -1;  ///< volume over the solid's

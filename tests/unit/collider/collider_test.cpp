@@ -267,6 +267,17 @@ TEST(CoveringSpheres, HoldEveryPointOfTheSolidAndReachOutLessTheMoreThereAre)
     EXPECT_LT(before, 0.3);
 }
 
+TEST(CoveringSpheres, MoreThanARoundSolidNeedsAreNotMade)
+{
+    const mesh::Mesh ball = mesh::sphere(1, 3);
+    const auto protrusion = [&](std::size_t count) {
+        return figures_of(covering_spheres(ball, {}, count), {.points = ball.vertices, .volume = 1, .solid = &ball}).protrusion;
+    };
+    const double of_one = protrusion(1);
+    for (const std::size_t count : {std::size_t{3}, std::size_t{4}, std::size_t{7}})
+        EXPECT_LE(protrusion(count), of_one) << count;
+}
+
 TEST(ExportNames, AreReadWhateverTheirCase)
 {
     EXPECT_EQ(format_named("URDF"), Format::Urdf);
