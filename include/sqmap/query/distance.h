@@ -49,7 +49,7 @@ struct [[nodiscard]] SignedDistance {
 /// The same in the mesh's own frame and units.
 [[nodiscard]] SignedDistance distance(const model::ModelView& model, Vec3d point, double band = k_everywhere) noexcept;
 
-/// A batch: answers[i] is that of points[i], the same bits as one by one. Four thousand at a time share the work, and of 8,192
+/// A batch: answers[i] is that of points[i], the same bits as one by one. Four thousand at a time share the work, and of 4,096
 /// points on up to 65,536 are put in order first: four times quicker than one by one, and more. Uses 1 MB of stack.
 /// Thread-safe: give each thread a part of the spans, a large one.
 /// @pre answers.size() >= points.size(), else the rest is left out

@@ -25,8 +25,8 @@ namespace {
 using model::ModelView;
 
 constexpr std::size_t k_ahead = 16;  // answers and points are fetched so many earlier where they are out of order
-constexpr std::size_t k_least_ordered = 2 * k_searched_at_once;  // fewer are searched at once as they are
-constexpr double k_widest = 1e15;                                // model units: squares of floats do not overflow
+constexpr std::size_t k_least_ordered = k_searched_at_once;  // fewer are searched at once as they are
+constexpr double k_widest = 1e15;                            // model units: squares of floats do not overflow
 
 /// Exact distances are sought in double where the model has doubles, of a size whose fourth powers are doubles too.
 bool has_doubles(const ModelView& model)

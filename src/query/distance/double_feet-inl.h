@@ -33,15 +33,27 @@ public:
         const D va = product_difference(d3, d6, d5, d4), vb = product_difference(d5, d2, d1, d6),
                 vc = product_difference(d1, d4, d3, d2);
         const D zero = hn::Zero(dd), beyond_b = hn::Sub(d4, d3), beyond_c = hn::Sub(d5, d6);
-        put_face(va, vb, vc);
-        // From the last to the first, as the first region that holds the point counts.
-        offer_side(hn::And(hn::Le(va, zero), hn::And(hn::Ge(beyond_b, zero), hn::Ge(beyond_c, zero))),
-                   {b, bc, beyond_b, hn::Add(beyond_b, beyond_c), 6});
-        offer_side(hn::And(hn::Le(vb, zero), hn::And(hn::Ge(d2, zero), hn::Le(d6, zero))), {a_, ac_, d2, hn::Sub(d2, d6), 5});
-        offer(hn::And(hn::Ge(d6, zero), hn::Le(d5, d6)), c, 4);
-        offer_side(hn::And(hn::Le(vc, zero), hn::And(hn::Ge(d1, zero), hn::Le(d3, zero))), {a_, ab_, d1, hn::Sub(d1, d3), 3});
-        offer(hn::And(hn::Ge(d3, zero), hn::Le(d4, d3)), b, 2);
-        offer(hn::And(hn::Le(d1, zero), hn::Le(d2, zero)), a_, 1);
+        const auto is_up = [&](D v) HWY_ATTR { return hn::Ge(v, zero); };
+        const auto is_down = [&](D v) HWY_ATTR { return hn::Le(v, zero); };
+        // The first region that holds the point counts. Far points see corners alone: nothing is divided for the others.
+        const Mask at_a = hn::And(is_down(d1), is_down(d2)), at_b = hn::And(is_up(d3), hn::Le(d4, d3)),
+                   on_ab = hn::And(is_down(vc), hn::And(is_up(d1), is_down(d3))), at_c = hn::And(is_up(d6), hn::Le(d5, d6)),
+                   on_ac = hn::And(is_down(vb), hn::And(is_up(d2), is_down(d6))),
+                   on_bc = hn::And(is_down(va), hn::And(is_up(beyond_b), is_up(beyond_c)));
+        const Mask before_ab = hn::Or(at_a, at_b), after_c = hn::AndNot(at_c, hn::Or(on_ac, on_bc));
+        const Mask on_side = hn::AndNot(before_ab, hn::Or(on_ab, after_c));
+        const Mask on_face = hn::Not(hn::Or(hn::Or(before_ab, at_c), on_side));
+        point_ = c;
+        corners_ = hn::Set(dd, 4);
+        if (!hn::AllFalse(dd, on_face)) offer_face(on_face, {va, vb, vc});
+        if (!hn::AllFalse(dd, on_side)) {
+            Side side{b, bc, beyond_b, hn::Add(beyond_b, beyond_c), hn::Set(dd, 6)};
+            put(on_ac, {a_, ac_, d2, hn::Sub(d2, d6), hn::Set(dd, 5)}, side);
+            put(on_ab, {a_, ab_, d1, hn::Sub(d1, d3), hn::Set(dd, 3)}, side);
+            offer_side(on_side, side);
+        }
+        offer(at_b, b, hn::Set(dd, 2));
+        offer(at_a, a_, hn::Set(dd, 1));
     }
 
     HWY_INLINE void store() const
@@ -66,7 +78,7 @@ private:
     struct Side {
         D3 from, along;
         D part, all;
-        double corners;
+        D corners;
     };
 
     HWY_INLINE D3 load(const double (&columns)[3][DoubleFeet::k_capacity]) const
@@ -78,19 +90,27 @@ private:
     {
         return {hn::Add(from.x, hn::Mul(k, v.x)), hn::Add(from.y, hn::Mul(k, v.y)), hn::Add(from.z, hn::Mul(k, v.z))};
     }
-    HWY_INLINE void put_face(D va, D vb, D vc)
+    static HWY_INLINE D3 choose(Mask where, const D3& yes, const D3& no)
+    {
+        return {hn::IfThenElse(where, yes.x, no.x), hn::IfThenElse(where, yes.y, no.y), hn::IfThenElse(where, yes.z, no.z)};
+    }
+    static HWY_INLINE void put(Mask where, const Side& side, Side& to)
+    {
+        to = {choose(where, side.from, to.from), choose(where, side.along, to.along), hn::IfThenElse(where, side.part, to.part),
+              hn::IfThenElse(where, side.all, to.all), hn::IfThenElse(where, side.corners, to.corners)};
+    }
+    HWY_INLINE void offer(Mask where, const D3& point, D corners)
+    {
+        point_ = choose(where, point, point_);
+        corners_ = hn::IfThenElse(where, corners, corners_);
+    }
+    HWY_INLINE void offer_face(Mask where, const D3& v)
     {
         constexpr double k_thin = 1e-12;
-        const D sum = hn::Add(hn::Add(va, vb), vc);
-        point_ = plus_scaled(plus_scaled(a_, hn::Div(vb, sum), ab_), hn::Div(vc, sum), ac_);
+        const D sum = hn::Add(hn::Add(v.x, v.y), v.z);
         const D least = hn::Mul(hn::Mul(hn::Set(dd, k_thin), dot(ab_, ab_)), dot(ac_, ac_));
-        corners_ = hn::IfThenElseZero(hn::And(hn::Gt(sum, hn::Zero(dd)), hn::Gt(sum, least)), hn::Set(dd, 7));
-    }
-    HWY_INLINE void offer(Mask where, const D3& point, double corners)
-    {
-        point_ = {hn::IfThenElse(where, point.x, point_.x), hn::IfThenElse(where, point.y, point_.y),
-                  hn::IfThenElse(where, point.z, point_.z)};
-        corners_ = hn::IfThenElse(where, hn::Set(dd, corners), corners_);
+        offer(where, plus_scaled(plus_scaled(a_, hn::Div(v.y, sum), ab_), hn::Div(v.z, sum), ac_),
+              hn::IfThenElseZero(hn::And(hn::Gt(sum, hn::Zero(dd)), hn::Gt(sum, least)), hn::Set(dd, 7)));
     }
     HWY_INLINE void offer_side(Mask where, const Side& side)
     {

@@ -45,6 +45,13 @@ struct PointPacket {
         distance_sq[i] = outside_sq[i] = inside_sq[i] = unclear_sq[i] = k_far_sq;
         slot[i] = k_no_slot;
     }
+    /// The first in the hierarchy counts of triangles as near.
+    void offer(std::size_t i, float d_sq, std::uint32_t of)
+    {
+        if (d_sq > distance_sq[i] || (d_sq == distance_sq[i] && of > slot[i])) return;
+        distance_sq[i] = d_sq;
+        slot[i] = of;
+    }
     static constexpr float k_far_sq = 1e30f;
     static constexpr std::uint32_t k_no_slot = 0xffffffffu;
 };

@@ -4,6 +4,7 @@
 #include "sqmap/model/model.h"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 
@@ -13,6 +14,14 @@ namespace {
 
 constexpr std::size_t k_side = 16, k_cells = k_side * k_side * k_side;
 constexpr double k_farthest = 16;  // times the object's radius: what is farther away goes into the outermost cells
+
+/// The bits of a coordinate, three apart.
+constexpr auto k_spread = [] {
+    std::array<std::uint16_t, k_side> spread{};
+    for (std::size_t i = 0; i < k_side; ++i)
+        spread[i] = static_cast<std::uint16_t>((i & 1) | (i & 2) << 2 | (i & 4) << 4 | (i & 8) << 6);
+    return spread;
+}();
 
 /// Cells divide the box of the points.
 class PointGrid {
@@ -44,7 +53,7 @@ public:
         for (int k = 0; k < 3; ++k) {
             const double at = (p[k] - lo_[k]) * per_cell_[k];
             const std::size_t i = at > 0 ? static_cast<std::size_t>(std::min(at, k_side - 1.0)) : 0;  // 0 where it is no number
-            cell |= ((i & 1) | (i & 2) << 2 | (i & 4) << 4 | (i & 8) << 6) << k;
+            cell |= std::size_t{k_spread[i]} << k;
         }
         return cell;
     }

@@ -7,6 +7,7 @@
 #define SQMAP_QUERY_PACKET_INL_H
 #endif
 
+#include "query/distance/child_order.h"
 #include "query/distance/hierarchy-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -169,23 +170,80 @@ private:
             hn::StoreU(hn::Mul(reach, set(scale * scale)), df, near_points_[3] + i);
         }
     }
-    /// Which children are within reach of each of these points; squared_distance(c, points).
-    template <class SquaredDistance>
-    HWY_INLINE void choose_near(std::uint32_t level, std::uint32_t count, SquaredDistance&& squared_distance)
+    /// Boxes of a node's children, side by side, in the node's steps from its origin.
+    struct NodeBoxes {
+        HWY_ALIGN float lo[3][k_row];
+        HWY_ALIGN float hi[3][k_row];
+
+        HWY_INLINE explicit NodeBoxes(const model::HierarchyNode& n)
+        {
+            for (int k = 0; k < 3; ++k)
+                for (std::size_t i = 0; i < k_row; i += hn::Lanes(df)) {
+                    hn::Store(codes(n.lo[k] + i), df, lo[k] + i);
+                    hn::Store(codes(n.hi[k] + i), df, hi[k] + i);
+                }
+        }
+    };
+    using Hierarchy::to_box;
+    template <class Get>
+    static HWY_INLINE F to_box(const NodeBoxes& boxes, const V3& p, Get&& get)
+    {
+        const auto beyond = [&](F v, int k) HWY_ATTR {
+            return hn::Max(hn::Max(hn::Sub(get(boxes.lo[k]), v), hn::Sub(v, get(boxes.hi[k]))), hn::Zero(df));
+        };
+        const V3 d{beyond(p.x, 0), beyond(p.y, 1), beyond(p.z, 2)};
+        return dot(d, d);
+    }
+
+    /// From a point to the boxes of all children.
+    template <class Boxes>
+    static HWY_INLINE void put_distances(const Boxes& boxes, const V3& p, float* distance_sq)
+    {
+        for (std::size_t c = 0; c < k_row; c += hn::Lanes(df))
+            hn::Store(to_box(boxes, p, [c](const float* row) HWY_ATTR { return hn::Load(df, row + c); }), df, distance_sq + c);
+    }
+    /// A point of a list, put there as scratch.
+    HWY_INLINE V3 point_at(std::size_t i) const
+    {
+        return {set(near_points_[0][i]), set(near_points_[1][i]), set(near_points_[2][i])};
+    }
+    /// Distances of the children from where the list's points are: neighbours follow one another, so that the one in the middle
+    /// says it.
+    template <class Boxes>
+    HWY_INLINE void put_distances(std::uint32_t level, const Boxes& boxes, float* distance_sq) const
+    {
+        put_distances(boxes, point_at(lists_[level].count / 2), distance_sq);
+    }
+
+    /// Which children are within reach of each of these points. Before a vector of points is tested, what is near to none of them
+    /// is left out: children are farther from a point than from its neighbour by at most what these are apart. size: of the
+    /// boxes' coordinates.
+    template <class Boxes>
+    HWY_INLINE void choose_near(std::uint32_t level, std::uint32_t count, const Boxes& boxes, float size)
     {
         const List& list = lists_[level];
-        std::int32_t* children = children_[level];
-        for (std::size_t i = 0; i < list.count; i += hn::Lanes(df)) hn::StoreU(hn::Zero(di), di, children + i);
-        for (std::uint32_t c = 0; c < count; ++c) {
-            const I bit = child_bit(c);
-            const auto distance_sq = squared_distance(c);
-            for (std::size_t i = 0; i < list.count; i += hn::Lanes(df)) {
-                const F d_sq = distance_sq(
-                    {hn::LoadU(df, near_points_[0] + i), hn::LoadU(df, near_points_[1] + i), hn::LoadU(df, near_points_[2] + i)});
-                const M near = hn::Le(d_sq, hn::LoadU(df, near_points_[3] + i));
-                hn::StoreU(hn::Or(hn::LoadU(di, children + i), hn::IfThenElseZero(hn::RebindMask(di, near), bit)), di,
-                           children + i);
+        HWY_ALIGN float distance_sq[k_row];
+        for (std::size_t i = 0; i < list.count; i += hn::Lanes(df)) {
+            const V3 p{hn::LoadU(df, near_points_[0] + i), hn::LoadU(df, near_points_[1] + i),
+                       hn::LoadU(df, near_points_[2] + i)};
+            const F reach_sq = hn::LoadU(df, near_points_[3] + i);
+            const V3 first = point_at(i), apart = minus(p, first);
+            const F within_all = hn::MaxOfLanes(df, hn::Add(hn::Sqrt(dot(apart, apart)), hn::Sqrt(reach_sq)));
+            const F sum = hn::Add(hn::Add(hn::Abs(first.x), hn::Abs(first.y)), hn::Add(hn::Abs(first.z), set(size)));
+            // Rounding takes a little more.
+            const F limit = mul_add(within_all, set(1.0001f), hn::Mul(sum, set(4 * k_box_rounding)));
+            const F limit_sq = hn::Mul(limit, limit);
+            put_distances(boxes, first, distance_sq);
+            std::uint32_t left = 0;
+            for (std::size_t c = 0; c < k_row; c += hn::Lanes(df))
+                left |= bits(hn::Not(hn::Gt(hn::Load(df, distance_sq + c), limit_sq))) << c;
+            I children = hn::Zero(di);
+            for (left &= (1u << count) - 1; left != 0; left &= left - 1) {
+                const auto c = static_cast<std::uint32_t>(std::countr_zero(left));
+                const F d_sq = to_box(boxes, p, [c](const float* row) HWY_ATTR { return set(row[c]); });
+                children = hn::Or(children, hn::IfThenElseZero(hn::RebindMask(di, hn::Le(d_sq, reach_sq)), child_bit(c)));
             }
+            hn::StoreU(children, di, children_[level] + i);
         }
     }
 
@@ -197,17 +255,11 @@ private:
         }
         const model::HierarchyNode& n = node_at(level, node);
         put_points(lists_[level], model::vec3(n.origin), 1.f / n.step);
-        choose_near(level, children_of(level, node), [&](std::uint32_t c) HWY_ATTR {
-            return [&n, c](const V3& p) HWY_ATTR {
-                const auto beyond = [&](F v, int k) HWY_ATTR {
-                    return hn::Max(hn::Max(hn::Sub(set(n.lo[k][c]), v), hn::Sub(v, set(n.hi[k][c]))), hn::Zero(df));
-                };
-                const V3 d{beyond(p.x, 0), beyond(p.y, 1), beyond(p.z, 2)};
-                return dot(d, d);
-            };
-        });
-        for (std::uint32_t left = chosen_by_some(level); left != 0; left &= left - 1) {
-            const auto c = static_cast<std::uint32_t>(std::countr_zero(left));
+        const NodeBoxes boxes(n);
+        choose_near(level, children_of(level, node), boxes, 3 * 255.f);
+        HWY_ALIGN float distance_sq[k_row];
+        put_distances(level, boxes, distance_sq);
+        for (const std::uint32_t c : ChildOrder(distance_sq, chosen_by_some(level))) {
             take(level, c, lists_[level + 1]);
             visit(level + 1, node * k_hierarchy_width + c);
         }
@@ -218,14 +270,20 @@ private:
         LeafBoxes boxes;
         decode(arrays_.groups[group], boxes);
         put_points(lists_[level], {0, 0, 0}, 1.f);
-        const std::uint32_t leaves = leaves_of(group);
-        choose_near(level, leaves, [&](std::uint32_t c) HWY_ATTR {
-            return [&boxes, c](const V3& p)
-                       HWY_ATTR { return to_box(boxes, p, [c](const float* row) HWY_ATTR { return set(row[c]); }); };
-        });
+        const float* sphere = model_.header.sphere;
+        choose_near(level, leaves_of(group), boxes,
+                    std::abs(sphere[0]) + std::abs(sphere[1]) + std::abs(sphere[2]) + 3 * sphere[3]);
+        HWY_ALIGN float distance_sq[k_row];
+        put_distances(level, boxes, distance_sq);
+        // Two neighbours share a vector of triangles.
         const std::uint32_t chosen = chosen_by_some(level);
-        for (std::uint32_t c = 0; c < leaves; c += 2) {
-            if ((chosen >> c & 3u) == 0) continue;
+        std::uint32_t pairs = 0;
+        for (std::uint32_t c = 0; c < k_row; c += 2) {
+            const std::uint32_t pair = chosen >> c & 3u;
+            if (pair == 2 || (pair == 3 && distance_sq[c + 1] < distance_sq[c])) distance_sq[c] = distance_sq[c + 1];
+            if (pair != 0) pairs |= 1u << c;
+        }
+        for (const std::uint32_t c : ChildOrder(distance_sq, pairs)) {
             for (std::uint32_t k = 0; k < 2; ++k) {
                 leaf_list_[k].count = 0;
                 if ((chosen >> (c + k) & 1u) != 0) take_near(level, boxes, c + k, leaf_list_[k]);
@@ -327,9 +385,7 @@ private:
             each_lane(changed, [&](std::size_t lane) {
                 const auto point = static_cast<std::size_t>(at[lane]);
                 remember(near_[point], leaf, static_cast<std::uint32_t>(bits[lane]), least_sq[lane], reach_sq[lane]);
-                if (!(least_sq[lane] < points_.distance_sq[point])) return;
-                points_.distance_sq[point] = least_sq[lane];
-                points_.slot[point] = slot + static_cast<std::uint32_t>(which[lane]);
+                points_.offer(point, least_sq[lane], slot + static_cast<std::uint32_t>(which[lane]));
             });
         }
     }
@@ -366,10 +422,7 @@ private:
             hn::Store(unclear_sq, df, values[3]);
             each_lane(changed, [&](std::size_t lane) {
                 const std::int32_t point = at[lane];
-                if (values[0][lane] < points_.distance_sq[point]) {
-                    points_.distance_sq[point] = values[0][lane];
-                    points_.slot[point] = slot + static_cast<std::uint32_t>(which[lane]);
-                }
+                points_.offer(static_cast<std::size_t>(point), values[0][lane], slot + static_cast<std::uint32_t>(which[lane]));
                 points_.outside_sq[point] = std::min(points_.outside_sq[point], values[1][lane]);
                 points_.inside_sq[point] = std::min(points_.inside_sq[point], values[2][lane]);
                 points_.unclear_sq[point] = std::min(points_.unclear_sq[point], values[3][lane]);
