@@ -201,11 +201,6 @@ private:
         for (std::size_t i = old; i < 2 * old; ++i)
             if (const ContactWorkspace::Entry e = workspace_.table_[i]; e.round == workspace_.round_) entry_of(e.key) = e;
     }
-    const ContactWorkspace::Entry* find(std::uint64_t key)
-    {
-        const ContactWorkspace::Entry& e = entry_of(key);
-        return e.round == workspace_.round_ ? &e : nullptr;
-    }
     /// The value of a key, `value` where it is new.
     std::uint32_t put(std::uint64_t key, std::uint32_t value)
     {
@@ -374,27 +369,24 @@ private:
     {
         const auto first = static_cast<std::uint32_t>(meetings_);
         const std::span<SurfaceContact> contacts = std::span(workspace_.contacts_).first(count_);
+        set_vertex_entries();
         for (std::uint32_t i = 0; i < contacts.size(); ++i) {
             SurfaceContact& c = contacts[i];
             if (c.feature_a != Feature::Vertex && c.feature_b != Feature::Vertex) continue;
             if (c.region == k_unnamed) workspace_.parents_[first + i] = c.region = first + i;
-            put(vertex_key(c), c.region);
+            put_vertex(is_vertex_of_b(c), is_vertex_of_b(c) ? c.index_b : c.index_a, c.region);
         }
         for (std::uint32_t i = 0; i < contacts.size(); ++i)
             if (contacts[i].region == first + i) join_along_edges(contacts[i], first + i);
         for (std::uint32_t i = 0; i < meetings_; ++i) {
             const Meeting& m = workspace_.meetings_[i];
             for (std::size_t k = 0; k < 3; ++k) {
-                join_known(key_of(Key::Vertex, 0, a_.probe->triangles().triangle(m.a)[k]), i);
-                join_known(key_of(Key::Vertex, 1, b_.probe->triangles().triangle(m.b)[k]), i);
+                join_vertex(false, a_.probe->triangles().triangle(m.a)[k], i);
+                join_vertex(true, b_.probe->triangles().triangle(m.b)[k], i);
             }
         }
     }
     static bool is_vertex_of_b(const SurfaceContact& c) { return c.feature_b == Feature::Vertex; }
-    static std::uint64_t vertex_key(const SurfaceContact& c)
-    {
-        return is_vertex_of_b(c) ? key_of(Key::Vertex, 1, c.index_b) : key_of(Key::Vertex, 0, c.index_a);
-    }
     void join_along_edges(const SurfaceContact& c, std::uint32_t node)
     {
         const bool of_b = is_vertex_of_b(c);
@@ -405,14 +397,35 @@ private:
         const std::uint32_t start = tree.half_edge_from(vertex);
         std::uint32_t h = start;
         for (int step = 0; step < k_max_ring && h != TriangleTree::k_no_half_edge; ++step) {
-            join_known(key_of(Key::Vertex, of_b ? 1 : 0, tree.triangle(h / 3)[(h % 3 + 1) % 3]), node);
+            join_vertex(of_b, tree.triangle(h / 3)[(h % 3 + 1) % 3], node);
             h = tree.twin(3 * (h / 3) + (h % 3 + 2) % 3);
             if (h == start) break;
         }
     }
-    void join_known(std::uint64_t key, std::uint32_t node)
+    /// Gives each vertex an entry of its own behind the table that is used, where the workspace has so many: a search of the
+    /// table takes four times as long.
+    void set_vertex_entries()
     {
-        if (const ContactWorkspace::Entry* e = find(key)) join(node, e->value);
+        vertices_b_ = a_.probe != nullptr ? a_.probe->size() : 0;
+        const std::size_t count = vertices_b_ + (b_.probe != nullptr ? b_.probe->size() : 0);
+        if (count <= workspace_.table_.size() - 2 * slots_) vertices_ = 2 * slots_;
+    }
+    ContactWorkspace::Entry& entry_of_vertex(bool of_b, std::uint32_t vertex)
+    {
+        if (vertices_ == 0) return entry_of(key_of(Key::Vertex, of_b ? 1 : 0, vertex));
+        return workspace_.table_[vertices_ + (of_b ? vertices_b_ : 0) + vertex];
+    }
+    void put_vertex(bool of_b, std::uint32_t vertex, std::uint32_t node)
+    {
+        if (vertices_ == 0)
+            put(key_of(Key::Vertex, of_b ? 1 : 0, vertex), node);
+        else if (ContactWorkspace::Entry& e = entry_of_vertex(of_b, vertex); e.round != workspace_.round_)
+            e = {0, node, workspace_.round_};
+    }
+    void join_vertex(bool of_b, std::uint32_t vertex, std::uint32_t node)
+    {
+        const ContactWorkspace::Entry& e = entry_of_vertex(of_b, vertex);
+        if (e.round == workspace_.round_) join(node, e.value);
     }
 
     /// From roots to 0, 1, 2, ... in the order of the roots.
@@ -467,6 +480,7 @@ private:
     const Affine b_in_a_;
     ContactResult result_;
     std::size_t slots_ = ContactWorkspace::k_least_slots, used_ = 0;  // of the table
+    std::size_t vertices_ = 0, vertices_b_ = 0;                       // entries before those of vertices; of a's vertices
     std::size_t count_ = 0;                                           // contacts kept
     std::size_t meetings_ = 0;                                        // kept
     std::uint32_t supported_ = k_unnamed;                             // contacts before the first support

@@ -504,6 +504,29 @@ TEST(SurfaceContacts, EveryRegionKeepsAContactWhenReduced)
     }
 }
 
+TEST(SurfaceContacts, ReducedContactsAreTheSameWhereAWorkspaceHasLessSpaceThanABodyVertices)
+{
+    const test::Solid ball(mesh::sphere(1, 4));
+    test::Random random(15);
+    std::size_t regions = 0;
+    for (int i = 0; i < 10; ++i) {
+        const Body a = ball.at(test::random_pose(random, 0)),
+                   b = ball.at(test::shifted(random.between(1.96, 1.995) * random.direction()));
+        ContactWorkspace small(100), large(10000);
+        const ContactResult few = query_contacts(a, b, {.per_region = 4}, small),
+                            all = query_contacts(a, b, {.per_region = 4}, large);
+        EXPECT_EQ(few.status, k_ok);
+        EXPECT_EQ(few.regions, all.regions);
+        ASSERT_EQ(few.contacts.size(), all.contacts.size());
+        for (std::size_t k = 0; k < all.contacts.size(); ++k) {
+            EXPECT_EQ(few.contacts[k].witness.on_a, all.contacts[k].witness.on_a);
+            EXPECT_EQ(few.contacts[k].region, all.contacts[k].region);
+        }
+        regions += all.regions;
+    }
+    EXPECT_GT(regions, 5u);
+}
+
 TEST(SurfaceContacts, FirstOnlySaysWhetherThereIsAny)
 {
     const test::Solid hand(test::small_hand()), ring(test::small_torus());
