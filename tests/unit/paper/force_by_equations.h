@@ -16,6 +16,15 @@ namespace sqmap::paper::by_equations {
 
 /// rad: errors of the kernels' sines, cosines and angles beside functions in double (docs/algorithms/paper-map.md, Powers).
 inline constexpr double k_angle_rounding = 4e-7;
+/// rad: the same, and of the cell that the angles are in.
+inline constexpr double k_shifted_angle = 1e-6;
+/// Errors that the kernels' powers, sines and angles leave in the coordinates of a foot, as a share of its size.
+inline constexpr double k_position_rounding = 1e-6;
+/// A force may be off by so many times what one shift of all angles and positions moves it: each operation rounds by itself.
+inline constexpr double k_shifts_margin = 4;
+
+/// A unit vector across a unit vector.
+inline Vec3d perpendicular_to(Vec3d n) { return normalized(cross(n, std::abs(n.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0})); }
 
 /// Depth and normal at a point.
 struct Spring {
@@ -31,7 +40,8 @@ struct Cell {
     {
         const auto n = static_cast<double>(rows - 1), m = static_cast<double>(columns);
         const double at_y = std::clamp((angles.eta / M_PI + 0.5) * n, 0., n);
-        const double at_x = std::clamp((angles.omega / (2 * M_PI) + 0.5) * m, 0., m);
+        double at_x = (angles.omega / (2 * M_PI) + 0.5) * m;
+        at_x += at_x < 0 ? m : at_x > m ? -m : 0.;  // columns go around
         row = std::min(static_cast<std::size_t>(at_y), rows - 2);
         column = std::min(static_cast<std::size_t>(at_x), columns - 1);
         y = at_y - static_cast<double>(row);
@@ -73,36 +83,43 @@ public:
         if (is_unsteady(angles)) return std::nullopt;
         if (options_.nearest_steps == 0 || options_.layer == query::Layer::Two || (a.flags & k_projection_behind) != 0)
             return spring_of_foot(a, angles, p);
-        const std::optional<Shown> shown = shown_at(angles);
-        if (!shown) return std::nullopt;
-        if (!shown->has_surface()) return spring_of_foot(a, angles, p);
         Outcomes out;
-        follow(a, *shown, p, options_.nearest_steps, out);
-        return out.agreed(2e-5 * size());
+        for (const Shift& shift : k_shifts) {
+            const std::optional<Shown> shown = shown_at(angles, shift);
+            if (!shown) return std::nullopt;
+            if (shown->has_surface())
+                follow(a, *shown, p, {options_.nearest_steps, shift}, out);
+            else if (shift.is_none())
+                return spring_of_foot(a, angles, p);
+            else
+                return std::nullopt;
+        }
+        return out.agreed(1e-4 * size());
     }
 
     /// The spring that closest-point steps from the part's table of surfaces lead to; without a normal: they start at none that
-    /// is nearer than a distance. Nothing where rounding may decide.
-    [[nodiscard]] std::optional<Spring> spring_of_table(Vec3d p, double within) const
+    /// is nearer than the nearest so far. Nothing where rounding may decide.
+    [[nodiscard]] std::optional<Spring> spring_of_table(Vec3d p, const Spring& nearest) const
     {
         Outcomes out;
-        // Seeds lie on borders of cells, to rounding.
-        for (const double side : {-1e-6, 1e-6})
-            for (const double up : {-1e-6, 1e-6}) {
-                const std::optional<Shown> shown = shown_at(table_start(p), {up, side});
-                if (!shown) return std::nullopt;
-                if (!shown->has_surface() || shown->is_cut) {
-                    out.springs.push_back({});
-                    continue;
-                }
-                const double length = norm(shown->surface - p), depth = dot(shown->surface - p, shown->normal);
-                if (std::min(std::abs(length - within), std::abs(depth)) < 1e-6 * size()) return std::nullopt;
-                if (length < within && depth > 0)
-                    follow({}, *shown, p, options_.nearest_steps, out);
-                else
-                    out.springs.push_back({});
+        const shape::SurfaceAngles<double> start = table_start(p);
+        for (const Shift& shift : k_shifts) {
+            if (shift.is_none()) continue;  // seeds lie on borders of cells
+            const std::optional<Shown> shown = shown_at(start, shift);
+            if (!shown) return std::nullopt;
+            if (!shown->has_surface() || shown->is_cut) {
+                out.springs.push_back({});
+                continue;
             }
-        return out.agreed(2e-5 * size());
+            const double length = norm(shown->surface - p), depth = dot(shown->surface - p, shown->normal);
+            const double closer = nearest.depth - length, rounding = 1e-6 * size();
+            if (std::abs(closer) < rounding + nearest.rounding || std::abs(depth) < rounding) return std::nullopt;
+            if (closer > 0 && depth > 0)
+                follow({}, *shown, p, {options_.nearest_steps, shift}, out);
+            else
+                out.springs.push_back({});
+        }
+        return out.agreed(1e-4 * size());
     }
 
 private:
@@ -119,6 +136,13 @@ private:
         bool is_cut = false;
         [[nodiscard]] bool has_surface() const { return norm(normal) > 0; }
     };
+    /// The way in which float rounds a foot's angles and the position that a step is taken to: 0, or 1 towards either side.
+    struct Shift {
+        int eta, omega, along, across;
+        [[nodiscard]] bool is_none() const { return eta == 0; }
+    };
+    static constexpr Shift k_shifts[] = {{0, 0, 0, 0},   {-1, -1, -1, -1}, {-1, 1, -1, 1}, {1, -1, 1, -1}, {1, 1, 1, 1},
+                                         {-1, -1, 1, 1}, {-1, 1, 1, -1},   {1, -1, -1, 1}, {1, 1, -1, -1}};
     /// Springs of which rounding to float may choose any.
     struct Outcomes {
         std::vector<Spring> springs;
@@ -132,7 +156,7 @@ private:
             for (const Spring& s : springs) {
                 const double apart = norm(s.depth * s.normal - out.depth * out.normal);
                 if (apart > within || (norm(s.normal) > 0) != (norm(out.normal) > 0)) return std::nullopt;
-                out.rounding = std::max(out.rounding, s.rounding + apart);
+                out.rounding = std::max(out.rounding, s.rounding + k_shifts_margin * apart);
             }
             if (out.rounding > within) return std::nullopt;
             return out;
@@ -156,28 +180,35 @@ private:
     }
 
     [[nodiscard]] double size() const { return std::max({sq_.a.x, sq_.a.y, sq_.a.z}); }
-    /// The surface below a foot. nudge: which side of a border its cell is on. Nothing where rounding decides what is read.
-    [[nodiscard]] std::optional<Shown> shown_at(shape::SurfaceAngles<double> angles,
-                                                shape::SurfaceAngles<double> nudge = {}) const
+    /// The surface below a foot, whose angles float may have shifted. Nothing where rounding decides what is read.
+    [[nodiscard]] std::optional<Shown> shown_at(shape::SurfaceAngles<double> angles, const Shift& shift) const
     {
-        const bool is_nudged = nudge.eta != 0 || nudge.omega != 0;
-        if (!is_nudged && is_unsteady(angles)) return std::nullopt;
-        const std::optional<Sample> sample = finest_sample({angles.eta + nudge.eta, angles.omega + nudge.omega});
+        const shape::SurfaceAngles<double> at{angles.eta + k_shifted_angle * shift.eta,
+                                              angles.omega + k_shifted_angle * shift.omega};
+        const std::optional<Sample> sample = finest_sample(at);
         if (!sample) return std::nullopt;
         const auto foot = shape::surface_point(sq_, angles);
         return Shown{angles, foot.point - sample->distance * foot.normal, sample->normal, sample->is_cut};
     }
+    /// Steps that are left, and how float shifts what they read.
+    struct Going {
+        int steps;
+        Shift shift;
+    };
     /// Closest-point steps as documented: the foot of the point's projection on the surface's tangent plane, by Newton's method
     /// from the foot before; a step counts while its surface is nearer.
-    void follow(const PartAnswer& a, const Shown& from, Vec3d p, int steps, Outcomes& out) const
+    void follow(const PartAnswer& a, const Shown& from, Vec3d p, const Going& going, Outcomes& out) const
     {
         const auto stay = [&] {
             const std::optional<Spring> spring = spring_of_foot(a, from.angles, p);
             out.is_known = out.is_known && spring.has_value();
             if (spring) out.springs.push_back(*spring);
         };
-        if (steps == 0 || !out.is_known) return stay();
-        const Vec3d target = p + dot(from.surface - p, from.normal) * from.normal;
+        if (going.steps == 0 || !out.is_known) return stay();
+        const Vec3d u = perpendicular_to(from.normal), v = cross(from.normal, u);
+        const double moved = k_position_rounding * (size() + norm(p));
+        const Vec3d target = p + dot(from.surface - p, from.normal) * from.normal +
+                             moved * (double(going.shift.along) * u + double(going.shift.across) * v);
         std::vector<double> misses;
         // The miss at which the iteration ends is float's, of that share of the largest semi-axis.
         for (const double tolerance : {0.9e-5, 1.1e-5}) {
@@ -185,14 +216,15 @@ private:
                                                  {.max_iterations = 10, .tolerance = tolerance});
             if (!misses.empty() && misses.back() == foot.miss) continue;
             misses.push_back(foot.miss);
-            if (std::abs(foot.miss - 1e-3 * size()) < 1e-6 * size()) out.is_known = false;
-            const std::optional<Shown> next = shown_at(shape::angles_of(foot.position));
+            const shape::SurfaceAngles<double> angles = shape::angles_of(foot.position);
+            if (std::abs(foot.miss - 1e-3 * size()) < 1e-6 * size() || is_unsteady(angles)) out.is_known = false;
+            const std::optional<Shown> next = shown_at(angles, going.shift);
             if (!next) out.is_known = false;
             if (!out.is_known) return;
             const double nearer = norm(from.surface - p) - norm(next->surface - p), rounding = 1e-6 * size();
             const bool shows = foot.miss <= 1e-3 * size() && next->has_surface();
             if (!shows || nearer < rounding) stay();
-            if (shows && nearer > -rounding) follow(a, *next, p, steps - 1, out);
+            if (shows && nearer > -rounding) follow(a, *next, p, {going.steps - 1, going.shift}, out);
         }
     }
     /// The start that the table of surfaces has for the cell about a point.
@@ -467,11 +499,11 @@ inline std::optional<Spring> spring_by_equations(const model::ModelView& view, V
         const MapView map = map_of(view, i);
         const float* sphere = view.parts[i].sphere;
         const auto radius = static_cast<double>(sphere[3]);
-        const double key = least ? least->depth : INFINITY,
-                     beyond = norm(point - cast<double>(model::vec3(sphere))) - radius - std::min(key, 0.5 * radius);
+        const Spring nearest = least.value_or(Spring{.depth = INFINITY});
+        const double beyond = norm(point - cast<double>(model::vec3(sphere))) - radius - std::min(nearest.depth, 0.5 * radius);
         if (map.surface_seeds.empty() || beyond > 1e-6 * r) continue;
         if (beyond > -1e-6 * r) return std::nullopt;
-        const std::optional<Spring> found = MapByEquations(map, options, smoothed).spring_of_table(point, key);
+        const std::optional<Spring> found = MapByEquations(map, options, smoothed).spring_of_table(point, nearest);
         if (!found) return std::nullopt;
         if (norm(found->normal) > 0) hear(*found);
     }
