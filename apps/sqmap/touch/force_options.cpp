@@ -46,7 +46,8 @@ void add_force_options(Command& command, TouchOptions& o)
     forces.choice("--projector", o.paper.projector, k_projectors, "How feet are found on models baked with --projection normal",
                   "newton|pyramid|printed");
     forces.flag("--offset", o.zone.offset, "Move the surface out by eq. 12, against tunnelling");
-    forces.choice("--layer", o.zone.layer, k_touch_layers, "Layer to query; auto: exact for a sphere or a point, 3 for a mesh",
+    forces.choice("--layer", o.zone.layer, k_touch_layers,
+                  "Layer to query; auto: exact for a sphere or a point, 3 for a mesh and for --force paper",
                   "auto|2|3|gate|exact");
     forces
         .option("--gate", o.zone.gate,

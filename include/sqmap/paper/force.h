@@ -9,7 +9,7 @@ namespace sqmap::paper {
 
 /// The paper's force: each contact's spring by eqs. 21, 26 and 32 on the smoothed map of a paper model, averaged over the zone,
 /// and nothing that blends it over time. With Projector::Printed the depth is eq. 21's, |S - D(P_M)|, on the map of the zone's
-/// layer; with the other projectors that of the tangent plane at the foot, on the finest map. Projector, openings, pruning and
+/// layer; with the other projectors that to the smoothed surface about the foot. Projector, openings, pruning and
 /// closest-point steps are the model's own options (Reading::set_options); layer, k_L (ZoneOptions::gate), eq. 12's offset and
 /// stiffness the zone's; the friction the material's.
 [[nodiscard]] inline haptic::ZoneOptions with_paper_force(haptic::ZoneOptions options)
