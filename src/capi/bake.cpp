@@ -189,7 +189,7 @@ bool gives_maps(const sqmap_paper_options& o)
 }
 
 /// Section 4.1.
-paper::MapOptions map_options(const sqmap_paper_options& o, bool is_normal)
+paper::MapOptions map_options(const sqmap_paper_options& o, bool is_paper)
 {
     paper::MapOptions out;
     if (o.rows != 0 || o.columns != 0) {
@@ -207,7 +207,7 @@ paper::MapOptions map_options(const sqmap_paper_options& o, bool is_normal)
     if (const int max = paper::greatest_smoothing_radius(out); out.smoothing_radius > max)
         throw Failure{SQMAP_E_ARGUMENT, of_paper("smoothing_radius"),
                       "is more than " + std::to_string(max) + ", the greatest for so few rows", "give less, or more rows"};
-    if (gives_maps(o) && !is_normal)
+    if (gives_maps(o) && !is_paper)
         throw Failure{SQMAP_E_ARGUMENT, "options.projection", "is central, and options of the paper's maps are given",
                       "set it to 1, for a paper model"};
     return out;

@@ -117,7 +117,7 @@ public:
         }
     }
 
-    /// A coordinate from the next token. What a file cut within its last token leaves is a truncation, not a bad format.
+    /// A coordinate from the next token. A token that the end of the file cuts is a truncation, not a bad format.
     double number(std::string_view t)
     {
         double value = 0;

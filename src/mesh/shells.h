@@ -38,7 +38,7 @@ std::uint32_t split_fans(Surface& surface, const std::vector<std::uint32_t>& mat
 std::vector<std::uint32_t> components(std::size_t face_count, const std::vector<std::uint32_t>& mate);
 
 /// Shells turned outward: all of them where their sum is inside out, then each that is inside out without lying in the
-/// solid of the others. Those that do are cavities.
+/// solid of the others. Shells that do lie there are cavities.
 struct Shells {
     std::uint32_t turned_count = 0;  ///< faces
     std::uint32_t cavity_count = 0;

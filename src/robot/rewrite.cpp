@@ -43,7 +43,8 @@ void make_shapes(Task& task, const fs::path& robot_file, const RewriteOptions& o
         const bool is_solid = !loaded.admitted.refused() && loaded.admitted.solid;
         task.row.verdict =
             loaded.admitted.refused() ? mesh::name_of(loaded.admitted.diagnosis.code) : mesh::name_of(loaded.admitted.admission);
-        // A mesh that was taken unchanged is its own solid. What a repair or a cure drops or moves is held beside the solid.
+        // A mesh that was taken unchanged is its own solid. Of any other, its shapes hold the triangles of the file too: a repair
+        // may have dropped or moved some.
         std::vector<std::array<Vec3d, 3>> held;
         const bool is_unchanged = is_solid && loaded.admitted.admission == mesh::Admission::Accept;
         if (!is_unchanged)
@@ -108,7 +109,7 @@ private:
         return line == std::string::npos ? "\n" : text.substr(line);
     }
 
-    /// The comment of a shape. What all of them together cost stands in the first one's.
+    /// The comment of a shape. The first shape's says what all shapes together cost.
     static std::string words_of(const Colliders& colliders, std::size_t i)
     {
         const std::size_t count = colliders.items.size();

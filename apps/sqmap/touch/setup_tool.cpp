@@ -20,7 +20,7 @@ namespace sqmap::app {
 namespace {
 
 // A contact on the paper's maps takes about 2 microseconds: what a tick of 1 ms has time for.
-constexpr double k_touching_on_normal_maps = 300;
+constexpr double k_touching_on_paper_maps = 300;
 constexpr double k_least_radius = 1e-6;
 
 /// FNV-1a over the bits of points: tells one tool from another.
@@ -66,7 +66,7 @@ void TouchSetup::load_tool(const std::filesystem::path& beside)
     haptic::ToolDescription tool{.radius = options_.zone_radius, .zones = zones_};
     std::vector<Vec3d> flat;  // of a hand: the file's points
     if (!options_.touching_wished && std::any_of(views_.begin(), views_.end(), paper::is_paper))
-        options_.tool_touching = std::min(options_.tool_touching, k_touching_on_normal_maps);
+        options_.tool_touching = std::min(options_.tool_touching, k_touching_on_paper_maps);
     tool.ball_radius = k_tool_radius;
     if (options_.tolerance >= 0) tool.tolerance = options_.tolerance;
     haptic::Smoothing& smoothing = options_.zone.smoothing;

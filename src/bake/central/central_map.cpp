@@ -204,7 +204,7 @@ void set_range(const Projection& projection, model::SampleRange range, CentralMa
     map.quantisation = 0.5 * range.w_step / (projection.least_w() * projection.least_w()) * std::max({axes.x, axes.y, axes.z});
 }
 
-/// The cheapest resolution: too coarse a base is split everywhere, too fine a one stores what nobody needs. A map that is full
+/// The cheapest resolution: too coarse a base is split everywhere, too fine a one stores needless samples. A map that is full
 /// takes fewer bytes for what it leaves out, so it is none beside one that is not, and finer bases would be full too.
 CentralMapData best_map(const Projection& projection, const CentralOptions& options)
 {

@@ -5,6 +5,7 @@
 #include "math/random.h"
 #include "sqmap/math/assert.h"
 #include "sqmap/math/box.h"
+#include "sqmap/mesh/error.h"
 
 #include <algorithm>
 #include <cmath>
@@ -289,6 +290,8 @@ LayerErrors layer_errors(const model::ModelView& baked, SampledSolid& samples, c
 
 Evaluation evaluate(const model::ModelView& baked, const mesh::Solid& solid, const EvaluateOptions& options)
 {
+    if (baked.header.projection != 0)
+        throw mesh::InvalidInput("bake::evaluate needs central maps, and this is a paper model: paper::evaluate measures both");
     const model::ModelView model = model::normalized(baked);
     return evaluate_along(model, solid, options, [&](std::uint32_t i, Vec3f p, query::Layer layer) {
         const model::Part& part = model.parts[i];

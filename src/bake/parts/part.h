@@ -59,7 +59,7 @@ struct MeasuredPart {
 [[nodiscard]] double enclosed_volume(const mesh::Mesh& mesh, const Patch& patch);
 
 /// The mesh in its principal frame: vertices turned and sorted there, every triangle in its old order but starting at its least
-/// vertex. What is computed from it depends on the mesh's frame through rounding only.
+/// vertex. Results computed from it depend on the mesh's frame through rounding only.
 struct CanonicalMesh {
     mesh::Mesh mesh;
     Mat3d frame;  ///< turns model space into the canonical frame

@@ -1,5 +1,5 @@
-// Garland, Heckbert, "Surface simplification using quadric error metrics", 1997, orders the collapses. What they may do is
-// bounded by samples of the surface that every triangle carries (Klein, Liebich, Strasser 1996).
+// Garland, Heckbert, "Surface simplification using quadric error metrics", 1997, orders the collapses. Samples
+// of the surface, which every triangle carries, bound how far they may move it (Klein, Liebich, Strasser 1996).
 #include "steps.h"
 
 #include "enclosed.h"

@@ -117,7 +117,8 @@ private:
 
     void polytopes() override {}  // the paper's layer 1 is the superquadrics
     void locator() override {}    // only the exact layer has cells
-    /// Charts lead to the cells and are dropped, planes and seeds with them.
+    /// The exact layer's lists belong to the locator's cells, and the locator is made from central maps: they are baked for it
+    /// and dropped, with its planes and seeds, since paper models answer contacts from the paper's maps.
     void exact() override
     {
         if (!options_.exact || header_.solid == 0) return;

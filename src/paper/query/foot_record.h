@@ -1,4 +1,4 @@
-// A foot search tells its steps to a record, and nothing where nobody records them.
+// The empty record of a foot search: a search tells its record each step, and this one keeps none.
 #pragma once
 
 #include <cstdint>

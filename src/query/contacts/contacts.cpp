@@ -5,7 +5,7 @@
 #include "crossing_rows.h"
 #include "manifold.h"
 #include "own_part.h"
-#include "separation.h"
+#include "separating_axes.h"
 #include "supports.h"
 
 #include "math/union_find.h"

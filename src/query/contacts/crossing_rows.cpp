@@ -4,7 +4,7 @@
 // differences of two coordinates: here of two sides and of the step from one to the other, or of two sides and a step of one
 // triangle, whose products many determinants share.
 #include "crossing_rows.h"
-#include "separation.h"
+#include "separating_axes.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "query/contacts/crossing_rows.cpp"

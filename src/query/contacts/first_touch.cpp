@@ -1,247 +1,218 @@
-// Times are divided until a direction separates the features all through a piece of time: their difference is linear in time and
-// in the position on either feature, so its corner values bound it (B. Wang, Z. Ferguson, T. Schneider, X. Jiang, M. Attene, D.
-// Panozzo, "A large scale benchmark and an inclusion-based algorithm for continuous collision detection", TOG 40(5), 2021, divide
-// all three parameters and test along the axes; a direction chosen for the middle of the piece spares the other two).
+// The first touch of two bodies: the motion is halved while triangles are within its reach, down to pieces along which points
+// move on chords; in these the elementary queries find the touch of triangles that are near each other.
 #include "sqmap/query/first_touch.h"
+#include "candidates.h"
+#include "sqmap/query/clearance.h"
+#include "sqmap/query/contacts.h"
+#include "sqmap/query/swept.h"
 
-#include "math/triangle.h"
-#include "math/twofold.h"
+#include "sqmap/math/rotation.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <type_traits>
 
 namespace sqmap::query {
 namespace {
 
-constexpr int k_deepest = 30;  // halvings: 1e-9
-constexpr int k_doubtful = 8;  // from here on numbers of twice the digits are tried too
-constexpr int k_max_steps = 4096;
-constexpr double k_rounding = 64 * 0x1p-53;
-// Pieces that double cannot decide are searched on in numbers of twice the digits, so many halvings more.
-constexpr int k_deepest_twofold = 45, k_max_steps_twofold = 400;
-constexpr double k_rounding_twofold = 64 * 0x1p-100;
-
-/// Corners of both features at a time.
-template <class Real, std::size_t N, std::size_t M>
-struct Features {
-    std::array<Vec3<Real>, N> a;
-    std::array<Vec3<Real>, M> b;
-};
-
-/// The nearest positions of two segments (C. Ericson, Real-Time Collision Detection, 2005, 5.1.9): their difference.
-Vec3d between_segments(const std::array<Vec3d, 2>& a, const std::array<Vec3d, 2>& b)
-{
-    const Vec3d da = a[1] - a[0], db = b[1] - b[0], r = a[0] - b[0];
-    const double aa = norm_sq(da), bb = norm_sq(db), ab = dot(da, db), ar = dot(da, r), br = dot(db, r);
-    const double over = aa * bb - ab * ab;
-    double s = over > 0 ? std::clamp((ab * br - ar * bb) / over, 0., 1.) : 0.;
-    double t = bb > 0 ? (ab * s + br) / bb : 0.;
-    if (t < 0 || t > 1 || !(bb > 0)) {
-        t = std::clamp(t, 0., 1.);
-        s = aa > 0 ? std::clamp((ab * t - ar) / aa, 0., 1.) : 0.;
-    }
-    return (a[0] + s * da) - (b[0] + t * db);
-}
-
-/// Directions that may separate them: between their nearest positions, and the normal that is common to both.
-std::array<Vec3d, 2> directions(const Features<double, 1, 3>& f)
-{
-    return {f.a[0] - closest_point_on_triangle(f.a[0], f.b[0], f.b[1], f.b[2]), cross(f.b[1] - f.b[0], f.b[2] - f.b[0])};
-}
-std::array<Vec3d, 2> directions(const Features<double, 2, 2>& f)
-{
-    return {between_segments(f.a, f.b), cross(f.a[1] - f.a[0], f.b[1] - f.b[0])};
-}
-// The same without a division: normals of faces and sides, and from corner to corner. Each separates where the nearest positions
-// are in its features.
-std::array<Vec3<Twofold>, 7> directions(const Features<Twofold, 1, 3>& f)
-{
-    const Vec3<Twofold> n = cross(f.b[1] - f.b[0], f.b[2] - f.b[0]);
-    return {n,
-            cross(f.b[1] - f.b[0], n),
-            cross(f.b[2] - f.b[1], n),
-            cross(f.b[0] - f.b[2], n),
-            f.a[0] - f.b[0],
-            f.a[0] - f.b[1],
-            f.a[0] - f.b[2]};
-}
-std::array<Vec3<Twofold>, 9> directions(const Features<Twofold, 2, 2>& f)
-{
-    const Vec3<Twofold> da = f.a[1] - f.a[0], db = f.b[1] - f.b[0];
-    const auto beside = [](const Vec3<Twofold>& along, const Vec3<Twofold>& w) {
-        return dot(along, along) * w - dot(along, w) * along;
-    };
-    return {cross(da, db),
-            beside(da, f.b[0] - f.a[0]),
-            beside(da, f.b[1] - f.a[0]),
-            beside(db, f.a[0] - f.b[0]),
-            beside(db, f.a[1] - f.b[0]),
-            f.a[0] - f.b[0],
-            f.a[0] - f.b[1],
-            f.a[1] - f.b[0],
-            f.a[1] - f.b[1]};
-}
-
-/// The first number changes its sign where one feature passes through the plane of the other (for edges: the common plane). The
-/// others, sides of the borders, all have one sign where the features overlap.
-std::array<double, 4> sides(const Features<double, 1, 3>& f)
-{
-    const Vec3d p = f.a[0], n = cross(f.b[1] - f.b[0], f.b[2] - f.b[0]);
-    const auto side = [&](const Vec3d& from, const Vec3d& to) { return dot(n, cross(to - from, p - from)); };
-    return {dot(n, p - f.b[0]), side(f.b[0], f.b[1]), side(f.b[1], f.b[2]), side(f.b[2], f.b[0])};
-}
-std::array<double, 5> sides(const Features<double, 2, 2>& f)
-{
-    const Vec3d da = f.a[1] - f.a[0], db = f.b[1] - f.b[0], n = cross(da, db), w = f.b[0] - f.a[0];
-    const double nn = norm_sq(n), s = dot(cross(w, db), n), t = dot(cross(w, da), n);
-    return {dot(n, w), s, nn - s, t, nn - t};
-}
-
-template <std::size_t N, std::size_t M>
-class Search {
+/// A piece of the motion: positions of b's points in a's frame at both ends.
+class MotionPiece {
 public:
-    Search(const MovingPoint (&a)[N], const MovingPoint (&b)[M], const TouchOptions& options)
-        : a_(a), b_(b), until_(options.until), separation_(options.separation)
+    /// sag: how far a point is off its chord at most.
+    MotionPiece(const TriangleTree& a, const TriangleTree& b, const Affine (&ends)[2], double sag)
+        : a_(a), b_(b), ends_{ends[0], ends[1]}, options_{.separation = sag, .until = 1}
     {
-        for (const MovingPoint& p : a) include(largest_, p);
-        for (const MovingPoint& p : b) include(largest_, p);
     }
 
-    Touch run() const
+    /// Share of the piece; nothing touches where it is 1 or later.
+    [[nodiscard]] Touch touch() const { return found_; }
+
+    bool take(std::span<const TrianglePair> pairs)
     {
-        if (!std::isfinite(largest_ + separation_)) return {true, 0};
-        return search<double>({0., 1., 0, false}, k_rounding, k_max_steps, [this](const Piece<double>& piece) {
-            if (piece.is_sure || surely_touches(piece)) return piece.depth < k_deepest ? Verdict::Sure : Verdict::Touch;
-            // A separation beyond rounding is known well enough.
-            if (separation_ > k_rounding * largest_) return piece.depth < k_deepest ? Verdict::Open : Verdict::Touch;
-            if (piece.depth < k_doubtful) return Verdict::Open;
-            const Piece<Twofold> twofold{piece.first, piece.last, 0, false};
-            if (is_apart(twofold, k_rounding_twofold)) return Verdict::Apart;
-            if (piece.depth < k_deepest) return Verdict::Open;
-            const Touch touch = search<Twofold>(twofold, k_rounding_twofold, k_max_steps_twofold, [](const Piece<Twofold>& p) {
-                return p.depth < k_deepest_twofold ? Verdict::Open : Verdict::Touch;
-            });
-            return touch.touches ? Verdict::Touch : Verdict::Apart;
-        });
+        for (const TrianglePair& pair : pairs) {
+            for (std::uint32_t k = 0; k < 3; ++k) {
+                if (is_own_corner(b_, pair.b, k)) offer_vertex_of_b(pair, k);
+                if (is_own_corner(a_, pair.a, k)) offer_vertex_of_a(pair, k);
+            }
+            for (std::uint32_t i = 0; i < 3; ++i)
+                for (std::uint32_t j = 0; j < 3; ++j)
+                    if (is_own_edge(a_, 3 * pair.a + i) && is_own_edge(b_, 3 * pair.b + j)) offer_edges(pair, i, j);
+        }
+        return options_.until > 0;
     }
 
 private:
-    template <class Real>
-    struct Piece {
-        Real first, last;
-        int depth;
-        bool is_sure;  ///< a touch lies in it, and only its time is sought
-    };
-    enum class Verdict : std::uint8_t { Open, Sure, Touch, Apart };
-
-    static void include(double& largest, const MovingPoint& p)
+    // A vertex belongs to one of its triangles, an edge to one of its two: each is tested once against a triangle or an edge.
+    static bool is_own_corner(const TriangleTree& tree, std::uint32_t t, std::uint32_t k)
     {
-        for (int k = 0; k < 3; ++k) {
-            // Not by std::max, which forgets NaN.
-            const double v = std::abs(p.from[k]), w = std::abs(p.to[k]);
-            if (!(v <= largest)) largest = v;
-            if (!(w <= largest)) largest = w;
-        }
+        return tree.half_edge_from(tree.triangle(t)[k]) == 3 * t + k;
+    }
+    static bool is_own_edge(const TriangleTree& tree, std::uint32_t half_edge) { return half_edge <= tree.twin(half_edge); }
+
+    MovingPoint of_a(std::uint32_t t, std::uint32_t k) const
+    {
+        const Vec3d p = a_.point(a_.triangle(t)[k % 3]);
+        return {p, p};
+    }
+    MovingPoint of_b(std::uint32_t t, std::uint32_t k) const
+    {
+        const Vec3d p = b_.point(b_.triangle(t)[k % 3]);
+        return {apply(ends_[0], p), apply(ends_[1], p)};
+    }
+    void offer(const Touch& touch)
+    {
+        if (!touch.touches || (found_.touches && touch.time >= found_.time)) return;
+        found_ = touch;
+        options_.until = touch.time;
+    }
+    void offer_vertex_of_b(const TrianglePair& pair, std::uint32_t k)
+    {
+        const MovingPoint triangle[3] = {of_a(pair.a, 0), of_a(pair.a, 1), of_a(pair.a, 2)};
+        offer(first_touch(of_b(pair.b, k), triangle, options_));
+    }
+    void offer_vertex_of_a(const TrianglePair& pair, std::uint32_t k)
+    {
+        const MovingPoint triangle[3] = {of_b(pair.b, 0), of_b(pair.b, 1), of_b(pair.b, 2)};
+        offer(first_touch(of_a(pair.a, k), triangle, options_));
+    }
+    void offer_edges(const TrianglePair& pair, std::uint32_t i, std::uint32_t j)
+    {
+        const MovingPoint a[2] = {of_a(pair.a, i), of_a(pair.a, i + 1)}, b[2] = {of_b(pair.b, j), of_b(pair.b, j + 1)};
+        offer(first_touch(a, b, options_));
     }
 
-    /// judge: of a piece that no direction separates.
-    template <class Real, class Judge>
-    Touch search(const Piece<Real>& whole, double rounding, int max_steps, Judge&& judge) const
+    const TriangleTree &a_, &b_;
+    const Affine ends_[2];
+    TouchOptions options_;
+    Touch found_{};
+};
+
+/// How far a body's points are from its frame's origin at most.
+double reach_from_origin(const TriangleTree& tree) { return norm(centre(tree.box())) + 0.5 * norm(size(tree.box())); }
+double angle_between(const Pose& from, const Pose& to) { return norm(rotation_vector(to.rotation * transpose(from.rotation))); }
+
+/// How b moves as a sees it; each moves as between() says, along a straight line and about its frame's origin.
+struct Motion {
+    double turn_a, turn_b;  ///< radians
+    double bend;            ///< of a point's path, the greatest second derivative by the share of the motion
+    double length;          ///< of a point's path, at most
+
+    Motion(const Body& a, const Pose& to_a, const Body& b, const Pose& to_b)
+        : turn_a(angle_between(a.pose, to_a)), turn_b(angle_between(b.pose, to_b))
     {
-        // Pieces of time that are still to be searched, the earliest on top.
-        std::array<Piece<Real>, std::max(k_deepest, k_deepest_twofold) + 2> stack;
-        std::size_t size = 0;
-        stack[size++] = whole;
-        for (int step = 0; size > 0; ++step) {
-            const Piece<Real> piece = stack[--size];
-            if (std::is_same_v<Real, double> && rounded(piece.first) >= until_) return {};
-            if (is_apart(piece, rounding)) continue;
-            const Verdict verdict = step >= max_steps ? Verdict::Touch : judge(piece);
-            if (verdict == Verdict::Touch) return {true, rounded(piece.first)};
-            if (verdict == Verdict::Apart) continue;
-            const Real middle = middle_of(piece);
-            const bool is_sure = verdict == Verdict::Sure;
-            stack[size++] = {middle, piece.last, piece.depth + 1, is_sure};
-            stack[size++] = {piece.first, middle, piece.depth + 1, is_sure};
-        }
-        return {};
+        const double reach = reach_from_origin(b.probe->triangles());
+        const Vec3d first = b.pose.translation - a.pose.translation, last = to_b.translation - to_a.translation;
+        // In a's frame, which turns, a point has the acceleration of its own turn, that of Coriolis and the centrifugal one.
+        const double speed = turn_b * reach + norm(last - first), farthest = std::max(norm(first), norm(last)) + reach;
+        bend = turn_b * turn_b * reach + 2 * turn_a * speed + turn_a * turn_a * farthest;
+        length = speed + turn_a * farthest;
+    }
+    /// Pieces within which paths are straight to a thousandth of the motion where the surfaces approach at 8 degrees: in one of n
+    /// pieces a path leaves its chord by bend / (8 n^2).
+    [[nodiscard]] int straight_pieces() const
+    {
+        if (turn_a == 0) return 1 + static_cast<int>(std::ceil(std::sqrt(1000 * turn_b)));
+        return 1 + static_cast<int>(std::ceil(std::sqrt(1000 * bend / length)));
+    }
+    /// How far a point leaves the chord of its path within a share of the motion, at most.
+    [[nodiscard]] double sag(double share) const { return bend / 8 * share * share * (1 + 1e-6); }
+};
+
+/// Searches the motion for its first touch, earliest first, in pieces of equal duration.
+class MotionSearch {
+public:
+    MotionSearch(const Body& a, const Pose& to_a, const Body& b, const Pose& to_b)
+        : a_(a),
+          b_(b),
+          to_a_(to_a),
+          to_b_(to_b),
+          tree_a_(a.probe->triangles()),
+          tree_b_(b.probe->triangles()),
+          motion_(a, to_a, b, to_b),
+          middle_(centre(tree_b_.box())),
+          radius_(0.5 * norm(size(tree_b_.box())))
+    {
+        // A piece in which points move farther than triangles are long pairs each triangle with too many others.
+        const double step = triangle_size(tree_a_) + triangle_size(tree_b_);
+        const double short_pieces = step > 0 ? std::ceil(motion_.length / step) : 1;
+        pieces_ = std::max(motion_.straight_pieces(), static_cast<int>(std::clamp(short_pieces, 1., k_max_pieces)));
     }
 
-    template <class Real>
-    Features<Real, N, M> features(Real time) const
+    BodyTouch run()
     {
-        const auto at = [&](const MovingPoint& p) {
-            const Vec3<Real> from{p.from.x, p.from.y, p.from.z}, to{p.to.x, p.to.y, p.to.z};
-            return from + time * (to - from);
+        search(0, pieces_);
+        return found_;
+    }
+
+private:
+    static constexpr double k_max_pieces = 4096;
+
+    static double triangle_size(const TriangleTree& tree)
+    {
+        return norm(size(tree.box())) / std::sqrt(static_cast<double>(tree.size()));
+    }
+    Affine b_in_a_at(int piece) const
+    {
+        const double share = static_cast<double>(piece) / pieces_;
+        return b_in_a({a_.model, a_.probe, between(a_.pose, to_a_, share)}, {b_.model, b_.probe, between(b_.pose, to_b_, share)});
+    }
+    /// How far a point of b is from where it is at the first of two ends at most: the middle moves and the box turns.
+    double reach(const Affine (&ends)[2], double share) const
+    {
+        const double turn = (motion_.turn_a + motion_.turn_b) * share;
+        return norm(apply(ends[1], middle_) - apply(ends[0], middle_)) + radius_ * turn + 2 * motion_.sag(share);
+    }
+    /// True where a touch was found in pieces from first to before last.
+    bool search(int first, int last)
+    {
+        const Affine ends[2] = {b_in_a_at(first), b_in_a_at(last)};
+        const double share = static_cast<double>(last - first) / pieces_;
+        const CandidateJob job(tree_a_, tree_b_, ends[0], reach(ends, share));
+        if (last - first == 1) return search_piece(first, job, ends, share);
+        bool is_near = false;
+        const auto note = [](void* self, std::span<const TrianglePair> pairs) noexcept {
+            *static_cast<bool*>(self) |= !pairs.empty();
+            return pairs.empty();
         };
-        Features<Real, N, M> f;
-        for (std::size_t i = 0; i < N; ++i) f.a[i] = at(a_[i]);
-        for (std::size_t i = 0; i < M; ++i) f.b[i] = at(b_[i]);
-        return f;
+        find_candidates(job, note, &is_near);
+        if (!is_near) return false;
+        const int half = first + (last - first) / 2;
+        return search(first, half) || search(half, last);
     }
-    template <class Real>
-    static Real middle_of(const Piece<Real>& piece)
+    bool search_piece(int first, const CandidateJob& job, const Affine (&ends)[2], double share)
     {
-        return Real(0.5) * (piece.first + piece.last);
-    }
-    template <class Real>
-    bool is_apart(const Piece<Real>& piece, double rounding) const
-    {
-        const double gap = separation_ + rounding * largest_;
-        const Features<Real, N, M> first = features(piece.first), last = features(piece.last);
-        for (const Vec3<Real>& d : directions(features(middle_of(piece)))) {
-            // The sum of the sizes is no less than the length.
-            const double length = std::abs(rounded(d.x)) + std::abs(rounded(d.y)) + std::abs(rounded(d.z));
-            if (!(length > 0) || !std::isfinite(length)) continue;
-            const double reach = gap * length * (1 + 1e-15);
-            const int side = side_of(first, d, reach);
-            if (side != 0 && side_of(last, d, reach) == side) return true;
-        }
-        return false;
-    }
-    /// +1 where all of a is farther along the direction than all of b, by more than the reach; -1 where it is nearer; else 0.
-    template <class Real>
-    int side_of(const Features<Real, N, M>& f, const Vec3<Real>& d, double reach) const
-    {
-        int side = 0;
-        for (const Vec3<Real>& p : f.a)
-            for (const Vec3<Real>& q : f.b) {
-                const double v = rounded(dot(d, p - q));
-                const int own = v > reach ? 1 : v < -reach ? -1 : 0;
-                if (own == 0 || (side != 0 && own != side)) return 0;
-                side = own;
-            }
-        return side;
-    }
-    /// The features change sides and overlap all the while, by more than rounding.
-    bool surely_touches(const Piece<double>& piece) const
-    {
-        const auto first = sides(features(piece.first)), last = sides(features(piece.last));
-        const double volume = k_rounding * largest_ * largest_ * largest_, margin = volume * largest_;
-        if (!(std::min(first[0], last[0]) < -volume && std::max(first[0], last[0]) > volume)) return false;
-        for (std::size_t i = 1; i < first.size(); ++i)
-            if (!(first[i] > margin && last[i] > margin)) return false;
+        MotionPiece piece(tree_a_, tree_b_, ends, motion_.sag(share));
+        const auto take = [](void* self, std::span<const TrianglePair> pairs) noexcept {
+            return static_cast<MotionPiece*>(self)->take(pairs);
+        };
+        find_candidates(job, take, &piece);
+        if (!piece.touch().touches) return false;
+        found_ = {true, std::max((first + piece.touch().time) / pieces_ - 1e-12, 0.), k_ok};
         return true;
     }
 
-    const MovingPoint (&a_)[N];
-    const MovingPoint (&b_)[M];
-    double until_, separation_, largest_ = 0;
+    const Body &a_, &b_;
+    const Pose &to_a_, &to_b_;
+    const TriangleTree &tree_a_, &tree_b_;
+    Motion motion_;
+    Vec3d middle_;
+    double radius_;
+    int pieces_;
+    BodyTouch found_{};
 };
 
 }  // namespace
 
-Touch first_touch(const MovingPoint& point, const MovingPoint (&triangle)[3], const TouchOptions& options) noexcept
-{
-    const MovingPoint points[1] = {point};
-    return Search<1, 3>(points, triangle, options).run();
-}
+BodyTouch first_touch(const Body& a, const Body& b, const Pose& to) noexcept { return first_touch(a, a.pose, b, to); }
 
-Touch first_touch(const MovingPoint (&a)[2], const MovingPoint (&b)[2], const TouchOptions& options) noexcept
+BodyTouch first_touch(const Body& a, const Pose& to_a, const Body& b, const Pose& to_b) noexcept
 {
-    return Search<2, 2>(a, b, options).run();
+    if (!is_finite(a.pose) || !is_finite(b.pose) || !is_finite(to_a) || !is_finite(to_b)) return {true, 0, k_not_finite};
+    if (!has_triangles(a) || !has_triangles(b)) return {false, 1, k_no_triangles};
+    // Squares of longer ways are infinite.
+    const auto is_far = [](const Pose& from, const Pose& to) { return !(norm(to.translation - from.translation) < 1e150); };
+    if (is_far(a.pose, b.pose) || is_far(to_a, to_b)) return {true, 0, k_not_finite};
+    if (is_within(a, b, 0)) return {true, 0, k_ok};
+    return MotionSearch(a, to_a, b, to_b).run();
 }
 
 }  // namespace sqmap::query

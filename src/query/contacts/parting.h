@@ -1,4 +1,4 @@
-// Along one direction: how far two meshes go on meeting.
+// How far one mesh has to move along a given direction until the two no longer meet.
 #pragma once
 
 #include "math/triangle_crossing.h"

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "candidates.h"
-#include "separation.h"
+#include "separating_axes.h"
 
 namespace sqmap::query {
 

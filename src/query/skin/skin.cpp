@@ -1,4 +1,4 @@
-// Points of a deformed body asked in its material space: A. McAdams et al., Efficient elasticity for character skinning with
+// Queries of points in a deformed body, answered in its material space: A. McAdams et al., Efficient elasticity for character skinning with
 // contact and collisions, ACM TOG 30(4), 2011, section 6. The tetrahedra are H. W. Kuhn's (1960).
 #include "sqmap/query/skin.h"
 

@@ -1,9 +1,11 @@
 // Rooms of the core that query bodies answer a paper model by its maps, through the table of its Reading.
 #include "io/replace_file.h"
 #include "query/probe_pointwise.h"
+#include "sqmap/bake/evaluate.h"
 #include "sqmap/bake/rebake.h"
 #include "sqmap/bake/skin_lattice.h"
 #include "sqmap/mesh/error.h"
+#include "sqmap/mesh/solid.h"
 #include "sqmap/query/contacts.h"
 #include "sqmap/query/distance.h"
 #include "sqmap/query/point.h"
@@ -253,6 +255,12 @@ TEST(PaperFile, FunctionsOfTheCoreRefuseItByName)
     try {
         (void)bake::rebake(torus().data().common, test::small_torus().vertices);
         ADD_FAILURE() << "baked";
+    } catch (const mesh::InvalidInput& e) {
+        EXPECT_TRUE(named(e)) << e.what();
+    }
+    try {
+        (void)bake::evaluate(torus().view(), mesh::Solid(bake::model_space(test::small_torus())), {});
+        ADD_FAILURE() << "measured";
     } catch (const mesh::InvalidInput& e) {
         EXPECT_TRUE(named(e)) << e.what();
     }

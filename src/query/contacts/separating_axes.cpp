@@ -1,6 +1,6 @@
 // S. Gottschalk, M. C. Lin, D. Manocha, OBBTree, SIGGRAPH 1996 (separating axes); D. Gregorius, "The separating axis test between
 // convex polyhedra", GDC 2013 (which pairs of edges support each other).
-#include "separation.h"
+#include "separating_axes.h"
 
 #include "math/triangle.h"
 #include "parting.h"

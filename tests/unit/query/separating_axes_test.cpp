@@ -1,6 +1,6 @@
 // Two features before complete contacts measure them: whether edges can support each other, and how deep triangles are.
 // are.
-#include "query/contacts/separation.h"
+#include "query/contacts/separating_axes.h"
 #include "query/contacts/crossing_rows.h"
 #include "query/probe/triangle_tree.h"
 
