@@ -49,7 +49,8 @@ struct Evaluation {
 [[nodiscard]] mesh::Mesh model_space(const mesh::Mesh& mesh);
 
 /// Measures a model on pseudo-random points: 3/4 near the surface, 1/4 in the bounding box. solid: of model_space of the mesh
-/// that was baked. The same result for the same seed. @throw mesh::InvalidInput for a paper model, which paper::evaluate takes. Cost: about 10 microseconds per point. Thread-safe.
+/// that was baked. The same result for the same seed. @throw mesh::InvalidInput for a paper model, which paper::evaluate takes.
+/// Cost: about 10 microseconds per point. Thread-safe.
 [[nodiscard]] Evaluation evaluate(const model::ModelView& model, const mesh::Solid& solid, const EvaluateOptions& options);
 
 /// Depth errors of the layers, measured as probes compute.

@@ -171,7 +171,8 @@ SmoothSurface smooth_surface(const mesh::Mesh& mesh, double length)
 {
     const Diffusion diffuse(mesh, 0.5 * length * length);
     SmoothSurface out{diffuse(mesh.vertices), std::vector<Vec3d>(mesh.vertices.size())};
-    // Diffusion draws round parts in. The difference, diffused as well and added, restores nearly all of them and few of the steps.
+    // Diffusion draws round parts in. The difference, diffused as well and added, restores nearly all of them and few of the
+    // steps.
     std::vector<Vec3d> taken = mesh.vertices;
     for (std::size_t v = 0; v < taken.size(); ++v) taken[v] -= out.points[v];
     const std::vector<Vec3d> back = diffuse(taken);

@@ -77,8 +77,8 @@ HWY_INLINE NodeLanes blend(M m, const NodeLanes& yes, const NodeLanes& no)
     return {blend(m, yes.row, no.row), blend(m, yes.column, no.column)};
 }
 
-/// Every so many samples of a map's grid. The row over a pole is the meridian beyond the pole: the latitude's arc with the sign of
-/// its cosine changed, so that rows and columns are looked up each by itself.
+/// Every so many samples of a map's grid. The row over a pole is the meridian beyond the pole: the latitude's arc with the sign
+/// of its cosine changed, so that rows and columns are looked up each by itself.
 class GridLanes {
 public:
     /// arcs: made, or null: worked out where they are needed, with the same bits.

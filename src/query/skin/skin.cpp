@@ -1,5 +1,5 @@
-// Queries of points in a deformed body, answered in its material space: A. McAdams et al., Efficient elasticity for character skinning with
-// contact and collisions, ACM TOG 30(4), 2011, section 6. The tetrahedra are H. W. Kuhn's (1960).
+// Queries of points in a deformed body, answered in its material space: A. McAdams et al., Efficient elasticity for character
+// skinning with contact and collisions, ACM TOG 30(4), 2011, section 6. The tetrahedra are H. W. Kuhn's (1960).
 #include "sqmap/query/skin.h"
 
 #include "skin_kernels.h"
