@@ -50,6 +50,17 @@ private:
         return {hn::GatherIndex(df, points_.x, index), hn::GatherIndex(df, points_.y, index),
                 hn::GatherIndex(df, points_.z, index)};
     }
+    /// As load, from the list's copies of its points.
+    static HWY_INLINE V3 load_copies(const LeafList& list, std::size_t i, I& index)
+    {
+        index = hn::LoadU(di, list.index + i);
+        const V3 p{hn::LoadU(df, list.p[0] + i), hn::LoadU(df, list.p[1] + i), hn::LoadU(df, list.p[2] + i)};
+        if (i + hn::Lanes(df) <= list.count) return p;
+        // Memory beyond the end of a list was never written: squares of its numbers would overflow.
+        const M there = hn::FirstN(df, list.count - i);
+        index = blend(there, index, set_int(list.index[i]));
+        return {blend(there, p.x, set(list.p[0][i])), blend(there, p.y, set(list.p[1][i])), blend(there, p.z, set(list.p[2][i]))};
+    }
     static HWY_INLINE M within(const List& list, std::size_t i)
     {
         return hn::FirstN(df, std::min(list.count - i, hn::Lanes(df)));
@@ -356,8 +367,8 @@ private:
     {
         const auto leaf = slot / static_cast<std::uint32_t>(k_hierarchy_leaf);
         for (std::size_t i = 0; i < list.count; i += hn::Lanes(df)) {
-            const I index = blend(within(list, i), hn::LoadU(di, list.index + i), set_int(list.index[i]));
-            const V3 p{hn::LoadU(df, list.p[0] + i), hn::LoadU(df, list.p[1] + i), hn::LoadU(df, list.p[2] + i)};
+            I index;
+            const V3 p = load_copies(list, i, index);
             F least = set(PointPacket::k_far_sq);
             I nearest = hn::Zero(di);
             F each_sq[k_hierarchy_leaf];
@@ -395,8 +406,8 @@ private:
     {
         const F far = set(PointPacket::k_far_sq);
         for (std::size_t i = 0; i < list.count; i += hn::Lanes(df)) {
-            const I index = blend(within(list, i), hn::LoadU(di, list.index + i), set_int(list.index[i]));
-            const V3 p{hn::LoadU(df, list.p[0] + i), hn::LoadU(df, list.p[1] + i), hn::LoadU(df, list.p[2] + i)};
+            I index;
+            const V3 p = load_copies(list, i, index);
             F least = far, outside_sq = far, inside_sq = far, unclear_sq = far;
             I nearest = hn::Zero(di);
             for (std::size_t k = 0; k < k_hierarchy_leaf; ++k) {
