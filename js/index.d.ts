@@ -271,7 +271,7 @@ export interface SessionOptions extends Reading {
   /** Default: eq. 33 with the paper's force, else Coulomb's. */
   frictionLaw?: "default" | "coulomb" | "paper" | "none";
   fC?: number; kF?: number;  // N and 1/m, of eq. 33; default 0.2 and 100
-  tool?: Probe;            // with triangles, metres, the tool's frame: its surface touches in place of a ball; it may be closed afterwards
+  tool?: Probe;            // triangles in metres, in the tool's frame; replaces the ball; it may be closed after the session is made
   edges?: boolean;         // where few points of the tool touch, its edges and faces do too; default true
   zone?: number;           // m, of a tool: the impact sphere about its pose, whose contacts count (section 6.1); default 0: all
 }

@@ -29,8 +29,7 @@ void add_shape_option(Command& command, collider::ShapeChoice& choice)
     command
         .text("--shape", take,
               "Shape of each part; spheres:N are at most N balls for the whole, whose greatest protrusion is small. A file that "
-              "lacks the "
-              "shape gets convex meshes")
+              "lacks the shape gets convex meshes")
         .type_name("superquadric|ellipsoid|capsule|box|sphere|cylinder|hull|spheres:N")
         .shows_default("hull");
 }

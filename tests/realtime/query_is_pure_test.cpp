@@ -16,6 +16,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cfenv>
 #include <cmath>
 #include <cstdlib>
@@ -417,13 +418,25 @@ TEST(RealTime, QueriesRaiseNoFloatingPointException)
     }
 }
 
+/// Leaves numbers on the stack whose squares overflow, in float and in double: a query that reads what it has not written raises
+/// an exception.
+[[gnu::noinline]] void fill_stack()
+{
+    std::array<unsigned char, 2'000'000> bytes;
+    volatile unsigned char* const to = bytes.data();
+    for (std::size_t i = 0; i < bytes.size(); ++i) to[i] = 0x7f;
+}
+
 /// One by one, a few and many; of a probe; clearance.
 void query_distances(const query::Body& touched, std::span<const Vec3d> points, const query::Body& collider,
                      std::span<query::SignedDistance> answers)
 {
     for (std::size_t i = 0; i < points.size(); i += 7) answers[i] = query::distance(touched, points[i]);
-    for (const std::size_t count : {std::size_t{3}, std::size_t{100}, points.size()})
+    for (const std::size_t count : {std::size_t{3}, std::size_t{100}, points.size()}) {
+        fill_stack();
         query::distances(touched, points.first(count), answers);
+    }
+    fill_stack();
     query::exact_distances(touched, points.first(std::min<std::size_t>(points.size(), 500)), answers);
     query::distances(touched, collider, answers);
     (void)query::is_nearer(touched, collider, 0.1);

@@ -1,4 +1,4 @@
-// Fields of the settings of touch, each beside the setting that it shows and changes, and how the program is told of a change.
+// Fields of the settings of touch: each shows one setting, changes it and reports the change to the program.
 import { digits, h } from '../dom';
 import type { Settings } from '../messages';
 import { link } from '../net';
@@ -71,11 +71,11 @@ export function pick(
   id: string,
   title?: string,
 ): HTMLElement {
-  const told = (v: string) => {
+  const take = (v: string) => {
     set(v);
     tellSettings();
   };
-  const field = choice(label, values, values[0][0], told, id, title);
+  const field = choice(label, values, values[0][0], take, id, title);
   const select = field.querySelector('select')!;
   on(['settings'], () => {
     if (document.activeElement !== select) select.value = get();
