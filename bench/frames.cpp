@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <random>
 
 namespace sqmap::bench {
 namespace {
@@ -139,10 +141,15 @@ std::vector<Record> race(const Setting& setting, std::span<const Pose> path, std
             }
         }
     };
+    // Drawn anew for each block: layers of one model share memory, so the one that always came after another found it in caches.
+    std::vector<std::size_t> order(contestants.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::mt19937 draw;  // NOLINT(cert-msc51-cpp): the same order in every run
     for (std::uint32_t pass = 0; pass < options.passes; ++pass)
-        for (std::size_t begin = 0; begin < path.size(); begin += options.block)
-            for (std::size_t c = 0; c < contestants.size(); ++c)
-                turn((c + pass) % contestants.size(), begin, std::min<std::size_t>(path.size(), begin + options.block), pass);
+        for (std::size_t begin = 0; begin < path.size(); begin += options.block) {
+            std::shuffle(order.begin(), order.end(), draw);
+            for (const std::size_t c : order) turn(c, begin, std::min<std::size_t>(path.size(), begin + options.block), pass);
+        }
 
     std::vector<Record> records;
     for (std::size_t c = 0; c < contestants.size(); ++c) {

@@ -94,6 +94,7 @@ Colliders colliders_of(const Pieces& pieces, const ShapeChoice& choice, unsigned
             item.name = piece.name;
             item.points = extreme(piece.points);
             item.shape = shape_of(piece, choice.kind, item.points);
+            item.certified = piece.certified || choice.kind != Kind::Superquadric;
             item.figures = figures_of({&item.shape, 1}, {.points = item.points, .volume = piece.volume});
         });
         for (const Colliders::Item& item : out.items) shapes.push_back(item.shape);
@@ -107,6 +108,12 @@ Colliders colliders_of(const Pieces& pieces, const ShapeChoice& choice, unsigned
 Colliders colliders_of(const model::ModelView& model, const std::string& name, const ShapeChoice& choice, unsigned threads)
 {
     return colliders_of(pieces_of(model, name), choice, threads);
+}
+
+Colliders colliders_of(const model::ModelView& model, const EditedParts& parts, const std::string& name,
+                       const ShapeChoice& choice, unsigned threads)
+{
+    return colliders_of(pieces_of(model, parts, name), choice, threads);
 }
 
 Colliders export_model(const model::ModelView& model, const std::filesystem::path& path, const ExportOptions& options)

@@ -101,25 +101,41 @@ Piece Pieces::whole() const
 
 Pieces pieces_of(const model::ModelView& model, const std::string& name)
 {
+    decompose::Partition partition;
+    partition.part_count = static_cast<std::uint32_t>(model.parts.size());
+    if (model::has_exact(model))
+        for (std::uint32_t t = 0; t < model.header.triangle_count; ++t)
+            partition.part_of_triangle.push_back(model::part_of_triangle(model, t));
+    std::vector<shape::Superquadricd> superquadrics;
+    std::vector<std::string> names;
+    for (std::size_t p = 0; p < model.parts.size(); ++p) {
+        superquadrics.push_back(shape::cast<double>(model::superquadric_of(model.parts[p])));
+        names.push_back("part_" + std::to_string(p));
+    }
+    const std::vector<double> certified(model.parts.size(), 1);
+    return pieces_of(model, {partition, superquadrics, certified, names}, name);
+}
+
+Pieces pieces_of(const model::ModelView& model, const EditedParts& parts, const std::string& name)
+{
     if (!model::has_exact(model))
         throw mesh::InvalidInput(mesh::Words("the model was baked without its triangles, which say what a part is; bake it with ",
                                              mesh::Setting::Exact)
                                      .text());
+    const std::size_t count = parts.partition.part_count;
+    if (parts.superquadrics.size() != count || parts.largest_f.size() != count || parts.names.size() != count)
+        throw mesh::InvalidInput("edited parts need a superquadric, a bound and a name each");
     Pieces out{.name = name, .surface = bake::baked_mesh(model), .is_solid = model.header.solid != 0};
-    decompose::Partition partition;
-    partition.part_count = static_cast<std::uint32_t>(model.parts.size());
-    for (std::uint32_t t = 0; t < out.surface.triangles.size(); ++t)
-        partition.part_of_triangle.push_back(model::part_of_triangle(model, t));
-    const std::vector<bake::Patch> patches = bake::patches_of(out.surface, partition);
+    const std::vector<bake::Patch> patches = bake::patches_of(out.surface, parts.partition);
     const auto mesh_units = [&](Vec3d p) {
         return model.header.unit * p + Vec3d{model.header.origin[0], model.header.origin[1], model.header.origin[2]};
     };
     for (std::size_t i = 0; i < patches.size(); ++i) {
-        Piece piece{.name = "part_" + std::to_string(i), .points = bake::corners_of(out.surface, patches[i])};
+        Piece piece{.name = parts.names[i], .points = bake::corners_of(out.surface, patches[i])};
         for (Vec3d& p : piece.points) p = mesh_units(p);
         if (out.is_solid) piece.volume = bake::enclosed_volume(out.surface, patches[i]) * std::pow(model.header.unit, 3);
-        piece.superquadric =
-            in_mesh_units(shape::cast<double>(model::superquadric_of(model.parts[i])), mesh_units({}), model.header.unit);
+        piece.superquadric = in_mesh_units(parts.superquadrics[i], mesh_units({}), model.header.unit);
+        piece.certified = parts.largest_f[i] <= 1;
         out.pieces.push_back(std::move(piece));
     }
     for (Vec3d& v : out.surface.vertices) v = mesh_units(v);

@@ -20,7 +20,8 @@ struct Piece {
     std::string name;
     std::vector<Vec3d> points;  ///< their convex hull holds the piece's solid: corners of its surface and of what closes it
     double volume = 0;          ///< of its solid; 0 where it has none
-    std::optional<shape::Superquadricd> superquadric{};  ///< certified to hold the solid
+    std::optional<shape::Superquadricd> superquadric{};
+    bool certified = true;  ///< the superquadric holds the solid
 };
 
 /// A thing and its pieces, whose solids together are the thing's.
@@ -39,6 +40,9 @@ struct Pieces {
 /// model: with its exact layer. @throw mesh::InvalidInput without it, with the cure
 /// Cost: linear in the triangles.
 [[nodiscard]] Pieces pieces_of(const model::ModelView& model, const std::string& name);
+/// Parts that stand in place of the model's own. @throw as above, and where a span of theirs has another length than the
+/// partition
+[[nodiscard]] Pieces pieces_of(const model::ModelView& model, const EditedParts& parts, const std::string& name);
 
 /// How a mesh is cut.
 struct CutOptions {

@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <span>
 #include <utility>
 
@@ -34,9 +35,11 @@ struct Draft {
     /// How the file came to be, as words.
     [[nodiscard]] std::string header() const
     {
+        const auto certified = [](const Colliders::Item& item) { return item.certified; };
         return "sqmap export: " + std::to_string(colliders.items.size()) +
-               (colliders.is_cover() ? " balls, together certified to hold the solid"
-                                     : " shapes, each certified to hold its part") +
+               (colliders.is_cover()                              ? " balls, together certified to hold the solid"
+                : std::ranges::all_of(colliders.items, certified) ? " shapes, each certified to hold its part"
+                                                                  : " shapes, not all certified to hold their parts") +
                " as written here; lengths in the mesh's units. Whole: " + words(colliders.whole);
     }
 };
@@ -173,7 +176,7 @@ void json(Draft& d)
                      {"parts", ordered_json::array()}};
     for (const Colliders::Item& item : d.colliders.items) {
         ordered_json part = ordered_json::parse(parameters_json(item.shape, item.name));
-        part["certified"] = true;
+        part["certified"] = item.certified;
         part["figures"] = as_json(item.figures);
         out["parts"].push_back(std::move(part));
     }

@@ -1,9 +1,10 @@
 #include "viewer/server/scene/edits.h"
+#include "viewer/server/scene/exports.h"
 #include "viewer/server/scene/fields.h"
 #include "viewer/server/scene/geometry.h"
-#include "viewer/server/scene/glb.h"
 #include "viewer/server/scene/load.h"
 
+#include "sqmap/collider/export.h"
 #include "sqmap/io/model_file.h"
 #include "sqmap/mesh/error.h"
 #include "sqmap/mesh/shapes.h"
@@ -11,9 +12,14 @@
 #include "viewer/objects.h"
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <unistd.h>
 
 #include <cmath>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <set>
 
 namespace sqmap::viewer {
@@ -172,6 +178,30 @@ TEST(Object, GlbIsWhatItsHeaderSays)
     ASSERT_FALSE(read.error) << read.error->message;
     EXPECT_EQ(read.soup.polygon_offsets.size() - 1, o.mesh.triangles.size() + o.view.parts.size() * 2 * 48 * 23);
     EXPECT_EQ(root["nodes"].size(), 2 + 2 * o.view.parts.size());
+}
+
+TEST(Object, JsonIsThatOfTheProgramsExport)
+{
+    const Object& o = *dumbbell();
+    const auto path = std::filesystem::temp_directory_path() / (o.name + std::to_string(::getpid()) + ".json");
+    const collider::Colliders made = collider::export_model(o.view, path, {.shape = {.kind = collider::Kind::Superquadric}});
+    auto page = nlohmann::json::parse(json_text(o, o.parts)), program = nlohmann::json::parse(std::ifstream(path));
+    std::filesystem::remove(path);
+    ASSERT_EQ(page["parts"].size(), made.items.size());
+    for (std::size_t p = 0; p < made.items.size(); ++p) {
+        EXPECT_EQ(page["parts"][p]["name"], o.parts.names[p]);
+        page["parts"][p].erase("name"), program["parts"][p].erase("name");
+    }
+    page.erase("name"), program.erase("name");
+    EXPECT_EQ(page, program);
+    // Parts that were cut on the page are exported as they are shown.
+    const decompose::Split split = decompose::Cutter(o.mesh).split(o.parts.partition, 0);
+    ASSERT_TRUE(split.found);
+    const Parts parts = fitted(o, split.partition, &o.parts, {});
+    const auto edited = nlohmann::json::parse(json_text(o, parts));
+    EXPECT_EQ(edited["parts"].size(), o.view.parts.size() + 1);
+    for (const auto& part : edited["parts"]) EXPECT_TRUE(part["certified"]);
+    EXPECT_NE(edited["figures"]["volume"], page["figures"]["volume"]);
 }
 
 TEST(Object, EditedPartsAreBakedAsGiven)

@@ -3,12 +3,14 @@
 #pragma once
 
 #include "sqmap/collider/shape.h"
+#include "sqmap/decompose/decompose.h"
 #include "sqmap/model/model.h"
 
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -57,6 +59,7 @@ struct Colliders {
         Shape shape;
         Figures figures;            ///< beside the part's own solid
         std::vector<Vec3d> points;  ///< which the shape holds
+        bool certified = true;      ///< false of a superquadric of EditedParts that is not proven to hold its part
     };
     std::vector<Item> items;
     Figures whole;  ///< of all shapes beside the whole solid
@@ -69,6 +72,19 @@ struct Colliders {
 /// Cost: as enclosing and figures_of for each part; of spheres some seconds.
 [[nodiscard]] Colliders colliders_of(const model::ModelView& model, const std::string& name, const ShapeChoice& choice,
                                      unsigned threads = 0);
+
+/// Parts that stand in place of a model's own: of its triangles, and not baked into it.
+struct EditedParts {
+    const decompose::Partition& partition;                ///< of the model's triangles
+    std::span<const shape::Superquadricd> superquadrics;  ///< #parts, model space
+    std::span<const double>
+        largest_f;  ///< #parts: a proven bound of F over the part's solid; at most 1 where the superquadric holds it
+    std::span<const std::string> names;  ///< #parts
+};
+/// The same for parts that were edited. @throw as above, and mesh::InvalidInput where a span has another length than the
+/// partition
+[[nodiscard]] Colliders colliders_of(const model::ModelView& model, const EditedParts& parts, const std::string& name,
+                                     const ShapeChoice& choice, unsigned threads = 0);
 
 /// A file to be written.
 struct ExportFile {

@@ -18,7 +18,7 @@ constexpr double k_pi = std::numbers::pi;
 
 Displacement displacement_of(const Object& object, const Parts& parts, std::uint32_t part, int width, int height)
 {
-    SQMAP_ASSERT(part < object.view.parts.size());
+    SQMAP_ASSERT(part < parts.superquadrics.size());
     Displacement out{.width = width, .height = height, .below = {}};
     out.below.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), -1.f);
     const mesh::Mesh own = part_mesh(object, parts, part);

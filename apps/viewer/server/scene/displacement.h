@@ -15,7 +15,7 @@ struct Displacement {
     float max = 0;             ///< m, the largest
 };
 
-/// Cost: a ray a texel. @pre part < #parts
+/// Cost: a ray a texel. @pre part < #superquadrics of parts
 [[nodiscard]] Displacement displacement_of(const Object& object, const Parts& parts, std::uint32_t part, int width, int height);
 
 /// A PNG of grey and alpha, 16 bits each. Grey: 65535 is map.max; alpha: 0 where there is no surface.

@@ -1,11 +1,11 @@
 #include "viewer/server/scene/downloads.h"
 
+#include "sqmap/mesh/error.h"
 #include "sqmap/paper/model.h"
-#include "viewer/server/scene/facts.h"
+#include "viewer/server/scene/exports.h"
 #include "viewer/server/scene/fields.h"
 #include "viewer/server/scene/file_name.h"
 #include "viewer/server/scene/geometry.h"
-#include "viewer/server/scene/glb.h"
 #include "viewer/server/scene/inspect.h"
 #include "viewer/server/scene/meetings.h"
 
@@ -40,7 +40,7 @@ constexpr Download k_downloads[] = {
     {"hidden", nullptr, nullptr, [](const Shown& s) { return hidden_bytes(*s.object); }},
     {"names", k_json, ".names.json", [](const Shown& s) { return names_json(s.words).dump(1) + "\n"; }},
     {"glb", "model/gltf-binary", ".glb", [](const Shown& s) { return glb_bytes(*s.object, *s.parts); }},
-    {"json", k_json, ".json", [](const Shown& s) { return superquadrics_json(*s.object, *s.parts).dump(2) + "\n"; }},
+    {"json", k_json, ".json", [](const Shown& s) { return json_text(*s.object, *s.parts); }},
     {"sqmap", "application/octet-stream", ".sqmap",
      [](const Shown& s) { return std::string(reinterpret_cast<const char*>(s.object->file->data()), s.object->file->size()); }},
 };
@@ -66,9 +66,13 @@ void download(const Call& call, const Shown& s, Worker& pictures)
         if (s.edited && call.stars[1] == "sqmap")
             return call.answer({.status = 409, .body = "bake the edited parts first: the model is of those before\n"});
         return pictures.work([answer = call.answer, s, &d] {
-            HttpReply reply = bytes_reply(d.make(s));
-            if (d.type != nullptr) reply.type = d.type, reply.file_name = harmless(s.object->name) + d.extension;
-            answer(std::move(reply));
+            try {
+                HttpReply reply = bytes_reply(d.make(s));
+                if (d.type != nullptr) reply.type = d.type, reply.file_name = harmless(s.object->name) + d.extension;
+                answer(std::move(reply));
+            } catch (const mesh::InvalidInput& e) {
+                answer({.status = 409, .body = std::string(e.what()) + '\n'});
+            }
         });
     }
     call.answer(not_found());

@@ -91,28 +91,4 @@ ordered_json facts_json(const Object& object, const Parts& parts, bool edited)
     return out;
 }
 
-ordered_json superquadrics_json(const Object& object, const Parts& parts)
-{
-    const model::Header& h = object.view.header;
-    ordered_json out;
-    out["name"] = object.name;
-    out["units"] = "those of the mesh; angles in radians; rotation: rows that turn the mesh's axes into the part's";
-    out["parts"] = ordered_json::array();
-    for (std::uint32_t p = 0; p < parts.partition.part_count; ++p) {
-        const shape::Superquadricd& s = parts.superquadrics[p];
-        out["parts"].push_back(
-            {{"name", parts.names[p]},
-             {"a", vector_json(h.unit * s.a)},
-             {"eps1", s.eps1},
-             {"eps2", s.eps2},
-             {"rotation", {vector_json(s.rotation.row[0]), vector_json(s.rotation.row[1]), vector_json(s.rotation.row[2])}},
-             {"translation", vector_json(h.unit * s.translation + object.frame().origin)},
-             {"taper", {s.taper_x, s.taper_y}},
-             {"bend", s.bend / h.unit},
-             {"bend_angle", s.bend_angle},
-             {"certified", parts.largest_f[p] <= 1}});
-    }
-    return out;
-}
-
 }  // namespace sqmap::viewer

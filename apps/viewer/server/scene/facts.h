@@ -1,4 +1,4 @@
-// Facts about an object as JSON: those that stay in sight, and the superquadrics as a file.
+// Facts about an object as JSON: those that stay in sight.
 #pragma once
 
 #include "viewer/server/scene/object.h"
@@ -9,7 +9,5 @@ namespace sqmap::viewer {
 
 /// Parts, bytes, certificates, measured error and notes, as the page shows them. edited: the parts are not those of the model.
 [[nodiscard]] nlohmann::ordered_json facts_json(const Object& object, const Parts& parts, bool edited);
-/// Parameters of every superquadric, mesh units, in the mesh's frame; those of taper have no unit.
-[[nodiscard]] nlohmann::ordered_json superquadrics_json(const Object& object, const Parts& parts);
 
 }  // namespace sqmap::viewer

@@ -1,8 +1,10 @@
-#include "viewer/server/scene/glb.h"
+#include "viewer/server/scene/exports.h"
 
+#include "sqmap/collider/export.h"
 #include "sqmap/io/write_mesh.h"
 #include "viewer/server/scene/displacement.h"
-#include "viewer/server/scene/facts.h"
+
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -53,17 +55,25 @@ io::MovingMesh superquadric_as_gltf(const Object& object, const Sheet& sheet, st
 
 }  // namespace
 
+std::string json_text(const Object& object, const Parts& parts)
+{
+    const collider::Colliders superquadrics =
+        collider::colliders_of(object.view, {parts.partition, parts.superquadrics, parts.largest_f, parts.names}, object.name,
+                               {.kind = collider::Kind::Superquadric}, 1);
+    return collider::files_of(superquadrics, collider::Format::Json, object.name + ".json").back().bytes;
+}
+
 std::string glb_bytes(const Object& object, const Parts& parts)
 {
     std::vector<io::MovingMesh> scene;
-    const nlohmann::ordered_json parameters = superquadrics_json(object, parts);
+    const auto exported = nlohmann::ordered_json::parse(json_text(object, parts));
     for (std::uint32_t p = 0; p < parts.partition.part_count; ++p) {
         const std::string& name = parts.names[p];
         const mesh::Mesh own = part_mesh(object, parts, p);
         if (!own.triangles.empty()) scene.push_back(part_as_gltf(object, own, p, name));
         const Sheet sheet = superquadric_sheet(object, parts.superquadrics[p], k_along, k_around);
         io::MovingMesh& superquadric = scene.emplace_back(superquadric_as_gltf(object, sheet, p, name));
-        superquadric.extras = nlohmann::ordered_json{{"superquadric", parameters["parts"][p]}}.dump();
+        superquadric.extras = nlohmann::ordered_json{{"collider", exported["parts"][p]}}.dump();
         if (own.triangles.empty()) continue;
         const Displacement map = displacement_of(object, parts, p, k_texels, k_texels / 2);
         superquadric.displacement = {name + " displacement", displacement_png(map), static_cast<double>(-map.max)};
