@@ -3,9 +3,9 @@
 
 #include "model/bound_tree.h"
 #include "model/flags.h"
-#include "query/dispatch/model_point.h"
 #include "query/distance/distance_kernels.h"
 #include "query/distance/double_search.h"
+#include "query/distance/mapped_surface.h"
 #include "query/distance/nearby_order.h"
 #include "query/exact/exact_layer.h"
 #include "query/probe/probe_job.h"
@@ -16,6 +16,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <optional>
 #include <type_traits>
 
 namespace sqmap::query {
@@ -341,94 +342,14 @@ private:
 
     void finish_approximate(Vec3f p, SignedDistance& answer) const
     {
-        const double unit = model_.header.unit;
         const Vec3d point = answer.witness;
-        const ModelContact contact = model_.header.solid != 0 ? query_in_model(model_, p, {}) : ModelContact{};
         answer = {0, {}, point, -1, DistanceKind::Approximate, k_no_exact};
-        if (contact.contact) {
-            if ((contact.status & k_no_surface) != 0) return;
-            answer = {-static_cast<double>(contact.depth) * unit,
-                      in_frame(contact.normal),
-                      position_in_frame(contact.witness),
-                      contact.part,
-                      DistanceKind::Approximate,
-                      k_no_exact};
-            return;
-        }
-        // The nearest samples in directions that differ: one of them leads to the nearest surface.
-        constexpr std::size_t k_starts = 4;
-        Vec3f directions[k_starts];
-        float nearest = INFINITY;
-        for (std::size_t i = 0; i < k_starts; ++i) {
-            const model::SurfaceSample* sample = nearest_sample(p, {directions, i});
-            if (sample == nullptr) return;
-            const Vec3f at = model::sample_point(model_.distance.header, *sample);
-            directions[i] = normalized(p - at);
-            offer(p, {at, directions[i], -1}, nearest, answer);
-            approach(p, at - below() * model::decode_axis(sample->normal[0], sample->normal[1]), nearest, answer);
-        }
-    }
-
-    /// The nearest sample that does not lie in about one of some directions from p; null where there is none.
-    const model::SurfaceSample* nearest_sample(Vec3f p, std::span<const Vec3f> directions) const
-    {
-        constexpr float k_alike = 0.9f;
-        const model::SurfaceSample* nearest = nullptr;
-        float least = INFINITY;
-        for (const model::SurfaceSample& sample : model_.distance.samples) {
-            const Vec3f d = p - model::sample_point(model_.distance.header, sample);
-            const float d_sq = norm_sq(d);
-            if (!(d_sq < least)) continue;
-            const float alike = k_alike * std::sqrt(d_sq);
-            if (std::any_of(directions.begin(), directions.end(), [&](Vec3f n) { return dot(n, d) >= alike; })) continue;
-            least = d_sq;
-            nearest = &sample;
-        }
-        return nearest;
-    }
-
-    /// How far below the surface layer 3 is queried for it.
-    float below() const { return 0.004f * static_cast<float>(model_.header.r_max); }
-
-    struct Surface {
-        Vec3f point, direction;  ///< direction: from there to the point that is queried, unit
-        std::int32_t part;
-    };
-    /// True where it is nearer than what was found before.
-    bool offer(Vec3f p, const Surface& surface, float& nearest, SignedDistance& answer) const
-    {
-        const float away = norm(p - surface.point);
-        if (!(away < nearest)) return false;
-        nearest = away;
-        answer.distance = static_cast<double>(away) * model_.header.unit;
-        answer.gradient = in_frame(surface.direction);
-        answer.witness = position_in_frame(surface.point);
-        answer.part = surface.part;
-        return true;
-    }
-
-    /// Layer 3 finds the surface above a point in the solid; the search repeats from a point just below the surface found.
-    void approach(Vec3f p, Vec3f start, float& nearest, SignedDistance& answer) const
-    {
-        constexpr int k_rounds = 10;
-        Vec3f last = start;
-        for (int round = 0; round < k_rounds; ++round) {
-            const ModelContact c = query_in_model(model_, start, {});
-            const Vec3f to_point = p - c.witness;
-            const float away = norm(to_point);
-            const Vec3f direction = away > 1e-4f * model_.header.sphere[3] ? (1 / away) * to_point : c.normal;
-            const bool is_known = c.contact && (c.status & k_no_surface) == 0;
-            // The first leads on though it is no nearer than the sample.
-            if (is_known && (offer(p, {c.witness, direction, c.part}, nearest, answer) || round == 0)) {
-                last = start;
-                // Along the tangent plane to the foot of p, and below it.
-                start = p - dot(to_point, c.normal) * c.normal - below() * c.normal;
-            } else if (round == 0) {
-                return;
-            } else {
-                start = 0.5f * (start + last);
-            }
-        }
+        const std::optional<MappedSurface> found = nearest_mapped_surface(model_, p);
+        if (!found) return;
+        answer.distance = static_cast<double>(found->distance) * model_.header.unit;
+        answer.gradient = in_frame(found->gradient);
+        answer.witness = position_in_frame(found->point);
+        answer.part = found->part;
     }
 
     const ModelView& model_;
