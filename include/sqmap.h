@@ -166,9 +166,9 @@ typedef struct sqmap_bake_options {
     int32_t without_locator;           ///< not zero: no locator and no exact layer; superquadrics and central maps answer
 } sqmap_bake_options;
 
-/// The range of a number among the members of sqmap_bake_options and sqmap_paper_options: "band", "max_q2";
-/// also of limits that the program alone sets, as "max_cells". Few rows limit smoothing_radius further. Any thread.
-/// Errors: E_ARGUMENT for another name; least and greatest stay as they are.
+/// The range of a number among the members of sqmap_bake_options and sqmap_paper_options: "band", "max_q2"; of "nearest_steps" of
+/// queries and sessions; also of limits that the program alone sets, as "max_cells". Few rows limit smoothing_radius further. Any
+/// thread. Errors: E_ARGUMENT for another name; least and greatest stay as they are.
 SQMAP_API sqmap_code sqmap_option_range(const char* name, double* least, double* greatest);
 
 /// Facts of a model; lengths in mesh units.

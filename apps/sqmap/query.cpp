@@ -245,7 +245,7 @@ void add_query(CommandLine& line)
                        .option("--nearest-steps", options->nearest_steps,
                                "Steps to the nearest surface after the foot of a paper model's layer 3 (newton); 0: depth to the "
                                "tangent plane on the foot's line")
-                       .in_range(0, 100);
+                       .in_range(option_named(paper::k_query_numbers, "nearest_steps").range);
     Option gaps = command.flag("--no-gaps", options->no_gaps, "A paper model's first surfaces alone, as the paper has them");
     Option pruning =
         command.flag("--no-pruning", options->no_pruning, "Paper models: contact where any part claims it (section 2)");

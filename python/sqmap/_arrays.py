@@ -238,7 +238,7 @@ def paper_reading(projector: Any, gate: Any, nearest_steps: Any, gaps: Any, prun
         raise refuse("projector", f"is {projector!r}", f"take one of {', '.join(PROJECTORS)}")
     if count(gate, "gate") == 0:  # zero stands for the default in C
         raise refuse("gate", "is 0", "give a number from 1 on, or take layer 2")
-    return {"projector": PROJECTORS.index(projector), "gate": gate, "nearest_steps": count(nearest_steps, "nearest_steps", 100) or -1,
+    return {"projector": PROJECTORS.index(projector), "gate": gate, "nearest_steps": count(nearest_steps, "nearest_steps", int(c.option_range("nearest_steps")[1])) or -1,
             "without_gaps": not flag(gaps, "gaps"), "without_pruning": not flag(pruning, "pruning"), "has_offset": flag(offset, "offset")}
 
 

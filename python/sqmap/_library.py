@@ -338,7 +338,7 @@ def text_of(name: str, handle: Handle) -> str:
 
 
 def option_range(name: str) -> tuple[float, float]:
-    """The least and the greatest value of a number among the options of a bake."""
+    """The least and the greatest value of a number among the options of a bake; also of "nearest_steps"."""
     least, most = c_double(), c_double()
     call("sqmap_option_range", name.encode(), least, most)
     return least.value, most.value

@@ -287,7 +287,7 @@ sqmap_code sqmap_option_range(const char* name, double* least, double* greatest)
         double &from = needed(least, "least"), &to = needed(greatest, "greatest");
         const auto find = [&](const auto&... tables) { return (capi::range_found(tables, wanted, from, to) || ...); };
         if (!find(bake::k_bake_numbers, mesh::k_admission_numbers, mesh::k_wrap_numbers, decompose::k_thresholds,
-                  paper::k_map_numbers, paper::k_grid_numbers))
-            throw capi::Failure{SQMAP_E_ARGUMENT, "name", "is no number of a bake", "give a member's name: \"band\""};
+                  paper::k_map_numbers, paper::k_grid_numbers, paper::k_query_numbers))
+            throw capi::Failure{SQMAP_E_ARGUMENT, "name", "is no number with a range", "give a member's name: \"band\""};
     });
 }

@@ -9,6 +9,7 @@
 #include "sqmap/query/options.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <span>
@@ -101,11 +102,14 @@ paper::QueryOptions paper_options(const Options& o)
 {
     if (o.projector < SQMAP_PROJECTOR_NEWTON || o.projector > SQMAP_PROJECTOR_PRINTED)
         throw Failure{SQMAP_E_ARGUMENT, "options.projector", "is " + std::to_string(o.projector), "take one of sqmap_projector"};
-    if (o.nearest_steps > 100)
-        throw Failure{SQMAP_E_ARGUMENT, "options.nearest_steps", "is " + std::to_string(o.nearest_steps), "give at most 100"};
     paper::QueryOptions out;
     out.projector = static_cast<paper::Projector>(o.projector);
     if (o.nearest_steps != 0) out.nearest_steps = std::max(0, o.nearest_steps);
+    for (const NumberOption<paper::QueryOptions>& number : paper::k_query_numbers)
+        if (!number.fits(out))
+            throw Failure{SQMAP_E_ARGUMENT, std::string("options.") + number.name,
+                          "is " + std::to_string(std::llround(number.value(out))),
+                          "give at most " + std::to_string(std::llround(number.range.max))};
     out.gaps = o.without_gaps == 0;
     out.pruning = o.without_pruning == 0;
     return out;

@@ -63,6 +63,14 @@ TEST(Message, SettingsAreSaidAsTheyAreRead)
     const auto read = read_message(again.dump());
     ASSERT_TRUE(read);
     EXPECT_EQ(read->settings, m->settings);
+    // As many nearest steps as elsewhere.
+    const OptionRange steps = option_named(paper::k_query_numbers, "nearest_steps").range;
+    again["nearestSteps"] = static_cast<int>(steps.max);
+    const auto max = read_message(again.dump());
+    ASSERT_TRUE(max);
+    EXPECT_EQ(max->settings.paper.nearest_steps, 100);
+    again["nearestSteps"] = static_cast<int>(steps.max) + 1;
+    EXPECT_FALSE(read_message(again.dump()));
     // The tool's settings name no layer; the library's default holds.
     m = read_message(replaced(k_settings, "exact", "tool"));
     ASSERT_TRUE(m);

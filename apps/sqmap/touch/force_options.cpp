@@ -53,10 +53,8 @@ void add_force_options(Command& command, TouchOptions& o)
         .option("--gate", o.zone.gate,
                 "k_L: --layer gate reads layer 3 for a part with fewer base samples than this times its vertices")
         .in_range(0, 4294967295.);
-    forces
-        .option("--nearest-steps", o.paper.nearest_steps,
-                "Paper models, layer 3, Newton's foot: steps to the nearest surface; 0: the surface on the foot's line")
-        .in_range(0, 100);
+    forces.number(option_named(paper::k_query_numbers, "nearest_steps"), o.paper,
+                  "Paper models, layer 3, Newton's foot: steps to the nearest surface; 0: the surface on the foot's line");
     forces.flag("--no-gaps", o.no_gaps, "Paper models: the first surface alone, as printed, not the openings behind it");
     forces.flag("--no-pruning", o.no_pruning, "Paper models: any part's claim counts where parts overlap");
     forces.choice("--friction", o.material.friction, k_frictions, "How the surface rubs; paper is eq. 33 as printed",

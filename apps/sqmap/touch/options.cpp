@@ -176,8 +176,8 @@ TouchOptions setup_from(const std::string& text)
         o.zone.offset = in.value("offset", o.zone.offset);
         o.zone.gate = in.value("gate", o.zone.gate);
         o.paper.nearest_steps = in.value("nearest_steps", o.paper.nearest_steps);
-        if (o.paper.nearest_steps < 0 || o.paper.nearest_steps > 100)
-            throw BadTouch("the trace's setup: nearest_steps must be 0 to 100\n  cure: mend the number in the line '# setup'");
+        if (const std::string wrong = out_of_range(paper::k_query_numbers, o.paper); !wrong.empty())
+            throw BadTouch("the trace's setup: " + wrong + "\n  cure: mend the number in the line '# setup'");
         o.paper.gaps = in.value("gaps", o.paper.gaps);
         o.paper.pruning = in.value("pruning", o.paper.pruning);
         if (in.contains("kernel")) o.kernel = k_kernels.at(in.at("kernel"));

@@ -265,6 +265,8 @@ struct QueryOptions {
     bool pruning = true;  ///< a part that proves a point free outweighs those that claim it (section 2); false: any claim counts
     friend constexpr bool operator==(const QueryOptions&, const QueryOptions&) = default;
 };
+/// Its numbers, whose ranges all doors take from here. A query does not check them.
+inline constexpr NumberOption<QueryOptions> k_query_numbers[] = {{"nearest_steps", &QueryOptions::nearest_steps, {0, 100}}};
 
 /// The first option of queries and forces that is not its default and that answers do not depend on. layer: the one that answers.
 /// is_paper: the model is.

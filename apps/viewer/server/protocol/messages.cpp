@@ -173,9 +173,9 @@ bool read_paper(const json& in, Settings& s)
     if (!in.contains("projector")) return true;
     std::size_t projector = 0;
     std::uint32_t steps = 0;
-    if (!one_of(in, "projector", k_projector_names, projector) || !index(in, "nearestSteps", steps) || steps > 8 ||
-        !flag(in, "gaps", s.paper.gaps) || !flag(in, "pruning", s.paper.pruning) || !index(in, "gate", s.gate) || s.gate > 1000 ||
-        !flag(in, "offset", s.offset))
+    if (!one_of(in, "projector", k_projector_names, projector) || !index(in, "nearestSteps", steps) ||
+        !option_named(paper::k_query_numbers, "nearest_steps").range.holds(steps) || !flag(in, "gaps", s.paper.gaps) ||
+        !flag(in, "pruning", s.paper.pruning) || !index(in, "gate", s.gate) || s.gate > 1000 || !flag(in, "offset", s.offset))
         return false;
     s.paper.projector = static_cast<paper::Projector>(projector);
     s.paper.nearest_steps = static_cast<int>(steps);

@@ -42,7 +42,7 @@ struct Settings {
     double tool_radius = 0.006;  ///< m, of the ball, 0.001 to 0.05
     double zone = 0;         ///< m, of the impact zone of a hand or a mesh about the tool's position; 0: the whole tool; to 0.1
     double force_limit = 2;  ///< N, 0.1 to 3.3
-    paper::QueryOptions paper{};         ///< how objects with the paper's maps are read; nearest_steps 0 to 8
+    paper::QueryOptions paper{};         ///< how objects with the paper's maps are read; numbers within paper::k_query_numbers
     std::uint32_t gate = query::k_gate;  ///< k_L of layer Gate, to 1000
     bool offset = false;                 ///< eq. 12, with the paper's force
     bool edges = false;                  ///< edges and faces of a hand or a mesh touch too, where its surface is closed

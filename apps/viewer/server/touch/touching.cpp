@@ -284,6 +284,8 @@ void Touching::add_status(ordered_json& out) const
     out["device"] = device_;
     out["devices"] = devices_;
     out["settings"] = settings_json(settings_);
+    const OptionRange steps = option_named(paper::k_query_numbers, "nearest_steps").range;
+    out["nearestSteps"] = {steps.least, steps.max};
     out["toolRevision"] = tool_revision_;
     out["recorded"] = recorder_.recording() ? 0 : recorder_.ticks();
     if (touch_ != nullptr) {

@@ -117,6 +117,7 @@ export interface Status {
   device: number;
   devices: DeviceRow[];
   settings: Settings;
+  nearestSteps: [number, number]; ///< the range of this setting
   cloth: { here: boolean; worn: Worn | null };
   toolRevision: number;
   recorded?: number; ///< ticks of the recording that the program keeps

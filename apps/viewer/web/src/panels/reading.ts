@@ -50,11 +50,17 @@ const projector = pick(
   'touch-projector',
   'Eqs. 15 to 19; as printed the depth is eq. 21’s',
 );
-const steps = number('Nearest steps', '', [0, 8, 1], 'nearestSteps', 1, false);
+const steps = number('Nearest steps', '', [0, 2, 1], 'nearestSteps', 1, false);
 const gaps = flag('Openings behind the first surface', 'gaps', 'touch-gaps');
 const pruning = flag('Parts prove points free', 'pruning', 'touch-pruning', 'Pruning of section 2');
 const offset = flag('Offset', 'offset', 'touch-offset', 'Eq. 12, with the paper’s force');
 const ofPaperMaps = [projector, steps, gaps, pruning, offset];
+
+on(['status'], () => {
+  const range = state.status?.nearestSteps,
+    input = steps.querySelector('input')!;
+  if (range) [input.min, input.max] = range.map(String);
+});
 
 export const readingRows = [layer, tolerance, gate, force, ...ofPaperMaps];
 
