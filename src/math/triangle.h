@@ -70,4 +70,12 @@ struct TriangleFoot {
     return foot_on_triangle(p, a, b, c).point;
 }
 
+/// The unit normal of a triangle, counter-clockwise outward; zero without an area.
+[[nodiscard]] inline Vec3d normal_of_triangle(const Vec3d& a, const Vec3d& b, const Vec3d& c) noexcept
+{
+    const Vec3d across = cross(b - a, c - a);
+    const double area = norm(across);
+    return area > 0 ? across / area : Vec3d{};
+}
+
 }  // namespace sqmap

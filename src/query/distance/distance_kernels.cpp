@@ -9,7 +9,6 @@
 #include <hwy/highway.h>
 
 #include "query/distance/bounds-inl.h"
-#include "query/distance/double_feet-inl.h"
 #include "query/distance/packet-inl.h"
 #include "sqmap/math/assert.h"
 #include "sqmap/math/box.h"
@@ -127,11 +126,6 @@ void find_leaves(const ModelView& model, Vec3f point, float reach, LeafVisit vis
     Hierarchy(model).each_leaf(point, reach, [=](std::uint32_t leaf) { return visit(context, leaf); });
 }
 
-void find_feet(DoubleFeet& feet, std::size_t first, std::size_t count)
-{
-    for (std::size_t i = first; i < first + count; i += hn::Lanes(dd)) FeetOfPairs(feet, i).store();
-}
-
 }  // namespace sqmap::query::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -145,7 +139,6 @@ HWY_EXPORT(find_bounds);
 HWY_EXPORT(find_nearest);
 HWY_EXPORT(find_near_triangles);
 HWY_EXPORT(find_leaves);
-HWY_EXPORT(find_feet);
 
 std::size_t bound_surfaces(const model::ModelView& model, float within, std::span<const Vec3f> points,
                            std::span<NearestSurface> found, std::span<std::uint16_t> near) noexcept
@@ -178,12 +171,6 @@ void visit_leaves(const model::ModelView& model, Vec3f point, float reach, LeafV
 {
     SQMAP_ASSERT(!model.distance.groups.empty());
     HWY_DYNAMIC_DISPATCH(find_leaves)(model, point, reach, visit, context);
-}
-
-void measure_feet(DoubleFeet& feet, std::size_t first, std::size_t count) noexcept
-{
-    SQMAP_ASSERT(first % k_feet_lanes == 0 && count % k_feet_lanes == 0 && first + count <= DoubleFeet::k_capacity);
-    HWY_DYNAMIC_DISPATCH(find_feet)(feet, first, count);
 }
 
 }  // namespace sqmap::query

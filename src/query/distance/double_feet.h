@@ -46,9 +46,4 @@ private:
     }
 };
 
-/// For DoubleFeet::measure: the same for whole vectors, but where triangles are as good as without area their corners are 0.
-/// @pre first and count are multiples of k_feet_lanes
-void measure_feet(DoubleFeet& feet, std::size_t first, std::size_t count) noexcept;
-inline constexpr std::size_t k_feet_lanes = 8;
-
 }  // namespace sqmap::query

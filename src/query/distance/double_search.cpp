@@ -95,14 +95,6 @@ double weight_of(const Corners& t, unsigned corners)
     return angle_at(t, static_cast<std::size_t>(std::countr_zero(corners)));
 }
 
-/// A triangle's unit normal, zero without an area.
-Vec3d normal_of(const Corners& t)
-{
-    const Vec3d across = cross(t[1] - t[0], t[2] - t[0]);
-    const double area = norm(across);
-    return area > 0 ? across / area : Vec3d{};
-}
-
 double sum_of(Vec3d v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); }
 
 /// A point's leaves in the order in which a search visits them.
@@ -306,7 +298,7 @@ private:
             if (!(feet_.distance_sq[i] <= limit_sq)) continue;
             const Corners t = feet_.triangle_of(i);
             const double weight = weight_of(t, static_cast<unsigned>(feet_.corners[i]));
-            normal += weight * normal_of(t);
+            normal += weight * normal_of_triangle(t[0], t[1], t[2]);
             sum += weight * feet_.height[i];
             sizes += weight * feet_.distance[i];
         }
@@ -328,27 +320,6 @@ private:
 };
 
 }  // namespace
-
-void DoubleFeet::measure(std::size_t first, std::size_t count)
-{
-    const std::size_t begin = first / k_feet_lanes * k_feet_lanes, end = first + count;
-    std::size_t filled = end;
-    for (; filled % k_feet_lanes != 0; ++filled) put(filled, vector(point, end - 1), triangle_of(end - 1));
-    measure_feet(*this, begin, filled - begin);
-    for (std::size_t i = begin; i < end; ++i) {
-        if (corners[i] != 0) continue;
-        const Corners t = triangle_of(i);
-        const Vec3d p = vector(point, i);
-        const TriangleFoot foot = foot_on_triangle(p, t[0], t[1], t[2]);
-        const Vec3d from_point = foot.point - p;
-        put_vector(offset, i, from_point);
-        distance_sq[i] = norm_sq(from_point);
-        distance[i] = std::sqrt(distance_sq[i]);
-        height[i] = -dot(from_point, normal_of(t));
-        facing[i] = distance[i] > 0 ? std::abs(height[i]) / distance[i] : 0;
-        corners[i] = foot.corners;
-    }
-}
 
 void nearest_in_double(const ModelView& model, std::span<const Vec3d> points, std::span<const NearTriangles> near,
                        std::span<NearestInDouble> found) noexcept

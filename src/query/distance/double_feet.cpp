@@ -1,16 +1,21 @@
+#ifdef __wasm__  // Highway 1.0.3 has no vectors of doubles there
+#undef HWY_COMPILE_ONLY_STATIC
+#define HWY_COMPILE_ONLY_SCALAR
+#endif
 // The nearest point of a triangle by the region of its plane that a point projects to (C. Ericson, Real-Time Collision Detection,
 // 2005, 5.1.5), as foot_on_triangle computes it, without a branch.
-#if defined(SQMAP_QUERY_DOUBLE_FEET_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef SQMAP_QUERY_DOUBLE_FEET_INL_H
-#undef SQMAP_QUERY_DOUBLE_FEET_INL_H
-#else
-#define SQMAP_QUERY_DOUBLE_FEET_INL_H
-#endif
-
-#include "math/double_lanes-inl.h"
 #include "query/distance/double_feet.h"
 
+#include "math/triangle.h"
+
+#include <cmath>
 #include <limits>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "query/distance/double_feet.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+#include "math/double_lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {
@@ -126,7 +131,43 @@ private:
 };
 
 }  // namespace
+
+/// All columns of whole vectors, but where triangles are as good as without area their corners are 0.
+/// @pre first and count are multiples of eight
+void find_feet(DoubleFeet& feet, std::size_t first, std::size_t count)
+{
+    for (std::size_t i = first; i < first + count; i += hn::Lanes(dd)) FeetOfPairs(feet, i).store();
+}
+
 }  // namespace sqmap::query::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
+#if HWY_ONCE
+namespace sqmap::query {
+
+HWY_EXPORT(find_feet);
+
+void DoubleFeet::measure(std::size_t first, std::size_t count)
+{
+    constexpr std::size_t k_lanes = 8;
+    const std::size_t begin = first / k_lanes * k_lanes, end = first + count;
+    std::size_t filled = end;
+    for (; filled % k_lanes != 0; ++filled) put(filled, vector(point, end - 1), triangle_of(end - 1));
+    HWY_DYNAMIC_DISPATCH(find_feet)(*this, begin, filled - begin);
+    for (std::size_t i = begin; i < end; ++i) {
+        if (corners[i] != 0) continue;
+        const std::array<Vec3d, 3> t = triangle_of(i);
+        const Vec3d p = vector(point, i);
+        const TriangleFoot foot = foot_on_triangle(p, t[0], t[1], t[2]);
+        const Vec3d from_point = foot.point - p;
+        put_vector(offset, i, from_point);
+        distance_sq[i] = norm_sq(from_point);
+        distance[i] = std::sqrt(distance_sq[i]);
+        height[i] = -dot(from_point, normal_of_triangle(t[0], t[1], t[2]));
+        facing[i] = distance[i] > 0 ? std::abs(height[i]) / distance[i] : 0;
+        corners[i] = foot.corners;
+    }
+}
+
+}  // namespace sqmap::query
 #endif
