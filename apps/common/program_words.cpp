@@ -28,7 +28,7 @@ const mesh::SettingNames k_program_settings({{Setting::Repair, "--repair"},
 std::string as_option(const std::string& name)
 {
     std::string out = "--" + name;
-    std::ranges::replace(out, '_', '-');
+    std::replace(out.begin(), out.end(), '_', '-');
     return out;
 }
 

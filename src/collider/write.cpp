@@ -37,9 +37,10 @@ struct Draft {
     {
         const auto certified = [](const Colliders::Item& item) { return item.certified; };
         return "sqmap export: " + std::to_string(colliders.items.size()) +
-               (colliders.is_cover()                              ? " balls, together certified to hold the solid"
-                : std::ranges::all_of(colliders.items, certified) ? " shapes, each certified to hold its part"
-                                                                  : " shapes, not all certified to hold their parts") +
+               (colliders.is_cover() ? " balls, together certified to hold the solid"
+                : std::all_of(colliders.items.begin(), colliders.items.end(), certified)
+                    ? " shapes, each certified to hold its part"
+                    : " shapes, not all certified to hold their parts") +
                " as written here; lengths in the mesh's units. Whole: " + words(colliders.whole);
     }
 };

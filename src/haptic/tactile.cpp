@@ -1,9 +1,7 @@
 // I. Akinola et al., "TacSL: A Library for Visuotactile Sensor Simulation and Learning", 2024: penalty forces of taxels. Depth
 // and direction are sqmap's own.
-#ifdef __wasm__  // Highway 1.0.3 has no vectors of doubles there
-#undef HWY_COMPILE_ONLY_STATIC
-#define HWY_COMPILE_ONLY_SCALAR
-#endif
+#include "math/double_targets.h"  // before Highway
+
 #include "sqmap/haptic/tactile.h"
 
 #include "sqmap/math/assert.h"

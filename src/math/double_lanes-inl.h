@@ -6,6 +6,10 @@
 #define SQMAP_MATH_DOUBLE_LANES_INL_H
 #endif
 
+#ifndef SQMAP_HAS_DOUBLE_TARGETS
+#error "include math/double_targets.h before Highway"
+#endif
+
 #include "sqmap/math/vec.h"
 
 #include <hwy/highway.h>

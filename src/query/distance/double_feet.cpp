@@ -1,9 +1,7 @@
-#ifdef __wasm__  // Highway 1.0.3 has no vectors of doubles there
-#undef HWY_COMPILE_ONLY_STATIC
-#define HWY_COMPILE_ONLY_SCALAR
-#endif
 // The nearest point of a triangle by the region of its plane that a point projects to (C. Ericson, Real-Time Collision Detection,
 // 2005, 5.1.5), as foot_on_triangle computes it, without a branch.
+#include "math/double_targets.h"  // before Highway
+
 #include "query/distance/double_feet.h"
 
 #include "math/triangle.h"

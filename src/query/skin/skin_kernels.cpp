@@ -1,7 +1,5 @@
-#ifdef __wasm__  // Highway 1.0.3 has no vectors of doubles there
-#undef HWY_COMPILE_ONLY_STATIC
-#define HWY_COMPILE_ONLY_SCALAR
-#endif
+#include "math/double_targets.h"  // before Highway
+
 #include "skin_kernels.h"
 
 #include <bit>
