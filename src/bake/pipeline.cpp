@@ -7,6 +7,7 @@
 #include "bake/parts/bound_figures.h"
 #include "bake/parts/fit.h"
 #include "budget.h"
+#include "decompose/mirror.h"
 #include "decompose/named_parts.h"
 #include "decompose/partition.h"
 #include "mesh/simplified.h"
@@ -264,9 +265,13 @@ decompose::Partition Bake::named_partition(const mesh::Mesh& mesh)
 {
     decompose::Partition partition = first_partition(mesh, options_);
     if (options_.partition != nullptr) return partition;
-    if (!hidden_share() && options_.decompose.cutting == decompose::Cutting::Passes)
+    std::optional<decompose::Mirror> mirror;
+    if (!hidden_share() && options_.decompose.cutting == decompose::Cutting::Passes) {
         partition = decompose::cut_creases(mesh, std::move(partition), {.max_parts = options_.max_parts});
-    const std::vector<std::uint32_t> names = decompose::named_parts(mesh, partition);
+        mirror = decompose::find_mirror(mesh);
+        if (mirror) partition = decompose::symmetrised(mesh, *mirror, std::move(partition), options_.max_parts);
+    }
+    const std::vector<std::uint32_t> names = decompose::named_parts(mesh, partition, {}, mirror ? &*mirror : nullptr);
     name_of_triangle_.clear();
     for (const std::uint32_t part : partition.part_of_triangle) name_of_triangle_.push_back(names[part]);
     return partition;

@@ -4,6 +4,7 @@
 #include "decompose/named_parts.h"
 
 #include "cut.h"
+#include "mirror.h"
 #include "partition.h"
 
 #include <algorithm>
@@ -132,6 +133,43 @@ Bend bend_of(Surroundings& surroundings, std::span<const BorderEdge> border, std
     return bend;
 }
 
+/// The part at the mirror image of each: itself where no part has most of it, or without a mirror.
+std::vector<std::uint32_t> images_of(const mesh::Mesh& mesh, const Partition& partition, const Mirror* mirror)
+{
+    std::vector<std::uint32_t> image(partition.part_count);
+    std::iota(image.begin(), image.end(), 0u);
+    if (mirror == nullptr) return image;
+    std::map<Pair, double> shared;
+    std::vector<double> area(partition.part_count, 0.0);
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+        const std::uint32_t part = partition.part_of_triangle[t], o = mirror->of_triangle[t];
+        const double a = mesh::triangle_area(mesh, t);
+        area[part] += a;
+        if (o != mesh::k_no_triangle) shared[{part, partition.part_of_triangle[o]}] += a;
+    }
+    for (const auto& [pair, common] : shared)
+        if (2 * common > area[pair.first]) image[pair.first] = pair.second;
+    return image;
+}
+
+/// The parts at the mirror images of two.
+Pair images(const std::vector<std::uint32_t>& image, const Pair& pair)
+{
+    const std::uint32_t a = image[pair.first], b = image[pair.second];
+    return {std::min(a, b), std::max(a, b)};
+}
+
+/// A border bends as much as its mirror image.
+void bend_with_images(std::map<Pair, Bend>& bends, const std::vector<std::uint32_t>& image)
+{
+    const std::map<Pair, Bend> single = bends;
+    for (auto& [pair, bend] : bends) {
+        const auto it = single.find(images(image, pair));
+        const Bend& other = it != single.end() ? it->second : single.at(pair);
+        bend.sum = bend.length * std::max(bend.mean(), other.mean());
+    }
+}
+
 /// Joins b to a.
 void join(std::map<Pair, Bend>& bends, std::uint32_t a, std::uint32_t b)
 {
@@ -233,7 +271,8 @@ std::vector<std::uint32_t> labels_of_parts(const Partition& partition, const std
     return labels;
 }
 
-std::vector<std::uint32_t> named_parts(const mesh::Mesh& mesh, const Partition& partition, const NamedPartOptions& options)
+std::vector<std::uint32_t> named_parts(const mesh::Mesh& mesh, const Partition& partition, const NamedPartOptions& options,
+                                       const Mirror* mirror)
 {
     const CutSurface surface(mesh);
     Surroundings surroundings(surface);
@@ -243,6 +282,8 @@ std::vector<std::uint32_t> named_parts(const mesh::Mesh& mesh, const Partition& 
     for (const Boundary& b : partition.boundaries)
         if (const auto it = bends.find({b.part_a, b.part_b}); it != bends.end() && b.kind == CutKind::Salient)
             it->second.sum += (options.least_bend - options.salient_bend) * it->second.length;
+    const std::vector<std::uint32_t> image = images_of(mesh, partition, mirror);
+    bend_with_images(bends, image);
     std::vector<std::uint32_t> group(partition.part_count);
     std::iota(group.begin(), group.end(), 0u);
     while (!bends.empty()) {
@@ -250,9 +291,13 @@ std::vector<std::uint32_t> named_parts(const mesh::Mesh& mesh, const Partition& 
                                                [](const auto& l, const auto& r) { return l.second.mean() < r.second.mean(); });
         if (flattest->second.mean() > options.least_bend) break;
         const auto [a, b] = flattest->first;
-        for (std::uint32_t& g : group)
-            if (g == b) g = a;
-        join(bends, a, b);
+        for (const auto& [x, y] : {Pair{a, b}, images(image, {a, b})}) {
+            const std::uint32_t into = std::min(group[x], group[y]), from = std::max(group[x], group[y]);
+            if (!bends.contains({into, from})) continue;
+            for (std::uint32_t& g : group)
+                if (g == from) g = into;
+            join(bends, into, from);
+        }
     }
     number_anew(group);
     return group;

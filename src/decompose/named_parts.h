@@ -8,6 +8,8 @@
 
 namespace sqmap::decompose {
 
+struct Mirror;
+
 /// Thresholds of named_parts(), free of scale: parts are joined across a border where the surface turns inwards by less on
 /// average; radians.
 struct NamedPartOptions {
@@ -17,11 +19,11 @@ struct NamedPartOptions {
 
 /// Joins parts whose border a person would not cut, because the surface hardly turns inwards across it. partition: of the mesh's
 /// triangles.
-/// Any units and frame. Returns the number of each part's named part (#parts), counted from zero in the order of their first
-/// part. Cost: O(n log n) in the mesh. Thread-safe. @throw std::bad_alloc Source: the minima rule (D. D. Hoffman, W. A. Richards,
-/// "Parts of recognition", Cognition 18, 1984).
+/// mirror: of the mesh, or null; parts at mirror images are joined alike. Any units and frame. Returns the number of each part's
+/// named part (#parts), counted from zero in the order of their first part. Cost: O(n log n) in the mesh. Thread-safe. @throw
+/// std::bad_alloc Source: the minima rule (D. D. Hoffman, W. A. Richards, "Parts of recognition", Cognition 18, 1984).
 [[nodiscard]] std::vector<std::uint32_t> named_parts(const mesh::Mesh& mesh, const Partition& partition,
-                                                     const NamedPartOptions& options = {});
+                                                     const NamedPartOptions& options = {}, const Mirror* mirror = nullptr);
 
 /// Thresholds of cut_creases(), free of scale.
 struct CreaseOptions {

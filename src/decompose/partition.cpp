@@ -174,14 +174,12 @@ void order_by_area(const CutSurface& s, Partition& partition)
               [](const Boundary& a, const Boundary& b) { return pair_of(a.part_a, a.part_b) < pair_of(b.part_a, b.part_b); });
 }
 
-Partition carried_over(const mesh::Mesh& mesh, const Partition& coarse, std::vector<std::uint32_t> labels)
+Partition grown(const CutSurface& s, const Partition& partition, std::vector<std::uint32_t> labels, FormerLabels former)
 {
-    const CutSurface s(mesh);
-    FormerLabels former;
-    for (std::uint32_t l = 0; l < coarse.part_count; ++l) former.push_back({l});
-    // The largest piece of each part stays; what is apart from it goes to the parts around it, triangle by triangle.
-    std::vector<std::vector<std::uint32_t>> largest(coarse.part_count);
+    // The largest piece of each label stays; what is apart from it goes to the labels around it, triangle by triangle.
+    std::vector<std::vector<std::uint32_t>> largest(former.size());
     for (std::vector<std::uint32_t>& piece : pieces_of(s, all_triangles(s), labels)) {
+        if (labels[piece.front()] == mesh::k_no_triangle) continue;
         std::vector<std::uint32_t>& kept = largest[labels[piece.front()]];
         if (s.area_of(piece) > s.area_of(kept)) kept.swap(piece);
     }
@@ -197,7 +195,7 @@ Partition carried_over(const mesh::Mesh& mesh, const Partition& coarse, std::vec
             for (const std::uint32_t o : s.graph.neighbours[queue[next]])
                 if (o != mesh::k_no_triangle && labels[o] == mesh::k_no_triangle) grow(o, labels[queue[next]]);
     };
-    for (std::uint32_t l = 0; l < coarse.part_count; ++l)
+    for (std::uint32_t l = 0; l < largest.size(); ++l)
         for (const std::uint32_t t : largest[l]) grow(t, l);
     spread();
     for (std::uint32_t t = 0; t < labels.size(); ++t) {
@@ -207,11 +205,18 @@ Partition carried_over(const mesh::Mesh& mesh, const Partition& coarse, std::vec
         spread();
     }
     Partition out{std::move(labels), static_cast<std::uint32_t>(former.size()), {}};
-    out.boundaries = boundaries_of(s, out, {kinds_of(coarse), former, CutKind::Error});
+    out.boundaries = boundaries_of(s, out, {kinds_of(partition), former, CutKind::Error});
     order_by_area(s, out);
-    // Parts of the coarse mesh without a triangle have come last.
+    // Labels without a triangle have come last.
     out.part_count = 1 + *std::max_element(out.part_of_triangle.begin(), out.part_of_triangle.end());
     return out;
+}
+
+Partition carried_over(const mesh::Mesh& mesh, const Partition& coarse, std::vector<std::uint32_t> labels)
+{
+    FormerLabels former;
+    for (std::uint32_t l = 0; l < coarse.part_count; ++l) former.push_back({l});
+    return grown(CutSurface(mesh), coarse, std::move(labels), std::move(former));
 }
 
 }  // namespace sqmap::decompose

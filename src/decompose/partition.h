@@ -42,6 +42,12 @@ void apply_merge(const CutSurface& surface, Partition& partition, std::uint32_t 
 
 void order_by_area(const CutSurface& surface, Partition& partition);
 
+/// Labels of which each is connected: the largest piece of each keeps its label, others and triangles without a label
+/// (k_no_triangle) go to those around them. former: of each label, those of the partition that it is of; appended to for
+/// components without a label.
+[[nodiscard]] Partition grown(const CutSurface& surface, const Partition& partition, std::vector<std::uint32_t> labels,
+                              std::vector<std::vector<std::uint32_t>> former);
+
 /// The partition of a coarser mesh on this one, by area. labels: #triangles, the coarse part that each lies on; pieces that are
 /// apart from the largest of their part go to the parts around them.
 [[nodiscard]] Partition carried_over(const mesh::Mesh& mesh, const Partition& coarse, std::vector<std::uint32_t> labels);
