@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace sqmap::shape {
 namespace {
@@ -61,13 +62,15 @@ Foot<Real> polish_foot(const Superquadric<Real>& sq, Vec3<Real> p, const Surface
             const Real length = norm(step);
             if (length > size) step = (size / length) * step;
         }
+        // The distance is flat at its minimum: there the miss decides, up to what rounding of positions leaves of the distance.
+        const Real rounded_twice = 8 * std::numeric_limits<Real>::epsilon() * size;
+        const Real max_sq = distance_sq * (Real(1) + Real(1e-6)) + rounded_twice * (std::abs(foot.depth) + foot.miss);
         bool moved = false;
         for (int halving = 0; halving < 4 && !moved; ++halving, step = Real(0.5) * step) {
             const SurfacePosition<Real> position = position_through(local, at.point + step);
             const SurfacePoint<Real> next = surface_point(local, position);
             const Real next_sq = norm_sq(q - next.point);
-            // The distance is flat at its minimum: there the miss decides, up to what rounding leaves of it.
-            if (next_sq <= distance_sq * (Real(1) + Real(1e-6))) {
+            if (next_sq <= max_sq) {
                 foot.position = position;
                 at = next;
                 distance_sq = next_sq;

@@ -10,6 +10,8 @@
 #include "paper/query/foot_record.h"
 #include "query/superquadric/surface-inl.h"
 
+#include <limits>
+
 HWY_BEFORE_NAMESPACE();
 namespace sqmap::paper::HWY_NAMESPACE {
 using namespace query::HWY_NAMESPACE;
@@ -27,6 +29,8 @@ struct NewtonLimits {
     float tolerance = 1e-5f;
 };
 constexpr float k_proven_miss = 1e-3f;
+/// Twice the rounding of a position, of the largest semi-axis.
+constexpr float k_rounded_twice = 8 * std::numeric_limits<float>::epsilon();
 
 /// p - point, split into its components along and across the normal.
 struct LineToFoot {
@@ -79,6 +83,9 @@ HWY_NOINLINE FootLanes polished_foot(const SuperquadricLanes& sq, const V3& q, F
         if (!any(active)) break;
         V3 step = newton_step(sq, foot.position, line);
         M left = active;
+        // The distance is flat at its minimum: there the miss decides, up to what rounding of positions leaves of the distance.
+        const F max_sq = mul_add(set(k_rounded_twice * sq.size()), hn::Add(hn::Abs(line.depth), line.miss),
+                                 hn::Mul(distance_sq, set(1.f + 1e-6f)));
         // A step that would not shorten the line is halved.
         for (int halving = 0; halving < 4 && any(left); ++halving) {
             F gauge;
@@ -86,8 +93,7 @@ HWY_NOINLINE FootLanes polished_foot(const SuperquadricLanes& sq, const V3& q, F
             const SurfaceLanes next = sq.surface(position);
             const V3 d = minus(q, next.point);
             const F next_sq = dot(d, d);
-            // The distance is flat at its minimum: there the miss decides, up to what rounding leaves of it.
-            const M moved = hn::And(left, hn::Le(next_sq, hn::Mul(distance_sq, set(1.f + 1e-6f))));
+            const M moved = hn::And(left, hn::Le(next_sq, max_sq));
             foot.position = blend(moved, position, foot.position);
             foot.at = {blend(moved, next.point, foot.at.point), blend(moved, next.normal, foot.at.normal)};
             distance_sq = blend(moved, next_sq, distance_sq);

@@ -94,7 +94,7 @@ public:
             else
                 return std::nullopt;
         }
-        return out.agreed(1e-4 * size());
+        return out.agreed(2e-5 * size());
     }
 
     /// The spring that closest-point steps from the part's table of surfaces lead to; without a normal: they start at none that
@@ -119,7 +119,7 @@ public:
             else
                 out.springs.push_back({});
         }
-        return out.agreed(1e-4 * size());
+        return out.agreed(2e-5 * size());
     }
 
 private:
@@ -148,7 +148,7 @@ private:
         std::vector<Spring> springs;
         bool is_known = true;
 
-        /// The spring, if all are the same to a length.
+        /// The spring, if shifts move it by no more than a length.
         [[nodiscard]] std::optional<Spring> agreed(double within) const
         {
             if (!is_known || springs.empty()) return std::nullopt;
@@ -158,7 +158,6 @@ private:
                 if (apart > within || (norm(s.normal) > 0) != (norm(out.normal) > 0)) return std::nullopt;
                 out.rounding = std::max(out.rounding, s.rounding + k_shifts_margin * apart);
             }
-            if (out.rounding > within) return std::nullopt;
             return out;
         }
     };

@@ -242,8 +242,7 @@ void follow_all(sqmap::test::PaperModel& baked, int ticks)
                 Traced traced = kind;
                 traced.one_point = one_point;
                 traced.smoothed = smoothed;
-                // Near a pole rounding grows from step to step faster than the shifts tell: in one or two ticks of 10,000.
-                const int all = kind.nearest_steps > 0 ? std::min(ticks, 1000) : ticks, n = smoothed ? all : all / 4;
+                const int n = smoothed ? ticks : ticks / 4;
                 const Counts count = follow(baked, traced, n);
                 EXPECT_GT(count.touching, n / 20);
                 springs += count.springs;

@@ -83,6 +83,25 @@ Vec3d point_at_depth(const Superquadricd& sq, std::mt19937& g, double depth)
     return shape::deform(sq, (1 - depth) * q);
 }
 
+TEST(Projection, NewtonsFootEndsBelowItsToleranceHoweverShallowThePoint)
+{
+    // Near the surface rounding of positions is a large share of the distance, by which a step is judged.
+    Superquadricd sq;
+    sq.a = {0.52, 0.42, 0.7};
+    sq.eps1 = 0.79;
+    sq.eps2 = 0.6;
+    const paper::Map map = coarse_map(sq);
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> eta(-1.4, 1.4), omega(-pi, pi), depth(0.005, 0.1);
+    for (int i = 0; i < 20000; ++i) {
+        const auto s = shape::surface_point(sq, DoubleAngles{eta(random), omega(random)});
+        const Vec3f p = cast<float>(s.point - depth(random) * s.normal);
+        const shape::Foot<float> foot = find_foot(map.view(), p, Projector::Newton);
+        const Vec3d across = cross(cast<double>(foot.normal), cast<double>(p - foot.point));
+        EXPECT_LT(norm(across), (1e-5 + 2e-6) * 0.7) << i;
+    }
+}
+
 TEST(NormalProjection, NewtonFootOfShallowPointsIsTheNearestSurfacePoint)
 {
     std::mt19937 g(1);
