@@ -353,7 +353,9 @@ TEST_P(StandIn, HasEightToTwentyPartsAsPrinted)
     const std::uint32_t parts = printed_parts(m, options.printed_strength, options.printed_curvature);
     EXPECT_GE(parts, 8u);
     // The mesh that stands for a missing one is another animal, for which no count is claimed.
-    if (test::real_mesh_file(GetParam()).string().starts_with(test::shared_folder().string())) EXPECT_LE(parts, 20u);
+    if (test::real_mesh_file(GetParam()).string().starts_with(test::shared_folder().string())) {
+        EXPECT_LE(parts, 20u);
+    }
 }
 
 INSTANTIATE_TEST_SUITE_P(Animals, StandIn,

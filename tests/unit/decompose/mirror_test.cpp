@@ -2,6 +2,7 @@
 
 #include "decompose/named_parts.h"
 #include "sqmap/mesh/shapes.h"
+#include "support/parts_by.h"
 
 #include <gtest/gtest.h>
 
@@ -17,6 +18,8 @@
 
 namespace sqmap::decompose {
 namespace {
+
+using test::parts_by;
 
 /// A body with four legs and a tail. lean: by how much one leg differs from its mirror image about y = 0. Its triangles are
 /// nowhere their own mirror images.
@@ -82,15 +85,6 @@ TEST(FindMirror, TheLongestAxisGoesFirstAndOneThatMayTurnFreelyLast)
     ASSERT_TRUE(dumbbell && torus);
     EXPECT_GT(std::abs(dumbbell->normal.z), 0.999);
     EXPECT_GT(std::abs(torus->normal.z), 0.999);
-}
-
-Partition parts_by(const mesh::Mesh& mesh, std::uint32_t count, const std::function<std::uint32_t(Vec3d)>& part_at)
-{
-    Partition partition;
-    partition.part_count = count;
-    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
-        partition.part_of_triangle.push_back(part_at(mesh::triangle_centroid(mesh, t)));
-    return partition;
 }
 
 constexpr double k_around_bar = 2 * std::numbers::pi * 0.35;

@@ -1,12 +1,12 @@
 #include "decompose/named_parts.h"
 
 #include "sqmap/mesh/shapes.h"
+#include "support/parts_by.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdint>
-#include <functional>
 #include <numbers>
 #include <set>
 #include <vector>
@@ -14,15 +14,7 @@
 namespace sqmap::decompose {
 namespace {
 
-/// Parts by where the triangles' centroids are.
-Partition parts_by(const mesh::Mesh& mesh, std::uint32_t count, const std::function<std::uint32_t(Vec3d)>& part_at)
-{
-    Partition partition;
-    partition.part_count = count;
-    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
-        partition.part_of_triangle.push_back(part_at(mesh::triangle_centroid(mesh, t)));
-    return partition;
-}
+using test::parts_by;
 
 using Names = std::vector<std::uint32_t>;
 
