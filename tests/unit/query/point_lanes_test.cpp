@@ -266,15 +266,23 @@ void check_leaves(const test::Parsed& m, std::size_t part, const std::string& wh
     std::vector<LeafAnswer> found(points.size());
     HWY_DYNAMIC_DISPATCH(leaves)(view, part, points, found);
     const model::CentralMap map(view, view.parts[part]);
+    std::size_t on_border = 0;
     for (std::size_t i = 0; i < points.size(); ++i) {
         const Vec3f x = map.to_chart_frame(points[i]);
         const model::ChartPoint q = model::to_chart(x);
         const model::Leaf leaf = map.leaf_at(q.face, q.s, q.t);
         const LeafAnswer& lane = found[i];
         ASSERT_EQ(map.in_domain(x), lane.in_domain) << what;
+        if (leaf.s0 != lane.s0 || leaf.t0 != lane.t0) {
+            // Rounding decides between neighbours on whose common border the point lies: both hold it.
+            constexpr float k_border = 1e-6f;
+            const float size = 1 / lane.inverse_size;
+            ASSERT_LE(std::abs(q.s - lane.s0 - 0.5f * size), 0.5f * size + k_border) << what;
+            ASSERT_LE(std::abs(q.t - lane.t0 - 0.5f * size), 0.5f * size + k_border) << what;
+            ASSERT_LE(++on_border, points.size() / 1000) << what;
+            continue;
+        }
         ASSERT_EQ(leaf.kind, model::CentralCell{static_cast<std::uint16_t>(lane.cell)}.kind()) << what;
-        ASSERT_EQ(leaf.s0, lane.s0) << what;
-        ASSERT_EQ(leaf.t0, lane.t0) << what;
         ASSERT_EQ(1.f / leaf.size, lane.inverse_size) << what;
         if (leaf.kind == model::CellKind::Single) {
             const model::SheetValue value = model::sheet_value(leaf, 0, q.s, q.t);
