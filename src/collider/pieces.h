@@ -40,8 +40,7 @@ struct Pieces {
 /// model: with its exact layer. @throw mesh::InvalidInput without it, with the cure
 /// Cost: linear in the triangles.
 [[nodiscard]] Pieces pieces_of(const model::ModelView& model, const std::string& name);
-/// Parts that stand in place of the model's own. @throw as above, and where a span of theirs has another length than the
-/// partition
+/// Edited parts, which replace the model's own. @throw as above, and where a span has another length than the partition
 [[nodiscard]] Pieces pieces_of(const model::ModelView& model, const EditedParts& parts, const std::string& name);
 
 /// How a mesh is cut.

@@ -48,6 +48,8 @@ public:
         sample();
     }
 
+    [[nodiscard]] bool has_area() const { return !samples_.empty(); }
+
     [[nodiscard]] std::array<Plane, 3> candidates() const
     {
         Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
@@ -146,6 +148,7 @@ private:
     /// has a say.
     void sample()
     {
+        if (!(total_ > 0)) return;
         std::vector<std::pair<double, std::uint32_t>> order;
         for (std::uint32_t t = 0; t < area_.size(); ++t) order.emplace_back(norm_sq(centre_[t] - mean_), t);
         std::sort(order.begin(), order.end());
@@ -173,6 +176,7 @@ private:
 std::optional<Mirror> find_mirror(const mesh::Mesh& mesh)
 {
     const MirrorFinder finder(mesh);
+    if (!finder.has_area()) return std::nullopt;
     Plane best{};
     double best_share = 0;
     for (const Plane& candidate : finder.candidates()) {

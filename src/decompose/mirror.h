@@ -19,7 +19,8 @@ struct Mirror {
 
 /// The plane about which a surface is symmetric, if there is one: at least k_symmetric_share of its area, mirrored, lies within
 /// k_symmetric_distance of the surface and faces as it does. It is sought near the planes through the centroid across the
-/// principal axes. Any units and frame; it turns with the mesh. Cost: that of some 5,000 closest points, with a mirror n more.
+/// principal axes. None of a mesh without area. Any units and frame; it turns with the mesh. Cost: that of some 5,000 closest
+/// points, with a mirror n more.
 [[nodiscard]] std::optional<Mirror> find_mirror(const mesh::Mesh& mesh);
 
 /// The partition of one half of a mesh, and on the other half its mirror image. A part that reaches across the plane stays one.

@@ -73,7 +73,7 @@ struct Colliders {
 [[nodiscard]] Colliders colliders_of(const model::ModelView& model, const std::string& name, const ShapeChoice& choice,
                                      unsigned threads = 0);
 
-/// Parts that stand in place of a model's own: of its triangles, and not baked into it.
+/// Parts that replace a model's own: a partition of its triangles that is not baked into it.
 struct EditedParts {
     const decompose::Partition& partition;                ///< of the model's triangles
     std::span<const shape::Superquadricd> superquadrics;  ///< #parts, model space

@@ -66,6 +66,8 @@ TEST(FindMirror, FindsThePlaneOfABodyWhoseTrianglesAreNotSymmetric)
     EXPECT_GT(near, 0.97 * area_of(mesh));
 }
 
+TEST(FindMirror, AMeshWithoutAreaHasNone) { EXPECT_FALSE(find_mirror({{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {{0, 1, 2}}})); }
+
 TEST(FindMirror, ALegThatLeansHasNone) { EXPECT_FALSE(find_mirror(beast(0.5))); }
 
 TEST(FindMirror, ThePlaneTurnsAndGrowsWithTheMesh)
