@@ -2,8 +2,8 @@
 
 #include "chart.h"
 #include "least_squares.h"
-#include "power_free.h"
 #include "problems.h"
+#include "undeformed_points.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,31 +15,38 @@ using shape::Superquadricd;
 
 namespace {
 
-double largest_f(const Superquadricd& sq, std::span<const Vec3d> points)
+/// The point of greatest bound first: most others are then known to lie deeper, and cost no power.
+double largest_f(const Superquadricd& sq, const UndeformedPoints& at)
 {
-    const PowerFreeBound upper_bound(sq);
+    const std::span<const double> bounds = at.bounds();
     double f = 0, root = 0;
-    for (const Vec3d& p : points) {
-        const Vec3d u = undeformed(sq, p);
-        if (upper_bound(u) < root) continue;
-        f = std::max(f, shape::implicit_undeformed(sq.a, sq.eps1, sq.eps2, u));
+    const auto offer = [&](std::size_t i) {
+        f = std::max(f, shape::implicit_undeformed(sq.a, sq.eps1, sq.eps2, at.points()[i]));
         root = std::sqrt(f);
-    }
+    };
+    if (!bounds.empty()) offer(static_cast<std::size_t>(std::max_element(bounds.begin(), bounds.end()) - bounds.begin()));
+    for (std::size_t i = 0; i < bounds.size(); ++i)
+        if (!(bounds[i] < root)) offer(i);
     return root;
 }
+double largest_f(const Superquadricd& sq, std::span<const Vec3d> points)
+{
+    UndeformedPoints at;
+    at.take(sq, points);
+    return largest_f(sq, at);
+}
 
-/// Adds the point of each run of candidates that lies farthest outside, if any does by more than a little.
-bool admit_violators(const Superquadricd& sq, std::span<const Vec3d> candidates, std::vector<Vec3d>& points)
+/// Adds the point of each run of candidates that lies farthest outside, if any does by more than a little. at: of the candidates.
+bool admit_violators(const Superquadricd& sq, std::span<const Vec3d> candidates, const UndeformedPoints& at,
+                     std::vector<Vec3d>& points)
 {
     const std::size_t runs = 12, before = points.size();
-    const PowerFreeBound upper_bound(sq);
     for (std::size_t r = 0; r < runs; ++r) {
         const Vec3d* worst = nullptr;
         double root = 1.02, largest = root * root;
         for (std::size_t i = r * candidates.size() / runs; i < (r + 1) * candidates.size() / runs; ++i) {
-            const Vec3d u = undeformed(sq, candidates[i]);
-            if (upper_bound(u) < root) continue;
-            const double f = shape::implicit_undeformed(sq.a, sq.eps1, sq.eps2, u);
+            if (at.bounds()[i] < root) continue;
+            const double f = shape::implicit_undeformed(sq.a, sq.eps1, sq.eps2, at.points()[i]);
             if (f > largest) {
                 largest = f;
                 root = std::sqrt(f);
@@ -129,8 +136,7 @@ Candidate least_volume(const ScaledPart& part, Superquadricd start, const FitOpt
     std::vector<Vec3d> points = N == k_plain ? part.extreme : part.extreme_inner;
     VolumeTerm<N> term(chart, points, options.max_overhang);
     const LeastSquaresOptions steps{.max_iterations = 8, .cost_change = 1e-7, .trust_region = 3};
-    std::vector<double> g(points.size() + 3);
-    std::array<std::size_t, 3> extreme;
+    UndeformedPoints checked;
     Candidate best;
     int spent = 0;
     for (int round = 0; round < rounds; ++round) {
@@ -139,13 +145,16 @@ Candidate least_volume(const ScaledPart& part, Superquadricd start, const FitOpt
         spent += minimise<N>(term, t.data(), steps).iterations;
         if (!all_finite(t)) break;
         const Superquadricd sq = decode<N>(chart, t.data());
-        term.constraints(sq, g.data(), extreme);
+        const std::vector<double>& g = term.constraints(t.data());
         for (std::size_t i = 0; i < g.size(); ++i) term.lambda[i] = std::max(0.0, term.lambda[i] + term.mu * g[i]);
         term.mu *= 2;
 
         // The volume once it holds the points, by the closed form: exact for plain shapes, pessimistic for deformed ones.
         double largest = *std::max_element(g.begin(), g.end() - 3);
-        if (N != k_plain) largest = std::max(largest, std::log(largest_f(sq, part.check)));
+        if (N != k_plain) {
+            checked.take(sq, part.check);
+            largest = std::max(largest, std::log(largest_f(sq, checked)));
+        }
         const double v = volume(sq) * std::exp(3 * largest);
         const bool settled = std::abs(v - best.volume) <= 2e-3 * v;
         if (v < best.volume) best = {sq, v, settled, 0};
@@ -154,10 +163,9 @@ Candidate least_volume(const ScaledPart& part, Superquadricd start, const FitOpt
             break;
         }
         if constexpr (N != k_plain) {
-            if (admit_violators(sq, part.check, points)) {
+            if (admit_violators(sq, part.check, checked, points)) {
                 term.points = points;
                 term.lambda.insert(term.lambda.end() - 3, points.size() + 3 - term.lambda.size(), 0.0);
-                g.resize(points.size() + 3);
             }
         }
     }
@@ -176,8 +184,9 @@ template Candidate least_volume<k_bent>(const ScaledPart&, Superquadricd, const 
 bool overhangs(const Superquadricd& sq, const ScaledPart& part, double max_overhang)
 {
     Vec3d extent{};
-    for (const Vec3d& p : part.points) {
-        const Vec3d u = undeformed(sq, p);
+    UndeformedPoints at;
+    at.take(sq, part.points);
+    for (const Vec3d& u : at.points()) {
         for (int k = 0; k < 3; ++k) extent[k] = std::max(extent[k], std::abs(u[k]));
     }
     for (int k = 0; k < 3; ++k)

@@ -59,29 +59,55 @@ Straightened straighten(const shape::Superquadricd& sq, const std::array<Vec3d, 
             {std::abs(ca) * r_deviation, std::abs(sa) * r_deviation, z_deviation}};
 }
 
+/// A point on its way to where the shape is not deformed.
+struct Place {
+    Vec3d local, straight, undeformed;  ///< straight: its bend undone
+    double upper_bound;                 ///< of f, without powers
+};
+using Places = std::array<Place, 3>;
+
+/// Finds places: the shape without its taper, and without its bend.
+class Undoing {
+public:
+    explicit Undoing(const shape::Superquadricd& sq) : bend_only_(sq), taper_only_(sq), upper_bound_(sq)
+    {
+        bend_only_.taper_x = bend_only_.taper_y = 0;
+        taper_only_.bend = 0;
+    }
+    Place operator()(Vec3d local) const
+    {
+        const Vec3d straight = undeform(bend_only_, local), u = undeform(taper_only_, straight);
+        return {local, straight, u, upper_bound_(u)};
+    }
+    Place middle(const Place& a, const Place& b) const { return (*this)(0.5 * (a.local + b.local)); }
+    double upper_bound(Vec3d u) const { return upper_bound_(u); }
+
+private:
+    shape::Superquadricd bend_only_, taper_only_;
+    PowerFreeBound upper_bound_;
+};
+
 /// Componentwise bound of |undeform(p) - linear interpolant| over the triangle.
-Vec3d interpolation_error(const shape::Superquadricd& sq, const std::array<Vec3d, 3>& q)
+Vec3d interpolation_error(const shape::Superquadricd& sq, const Places& corners)
 {
+    const std::array<Vec3d, 3> q{corners[0].local, corners[1].local, corners[2].local};
     Straightened s;
-    std::array<Vec3d, 3> b = q;
     if (sq.is_bent()) {
         s = straighten(sq, q);
         if (!(s.deviation.z < INFINITY)) return s.deviation;
-        shape::Superquadricd bend_only = sq;
-        bend_only.taper_x = bend_only.taper_y = 0;
-        for (int i = 0; i < 3; ++i) b[i] = undeform(bend_only, q[i]);
     } else {
         for (int k = 0; k < 3; ++k) s.spread[k] = hull(q[0][k], q[1][k], q[2][k]).spread();
     }
     if (!sq.is_tapered()) return s.deviation;
 
     // X / w with w = 1 + g Z. First derivatives 1/w and -g X/w^2; second: XZ -g/w^2, ZZ 2 g^2 X/w^3.
-    const Interval z = widened(hull(b[0].z, b[1].z, b[2].z), s.deviation.z);
+    const Interval z = widened(hull(corners[0].straight.z, corners[1].straight.z, corners[2].straight.z), s.deviation.z);
     const auto taper = [&](int k, double factor) -> double {
         const double g = factor / sq.a.z;
         const double w = 1 + std::min(g * z.low, g * z.high);
         if (!(w > 1e-3)) return INFINITY;
-        const double x = widened(hull(b[0][k], b[1][k], b[2][k]), s.deviation[k]).magnitude();
+        const Interval across = hull(corners[0].straight[k], corners[1].straight[k], corners[2].straight[k]);
+        const double x = widened(across, s.deviation[k]).magnitude();
         const double first_z = std::abs(g) * x / (w * w);
         const double mixed = std::abs(g) / (w * w), second_z = 2 * g * g * x / (w * w * w);
         return s.deviation[k] / w + first_z * s.deviation.z + mixed * s.spread[k] * s.spread.z +
@@ -100,36 +126,35 @@ struct Range {
     double lower = 0, upper = 0;
 };
 
-void bound(const shape::Superquadricd& sq, const PowerFreeBound& upper_bound, const std::array<Vec3d, 3>& q, int depth,
-           Range& range)
+void bound(const shape::Superquadricd& sq, const Undoing& undoing, const Places& corners, int depth, Range& range)
 {
-    Vec3d u[3];
     double corner = 0;
-    for (int i = 0; i < 3; ++i) {
-        u[i] = undeform(sq, q[i]);
-        double f = upper_bound(u[i]);
-        if (f > range.lower) range.lower = std::max(range.lower, f = norm_of(sq, u[i]));
+    for (const Place& p : corners) {
+        double f = p.upper_bound;
+        if (f > range.lower) range.lower = std::max(range.lower, f = norm_of(sq, p.undeformed));
         corner = f >= corner ? f : (f < corner ? corner : INFINITY);  // a NaN counts as outside
     }
     if (!(corner < INFINITY)) {
         range.lower = range.upper = INFINITY;
         return;
     }
-    const Vec3d e = interpolation_error(sq, q);
+    const Vec3d e = interpolation_error(sq, corners);
     const bool finite = e.x < INFINITY && e.y < INFINITY && e.z < INFINITY;
-    if (finite && corner + upper_bound(e) < range.upper) return;
-    corner = std::max({norm_of(sq, u[0]), norm_of(sq, u[1]), norm_of(sq, u[2])});
+    if (finite && corner + undoing.upper_bound(e) < range.upper) return;
+    corner =
+        std::max({norm_of(sq, corners[0].undeformed), norm_of(sq, corners[1].undeformed), norm_of(sq, corners[2].undeformed)});
     const double upper = finite ? corner + norm_of(sq, e) : INFINITY;
     if (upper <= range.upper) return;
     if (upper <= range.lower + k_accuracy || depth == k_max_depth || !(range.upper < INFINITY)) {
         range.upper = upper;
         return;
     }
-    const Vec3d m01 = 0.5 * (q[0] + q[1]), m12 = 0.5 * (q[1] + q[2]), m20 = 0.5 * (q[2] + q[0]);
-    bound(sq, upper_bound, {m01, m12, m20}, depth + 1, range);
-    bound(sq, upper_bound, {q[0], m01, m20}, depth + 1, range);
-    bound(sq, upper_bound, {m01, q[1], m12}, depth + 1, range);
-    bound(sq, upper_bound, {m20, m12, q[2]}, depth + 1, range);
+    const Place m01 = undoing.middle(corners[0], corners[1]), m12 = undoing.middle(corners[1], corners[2]),
+                m20 = undoing.middle(corners[2], corners[0]);
+    bound(sq, undoing, {m01, m12, m20}, depth + 1, range);
+    bound(sq, undoing, {corners[0], m01, m20}, depth + 1, range);
+    bound(sq, undoing, {m01, corners[1], m12}, depth + 1, range);
+    bound(sq, undoing, {m20, m12, corners[2]}, depth + 1, range);
 }
 
 }  // namespace
@@ -137,28 +162,23 @@ void bound(const shape::Superquadricd& sq, const PowerFreeBound& upper_bound, co
 Certificate certify(const shape::Superquadricd& sq, std::span<const Vec3d> points, std::span<const mesh::Triangle> triangles)
 {
     Range range;
-    const PowerFreeBound upper_bound(sq);
-    struct Corner {
-        Vec3d local;
-        double upper_bound;  ///< bounds f
-    };
-    std::vector<Corner> corners;
+    const Undoing undoing(sq);
+    std::vector<Place> corners;
     corners.reserve(points.size());
     for (const Vec3d& p : points) {
-        const Vec3d q = to_local(sq, p), u = undeform(sq, q);
-        corners.push_back({q, upper_bound(u)});
+        corners.push_back(undoing(to_local(sq, p)));
         if (corners.back().upper_bound < range.lower) continue;
-        const double f = norm_of(sq, u);
+        const double f = norm_of(sq, corners.back().undeformed);
         range.lower = f >= range.lower ? f : (f < range.lower ? range.lower : INFINITY);
     }
     range.upper = range.lower;
     // All corners first: the greatest of them lets most triangles pass without subdivision.
     if (sq.is_deformed()) {
         for (const mesh::Triangle& t : triangles) {
-            const std::array<Vec3d, 3> q{corners[t[0]].local, corners[t[1]].local, corners[t[2]].local};
-            const double corner = std::max({corners[t[0]].upper_bound, corners[t[1]].upper_bound, corners[t[2]].upper_bound});
-            if (corner < range.upper && corner + upper_bound(interpolation_error(sq, q)) < range.upper) continue;
-            bound(sq, upper_bound, q, 0, range);
+            const Places of{corners[t[0]], corners[t[1]], corners[t[2]]};
+            const double corner = std::max({of[0].upper_bound, of[1].upper_bound, of[2].upper_bound});
+            if (corner < range.upper && corner + undoing.upper_bound(interpolation_error(sq, of)) < range.upper) continue;
+            bound(sq, undoing, of, 0, range);
         }
     }
 

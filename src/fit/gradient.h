@@ -13,43 +13,64 @@ struct Gradient {
     double eps1 = 0, eps2 = 0, taper_x = 0, taper_y = 0, bend = 0, bend_angle = 0;
 };
 
-/// log(blend(u, v)) = log big + eps/2 log(1 + r^(2/eps)), r = small/big.
+/// The logarithms in one of the two norms of f, blend(u, v) = big (1 + y)^(eps/2): y = r^(2/eps), r = small/big. The value and
+/// its derivatives both need them.
+struct BlendLogs {
+    double log_r = 0, y = 0, log_sum = 0;  ///< log(1 + y); all 0 where small is 0
+};
+[[nodiscard]] inline BlendLogs blend_logs(double u, double v, double eps)
+{
+    const double big = u > v ? u : v, small = u > v ? v : u;
+    if (!(small > 0)) return {};
+    BlendLogs logs{.log_r = std::log(small / big)};
+    logs.y = std::exp(2 / eps * logs.log_r);
+    logs.log_sum = std::log(1 + logs.y);
+    return logs;
+}
+
+/// log(blend(u, v)) = log big + eps/2 log(1 + y).
 struct LogBlend {
     double value = 0, by_u = 0, by_v = 0, by_eps = 0;  ///< by_u, by_v: by log u and log v, adding up to 1
 };
 
-[[nodiscard]] inline LogBlend log_blend(double u, double v, double eps)
+[[nodiscard]] inline LogBlend log_blend(double u, double v, double eps, const BlendLogs& logs)
 {
     const double big = u > v ? u : v, small = u > v ? v : u;
     LogBlend out{std::log(big + 1e-300), 0, 0, 0};
     double share = 0;
     if (small > 0) {
-        const double log_r = std::log(small / big), y = std::exp(2 / eps * log_r), log_sum = std::log(1 + y);
-        share = y / (1 + y);
-        out.value += 0.5 * eps * log_sum;
-        out.by_eps = 0.5 * log_sum - share * log_r / eps;
+        share = logs.y / (1 + logs.y);
+        out.value += 0.5 * eps * logs.log_sum;
+        out.by_eps = 0.5 * logs.log_sum - share * logs.log_r / eps;
     }
     out.by_u = u > v ? 1 - share : share;
     out.by_v = 1 - out.by_u;
     return out;
 }
 
+/// The logarithms in the norm of x and y, at an undeformed point.
+[[nodiscard]] inline BlendLogs section_logs(const shape::Superquadricd& sq, Vec3d u)
+{
+    return blend_logs(std::abs(u.x / sq.a.x), std::abs(u.y / sq.a.y), sq.eps2);
+}
+
 /// log f, half the log of eq. 1, at an undeformed point.
-[[nodiscard]] inline double log_f(const shape::Superquadricd& sq, Vec3d u)
+[[nodiscard]] inline double log_f(const shape::Superquadricd& sq, Vec3d u, const BlendLogs& section)
 {
     const double x = std::abs(u.x / sq.a.x), y = std::abs(u.y / sq.a.y), z = std::abs(u.z / sq.a.z);
-    const auto blend = [](double s, double t, double eps) {
-        const double big = s > t ? s : t, small = s > t ? t : s;
-        return small > 0 ? big * std::exp(0.5 * eps * std::log(1 + std::exp(2 / eps * std::log(small / big)))) : big;
-    };
-    return log_blend(blend(x, y, sq.eps2), z, sq.eps1).value;
+    const double big = x > y ? x : y, small = x > y ? y : x;
+    const double across = small > 0 ? big * std::exp(0.5 * sq.eps2 * section.log_sum) : big;
+    return log_blend(across, z, sq.eps1, blend_logs(across, z, sq.eps1)).value;
 }
 
 /// log f at an undeformed point; adds its derivatives by axes and exponents, and gives those by the point.
-[[nodiscard]] inline double log_f(const shape::Superquadricd& sq, Vec3d u, Gradient& gradient, Vec3d& by_u)
+[[nodiscard]] inline double log_f(const shape::Superquadricd& sq, Vec3d u, const BlendLogs& section_log, Gradient& gradient,
+                                  Vec3d& by_u)
 {
     const double x = std::abs(u.x / sq.a.x), y = std::abs(u.y / sq.a.y), z = std::abs(u.z / sq.a.z);
-    const LogBlend section = log_blend(x, y, sq.eps2), all = log_blend(std::exp(section.value), z, sq.eps1);
+    const LogBlend section = log_blend(x, y, sq.eps2, section_log);
+    const double across = std::exp(section.value);
+    const LogBlend all = log_blend(across, z, sq.eps1, blend_logs(across, z, sq.eps1));
     gradient.eps1 += all.by_eps;
     gradient.eps2 += all.by_u * section.by_eps;
     const Vec3d by_log{all.by_u * section.by_u, all.by_u * section.by_v, all.by_v};
