@@ -1,6 +1,7 @@
 // The triangles that can be the nearest to some point of a box.
 #pragma once
 
+#include "bake/locator/rulers.h"
 #include "math/triangle.h"
 #include "math/triangle_offsets.h"
 #include "sqmap/mesh/solid.h"
@@ -234,46 +235,22 @@ private:
         return out - first + still;
     }
 
-    /// Triangles that are nearest at some corner of a box, with their distances from all of them.
-    struct Rulers {
-        std::uint32_t triangle[8];
-        float value[8][8];
-        std::size_t count = 0;
-    };
-
     /// By the planes at the corners; all of them, or the most promising one.
     template <class L>
-    bool is_above(std::uint32_t t, const std::size_t* corners, const Rulers& rulers, bool all, float side, float slack) const
+    bool is_above(std::uint32_t t, const std::size_t (&corners)[8], const Rulers& rulers, bool all, float side, float slack) const
     {
         // The plane that touches where it matters most is the best as a rule; in the end all are tried.
-        float mine[8];
+        const std::size_t first = t * L::k_capacity;
         std::size_t nearest = 0;
         float least_margin = INFINITY;
         for (std::size_t k = 0; k < 8; ++k) {
-            mine[k] = distance_[t * L::k_capacity + corners[k]];
-            const float margin = mine[k] - least_[corners[k]];
+            const float margin = distance_[first + corners[k]] - least_[corners[k]];
             nearest = margin < least_margin ? k : nearest;
             least_margin = std::min(margin, least_margin);
         }
         if (!(least_margin > slack)) return false;
-        for (std::size_t tried = 0; tried < (all ? 8u : 1u); ++tried) {
-            const std::size_t j = nearest ^ tried;
-            const std::size_t value = t * L::k_capacity + corners[j];
-            // Away from the triangle distance grows.
-            const float scale = -side / mine[j];
-            const float g[3] = {scale * offset_[0][value], scale * offset_[1][value], scale * offset_[2][value]};
-            float plane[8];
-            plane[0] = mine[j] - slack - ((j & 1) != 0 ? g[0] : 0) - ((j & 2) != 0 ? g[1] : 0) - ((j & 4) != 0 ? g[2] : 0);
-            plane[1] = plane[0] + g[0];
-            for (std::size_t k = 2; k < 4; ++k) plane[k] = plane[k - 2] + g[1];
-            for (std::size_t k = 4; k < 8; ++k) plane[k] = plane[k - 4] + g[2];
-            for (std::size_t r = 0; r < rulers.count; ++r) {
-                float least = INFINITY;
-                for (std::size_t k = 0; k < 8; ++k) least = std::min(least, plane[k] - rulers.value[r][k]);
-                if (least > 0) return true;
-            }
-        }
-        return false;
+        const LatticeDistances mine{&distance_[first], {&offset_[0][first], &offset_[1][first], &offset_[2][first]}};
+        return rulers.rule_out(mine, corners, nearest, all ? 8 : 1, side, slack);
     }
 
     const mesh::Solid* solid_ = nullptr;
