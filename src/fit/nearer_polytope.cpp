@@ -209,7 +209,8 @@ private:
 
     [[nodiscard]] HalfSpaced across_farthest_corner() const
     {
-        mesh::ClosestPoint nearest{.distance = 0};
+        mesh::ClosestPoint nearest;
+        nearest.distance = 0;
         Vec3d farthest{};
         for (const Vec3d& p : mesh::polytope_corners(sides_))
             if (const mesh::ClosestPoint to = bvh_.closest_point(p); to.distance > nearest.distance) {

@@ -2,6 +2,7 @@
 // 1 - 1/e of the best choice) of points that should be cut off, then a pattern search of each plane's direction.
 #include "fit/polytope.h"
 
+#include "half_space_tests.h"
 #include "mesh/convex_hull.h"
 #include "sqmap/fit/fit.h"
 #include "sqmap/mesh/bvh.h"
@@ -46,11 +47,11 @@ Vec3d spread_direction(std::size_t k, std::size_t count)
 class PointSet {
 public:
     explicit PointSet(std::size_t size) : words_((size + 63) / 64) {}
-    void add(std::size_t i) { words_[i / 64] |= std::uint64_t{1} << (i % 64); }
     void add(const PointSet& other)
     {
         for (std::size_t w = 0; w < words_.size(); ++w) words_[w] |= other.words_[w];
     }
+    std::span<std::uint64_t> words() { return words_; }  ///< point i is bit i % 64 of word i / 64
     [[nodiscard]] std::size_t count_without(const PointSet& other) const
     {
         std::size_t count = 0;
@@ -138,19 +139,12 @@ private:
         }
     }
 
-    [[nodiscard]] double support(Vec3d direction) const
-    {
-        double greatest = -std::numeric_limits<double>::infinity();
-        for (const Vec3d& p : corners_) greatest = std::max(greatest, dot(direction, p));
-        return greatest;
-    }
+    [[nodiscard]] double support(Vec3d direction) const { return greatest_along(direction, corners_); }
 
     [[nodiscard]] Cut cut_along(Vec3d direction) const
     {
-        const double offset = support(direction);
         Cut cut{direction, PointSet(outside_.size())};
-        for (std::size_t i = 0; i < outside_.size(); ++i)
-            if (dot(direction, outside_[i]) > offset) cut.beyond.add(i);
+        mark_beyond(direction, support(direction), outside_, cut.beyond.words());
         return cut;
     }
 
