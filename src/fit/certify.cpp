@@ -60,13 +60,13 @@ Straightened straighten(const shape::Superquadricd& sq, const std::array<Vec3d, 
 }
 
 /// A point on its way to where the shape is not deformed.
-struct Place {
+struct CertifiedPoint {
     Vec3d local, straight, undeformed;  ///< straight: its bend undone
     double upper_bound;                 ///< of f, without powers
 };
-using Places = std::array<Place, 3>;
+using CertifiedTriangle = std::array<CertifiedPoint, 3>;
 
-/// Finds places: the shape without its taper, and without its bend.
+/// Finds such points: by the shape without its taper, and without its bend.
 class Undoing {
 public:
     explicit Undoing(const shape::Superquadricd& sq) : bend_only_(sq), taper_only_(sq), upper_bound_(sq)
@@ -74,12 +74,12 @@ public:
         bend_only_.taper_x = bend_only_.taper_y = 0;
         taper_only_.bend = 0;
     }
-    Place operator()(Vec3d local) const
+    CertifiedPoint operator()(Vec3d local) const
     {
         const Vec3d straight = undeform(bend_only_, local), u = undeform(taper_only_, straight);
         return {local, straight, u, upper_bound_(u)};
     }
-    Place middle(const Place& a, const Place& b) const { return (*this)(0.5 * (a.local + b.local)); }
+    CertifiedPoint middle(const CertifiedPoint& a, const CertifiedPoint& b) const { return (*this)(0.5 * (a.local + b.local)); }
     double upper_bound(Vec3d u) const { return upper_bound_(u); }
 
 private:
@@ -88,7 +88,7 @@ private:
 };
 
 /// Componentwise bound of |undeform(p) - linear interpolant| over the triangle.
-Vec3d interpolation_error(const shape::Superquadricd& sq, const Places& corners)
+Vec3d interpolation_error(const shape::Superquadricd& sq, const CertifiedTriangle& corners)
 {
     const std::array<Vec3d, 3> q{corners[0].local, corners[1].local, corners[2].local};
     Straightened s;
@@ -126,10 +126,10 @@ struct Range {
     double lower = 0, upper = 0;
 };
 
-void bound(const shape::Superquadricd& sq, const Undoing& undoing, const Places& corners, int depth, Range& range)
+void bound(const shape::Superquadricd& sq, const Undoing& undoing, const CertifiedTriangle& corners, int depth, Range& range)
 {
     double corner = 0;
-    for (const Place& p : corners) {
+    for (const CertifiedPoint& p : corners) {
         double f = p.upper_bound;
         if (f > range.lower) range.lower = std::max(range.lower, f = norm_of(sq, p.undeformed));
         corner = f >= corner ? f : (f < corner ? corner : INFINITY);  // a NaN counts as outside
@@ -149,8 +149,8 @@ void bound(const shape::Superquadricd& sq, const Undoing& undoing, const Places&
         range.upper = upper;
         return;
     }
-    const Place m01 = undoing.middle(corners[0], corners[1]), m12 = undoing.middle(corners[1], corners[2]),
-                m20 = undoing.middle(corners[2], corners[0]);
+    const CertifiedPoint m01 = undoing.middle(corners[0], corners[1]), m12 = undoing.middle(corners[1], corners[2]),
+                         m20 = undoing.middle(corners[2], corners[0]);
     bound(sq, undoing, {m01, m12, m20}, depth + 1, range);
     bound(sq, undoing, {corners[0], m01, m20}, depth + 1, range);
     bound(sq, undoing, {m01, corners[1], m12}, depth + 1, range);
@@ -163,7 +163,7 @@ Certificate certify(const shape::Superquadricd& sq, std::span<const Vec3d> point
 {
     Range range;
     const Undoing undoing(sq);
-    std::vector<Place> corners;
+    std::vector<CertifiedPoint> corners;
     corners.reserve(points.size());
     for (const Vec3d& p : points) {
         corners.push_back(undoing(to_local(sq, p)));
@@ -175,7 +175,7 @@ Certificate certify(const shape::Superquadricd& sq, std::span<const Vec3d> point
     // All corners first: the greatest of them lets most triangles pass without subdivision.
     if (sq.is_deformed()) {
         for (const mesh::Triangle& t : triangles) {
-            const Places of{corners[t[0]], corners[t[1]], corners[t[2]]};
+            const CertifiedTriangle of{corners[t[0]], corners[t[1]], corners[t[2]]};
             const double corner = std::max({of[0].upper_bound, of[1].upper_bound, of[2].upper_bound});
             if (corner < range.upper && corner + undoing.upper_bound(interpolation_error(sq, of)) < range.upper) continue;
             bound(sq, undoing, of, 0, range);

@@ -33,9 +33,9 @@ double greatest_along(Vec3d direction, std::span<const Vec3d> points)
     double greatest = -std::numeric_limits<double>::infinity();
     if (whole > 0) {
         const D3 towards = all(direction);
-        D most = along(towards, points.data());
-        for (std::size_t i = lanes; i < whole; i += lanes) most = hn::Max(most, along(towards, &points[i]));
-        greatest = hn::GetLane(hn::MaxOfLanes(dd, most));
+        D greatest_lanes = along(towards, points.data());
+        for (std::size_t i = lanes; i < whole; i += lanes) greatest_lanes = hn::Max(greatest_lanes, along(towards, &points[i]));
+        greatest = hn::GetLane(hn::MaxOfLanes(dd, greatest_lanes));
     }
     for (std::size_t i = whole; i < points.size(); ++i) greatest = std::max(greatest, dot(direction, points[i]));
     return greatest;
