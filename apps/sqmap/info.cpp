@@ -5,8 +5,10 @@
 #include "sqmap/paper/model.h"
 #include "sqmap/paper/model_file.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <memory>
+#include <string>
 
 namespace sqmap::app {
 namespace {
@@ -80,6 +82,28 @@ void print_bounds(const model::ModelView& m)
     }
 }
 
+/// Names the parts whose superquadrics bound them badly, and by how much their polytopes make up for it.
+void print_loose_parts(const model::ModelView& m)
+{
+    constexpr float k_loose = 2.5F;  // a part that its superquadric serves well has 1.2 to 2
+    std::string parts;
+    float greatest = 0;
+    for (std::size_t i = 0; i < std::min(m.parts.size(), m.bound_figures.size()); ++i) {
+        const model::BoundFigures& f = m.bound_figures[i];
+        const auto over_solid = [&](model::Bound b) { return f.volume[static_cast<std::size_t>(b)] / f.solid_volume; };
+        if (!(f.solid_volume > 0) || !(over_solid(model::Bound::Superquadric) > k_loose)) continue;
+        char text[60];
+        std::snprintf(text, sizeof text, "%s%zu (%.2f)", parts.empty() ? "" : ", ", i,
+                      static_cast<double>(over_solid(model::Bound::Superquadric)));
+        parts += text;
+        greatest = std::max(greatest, over_solid(model::Bound::Both));
+    }
+    if (parts.empty()) return;
+    std::printf(
+        "  superquadrics that hold more than %.1f times their part's solid: %s; with their polytopes at most %.2f times\n",
+        static_cast<double>(k_loose), parts.c_str(), static_cast<double>(greatest));
+}
+
 void print(const std::string& name, const model::ModelView& m, const io::SectionBytes& bytes)
 {
     const bool central = !paper::is_paper(m);
@@ -115,6 +139,7 @@ void print(const std::string& name, const model::ModelView& m, const io::Section
     }
     if (!central) print_lemma(m);
     print_bounds(m);
+    print_loose_parts(m);
 }
 
 int run(const InfoArguments& o)

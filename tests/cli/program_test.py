@@ -208,6 +208,15 @@ class Program(Made):
         printed = run("info", "sphere.sqmap").stdout
         self.assertIn("bounds: superquadric, polytope, both", printed)
         self.assertRegex(printed, r"\n +0 +[01]\.\d+ +1\.\d+ +[01]\.\d+ .*20 sides\n whole")
+        self.assertNotIn("hold more than", printed)
+
+    def test_loose_parts_are_named(self):
+        run("shapes", "hand", "-o", "hand.obj")
+        self.assertEqual(run("bake", "hand.obj", "-o", "one.sqmap", "--max-parts", "1").returncode, 0)
+        printed = run("info", "one.sqmap").stdout
+        ratio = json.loads(run("info", "--json", "one.sqmap").stdout)["parts"][0]["bounds"]["superquadric"]["volume_ratio"]
+        self.assertGreater(ratio, 2.5)
+        self.assertIn(f"superquadrics that hold more than 2.5 times their part's solid: 0 ({ratio:.2f}); with their polytopes", printed)
 
     def test_labels_of_polygons_in_the_files_order(self):
         run("shapes", "torus", "-o", "torus.obj")
