@@ -61,7 +61,6 @@ public:
           around_(mesh.vertices.size()),
           stamp_(mesh.vertices.size()),
           first_sample_(mesh.triangles.size(), k_none),
-          next_sample_(mesh.samples.size(), k_none),
           seen_(mesh.vertices.size()),
           count_(static_cast<std::uint32_t>(mesh.triangles.size()))
     {
@@ -72,7 +71,9 @@ public:
                 planes_[v].add(corner(t, 0), normalized(c), 0.5 * norm(c));
             }
         }
-        for (std::uint32_t s = 0; s < mesh.samples.size(); ++s) attach(s, mesh.carrier[s]);
+        samples_.reserve(mesh.samples.size());
+        for (const Vec3d& p : mesh.samples) samples_.push_back({p, k_none});
+        for (std::uint32_t s = 0; s < samples_.size(); ++s) attach(s, mesh.carrier[s]);
         add_borders();
     }
 
@@ -122,7 +123,7 @@ public:
                 }
                 i = number[i];
             }
-            for (std::uint32_t s = first_sample_[t]; s != k_none; s = next_sample_[s]) mesh_.carrier[s] = kept;
+            for (std::uint32_t s = first_sample_[t]; s != k_none; s = samples_[s].next) mesh_.carrier[s] = kept;
             mesh_.triangles[kept] = v;
             mesh_.made_up[kept++] = mesh_.made_up[t];
         }
@@ -137,7 +138,7 @@ private:
 
     void attach(std::uint32_t sample, std::uint32_t t)
     {
-        next_sample_[sample] = first_sample_[t];
+        samples_[sample].next = first_sample_[t];
         first_sample_[t] = sample;
     }
 
@@ -288,14 +289,16 @@ private:
         for (const std::uint32_t v : {c.a, c.b}) {
             for (const std::uint32_t t : around_[v]) {
                 if (v == c.b && std::find(around_[c.a].begin(), around_[c.a].end(), t) != around_[c.a].end()) continue;
-                for (std::uint32_t s = first_sample_[t]; s != k_none; s = next_sample_[s]) {
+                for (std::uint32_t s = first_sample_[t], next; s != k_none; s = next) {
+                    const Vec3d p = samples_[s].point;
+                    next = samples_[s].next;
+                    if (next != k_none) __builtin_prefetch(&samples_[next]);  // it is rarely in the cache
                     double best = limit;
                     std::uint32_t carrier = k_none;
                     for (std::size_t i = 0; i < ring_.size(); ++i) {
-                        if (!holds(reach_[i], mesh_.samples[s])) continue;
+                        if (!holds(reach_[i], p)) continue;
                         const auto& [r, corners] = ring_[i];
-                        const double d = norm_sq(closest_point_on_triangle(mesh_.samples[s], corners[0], corners[1], corners[2]) -
-                                                 mesh_.samples[s]);
+                        const double d = norm_sq(closest_point_on_triangle(p, corners[0], corners[1], corners[2]) - p);
                         if (d <= best) {
                             best = d;
                             carrier = r;
@@ -414,7 +417,13 @@ private:
     std::vector<std::uint32_t> near_;
     std::vector<PlaneSum> planes_;
     std::vector<std::vector<std::uint32_t>> around_;
-    std::vector<std::uint32_t> stamp_, first_sample_, next_sample_;
+    std::vector<std::uint32_t> stamp_, first_sample_;
+    /// A sample of the surface, and the next one on the same triangle.
+    struct Sample {
+        Vec3d point;
+        std::uint32_t next;
+    };
+    std::vector<Sample> samples_;
     std::vector<std::uint32_t> seen_;  ///< #vertices: the last call of for_each_neighbour that came there
     std::vector<std::uint32_t> ring_of_a_;
     std::uint32_t calls_ = 0;
