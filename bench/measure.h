@@ -8,6 +8,7 @@ inline constexpr int k_wrong_usage = 64;
 
 int measure_clearance(int argc, char** argv);
 int measure_cloth(int argc, char** argv);
+int measure_coherence(int argc, char** argv);
 int measure_contacts(int argc, char** argv);
 int measure_distance(int argc, char** argv);
 int measure_drape(int argc, char** argv);

@@ -21,6 +21,7 @@
 #include "sqmap/query/pair.h"
 #include "sqmap/query/point.h"
 #include "sqmap/query/probe.h"
+#include "sqmap/query/probe_workspace.h"
 #include "sqmap/query/scene.h"
 #include "sqmap/query/separating.h"
 #include "sqmap/query/skin.h"

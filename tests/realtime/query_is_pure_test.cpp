@@ -9,6 +9,7 @@
 #include "sqmap/paper/model_file.h"
 #include "sqmap/query/distance.h"
 #include "sqmap/query/point.h"
+#include "sqmap/query/probe_workspace.h"
 #include "sqmap/query/scene.h"
 #include "sqmap/query/skin.h"
 #include "sqmap/query/swept.h"
@@ -173,10 +174,25 @@ public:
                 for (const sqmap::Pose& pose : poses_)
                     frame({.layer = layer, .offset = offset, .margin = offset ? 0.02 : 0.}, pose);
         deforming_.move(hand_.mesh.vertices);
+        slow_ticks();
     }
+    [[nodiscard]] std::size_t passed_over() const { return passed_over_; }
     [[nodiscard]] std::size_t contacts() const { return total_; }
 
 private:
+    /// From each pose on in steps that a workspace keeps, into contact and out of it.
+    void slow_ticks()
+    {
+        for (const sqmap::Pose& from : poses_)
+            for (int tick = 0; tick < 200; ++tick) {
+                sqmap::Pose pose = from;
+                pose.translation = (1 - 3e-4 * tick) * pose.translation;
+                total_ += query::query_probe({.model = &ring_.view}, {.probe = &hand_.probe, .pose = pose},
+                                             {.layer = query::Layer::Exact}, kept_)
+                              .contacts;
+                if (kept_.reuse().kept) passed_over_ += hand_.probe.clusters() - kept_.reuse().clusters;
+            }
+    }
     void frame(const query::QueryOptions& options, const sqmap::Pose& pose)
     {
         total_ += query::query_probe({.model = &ring_.view}, {.probe = &hand_.probe, .pose = pose}, options, frame_).contacts;
@@ -192,6 +208,8 @@ private:
 
     test::Solid hand_{test::small_hand()}, ring_{test::small_torus()}, ball_{mesh::sphere(0.3, 2)};
     query::Probe deforming_{hand_.mesh.vertices};
+    query::ProbeWorkspace kept_{hand_.probe, 4096};
+    std::size_t passed_over_ = 0;
     query::PairWorkspace workspace_{2048}, small_workspace_{5};
     query::Scene scene_{2048};
     std::vector<query::ScenePair> pairs_{500};
@@ -217,6 +235,7 @@ TEST(RealTime, FramesPairsAndScenesDoNotAllocate)
     Frames frames;
     EXPECT_EQ(allocations_of([&] { frames.run(); }), 0);
     EXPECT_GT(frames.contacts(), 1000u);
+    EXPECT_GT(frames.passed_over(), 1000u);
 }
 
 /// A ring whose halves move apart, asked by a hand; and the hand swept through the ring at rest.

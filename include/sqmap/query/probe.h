@@ -71,6 +71,8 @@ public:
     /// @pre active.size() == size()
     void move(std::span<const Vec3d> points, std::span<const std::uint8_t> active) noexcept;
 
+    /// Another number after each move, and for each probe that was made from points: copies share it. Below 2^63.
+    [[nodiscard]] std::uint64_t stamp() const noexcept { return stamp_; }
     /// Number of points.
     [[nodiscard]] std::size_t size() const noexcept { return size_; }
     /// Number of clusters; the last one may be filled up.
@@ -108,6 +110,7 @@ private:
     void refit_groups() noexcept;  ///< spheres about those of clusters
 
     std::size_t size_ = 0;
+    std::uint64_t stamp_ = 0;
     Vec3d origin_{};                            ///< stored positions are relative to it, so that float suffices
     std::vector<std::uint32_t> slot_of_point_;  ///< point -> its slot below
     std::vector<float> x_, y_, z_;              ///< k_cluster a cluster; the last cluster repeats its last point

@@ -7,14 +7,12 @@
 #include "model/flags.h"
 #include "sqmap/math/assert.h"
 
-#include <bit>
-
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "query/exact/probe_exact.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "math/triangles-inl.h"
+#include "query/exact/nearest_triangles-inl.h"
 #include "query/probe/contacts-inl.h"
 #include "query/probe/probe_walk-inl.h"
 
@@ -22,27 +20,28 @@ HWY_BEFORE_NAMESPACE();
 namespace sqmap::query::HWY_NAMESPACE {
 namespace {
 
+/// Points are queued, measured cell by cell, and written in the order in which they were queued.
 class ExactKernel : ProbeWalk {
 public:
-    explicit ExactKernel(const ProbeJob& job) : ProbeWalk(job), contacts_(job)
+    explicit ExactKernel(const ProbeJob& job) : ProbeWalk(job), contacts_(job), keeps_(job.kept != nullptr), triangles_(job.model)
     {
         const float size = model_.header.sphere[3];
-        tie_ = 4e-12f * size * size;
         touching_ = 1e-4f * size;
         rounding_ = k_unproven * size;
     }
 
     ProbeResult run()
     {
-        each_near([&](std::size_t slot) { collect(slot); },
-                  [&] {
-                      if (queued_ > k_queue - Probe::k_cluster) flush();
-                  },
-                  [&] {
-                      if (job_.first_only) flush();
-                      return !job_.first_only || contacts_.count() == 0;
-                  });
+        each_near<true>([&](std::size_t slot) { collect(slot); },
+                        [&] {
+                            if (queued_ > k_queue - Probe::k_cluster) flush();
+                        },
+                        [&] {
+                            if (job_.first_only) flush();
+                            return !job_.first_only || contacts_.count() == 0;
+                        });
         flush();
+        if (keeps_) keep_visited(contacts_.count());
         return contacts_.result();
     }
 
@@ -50,13 +49,21 @@ private:
     static constexpr std::size_t k_queue = 1024, k_capacity = k_queue + 2 * Probe::k_cluster;
     static constexpr std::size_t k_slots = 2048;  // of the table of cells: a power of two, more than the queue's room
     static constexpr std::uint32_t k_inside = 1u << 31;
-    static constexpr std::size_t k_read = 1024;  // triangles of a list that are read at once
 
     HWY_NOINLINE void collect(std::size_t slot)
     {
-        Entered e = enter(slot);
+        DuePoints due{hn::Not(none()), false};
+        if (keeps_) {
+            due = due_points(slot);
+            if (!any(due.which)) return;
+        }
+        Entered e = enter(slot, due.which);
         const M inside = is_inside(e.at.cell, e.occupied);
         divide(e.at.cell, e.at.index, e.at.offset, e.occupied);
+        if (keeps_) {
+            const M free = hn::AndNot(e.occupied, due.which);
+            if (any(free)) keep_points(slot, clearance_of(e), free);
+        }
         if (!any(e.occupied)) return;
         // Above the planes of a flat cell by more than the solid reaches there: outside.
         const M flat = is_flat(e.at.cell, hn::AndNot(inside, e.occupied));
@@ -65,7 +72,10 @@ private:
             const I code = gather_byte(model_.rises.data(), blend(flat, e.at.index, hn::Zero(di)));
             const F rise = hn::Mul(to_float(code), set(model::k_rise_step));
             const M bounded = hn::RebindMask(df, hn::Ne(code, set_int(model::k_no_rise)));
-            e.occupied = hn::AndNot(hn::And(hn::And(flat, bounded), hn::Lt(hn::Add(below, rise), hn::Zero(df))), e.occupied);
+            M above = hn::And(hn::And(flat, bounded), hn::Lt(hn::Add(below, rise), hn::Zero(df)));
+            // How far above does not say how far from the solid, which is what can be kept: so some are measured all the same.
+            if (due.rests && spends(above)) above = none();
+            e.occupied = hn::AndNot(above, e.occupied);
             if (!any(e.occupied)) return;
         }
         const I key = hn::Or(hn::Add(hn::ShiftLeft<6>(e.at.brick), e.at.within),
@@ -76,6 +86,7 @@ private:
         pack(e.p.z, e.occupied, z_ + queued_);
         pack(key, e.occupied, reinterpret_cast<std::int32_t*>(key_) + queued_);
         pack(point, e.occupied, reinterpret_cast<std::int32_t*>(point_) + queued_);
+        if (keeps_) pack(hn::Iota(di, static_cast<std::int32_t>(slot)), e.occupied, slot_ + queued_);
         queued_ += count_of(e.occupied);
     }
 
@@ -115,16 +126,9 @@ private:
             answer(group_key_[g], first, group_end_[g]);
             first = group_end_[g];
         }
+        write();
         queued_ = 0;
     }
-
-    /// The nearest triangles so far of a vector of points, and what those that are as near within rounding say of the side.
-    struct Nearest {
-        F distance_sq;
-        V3 offset;  // from the point to it
-        I triangle;
-        M outside, inside, unclear;
-    };
 
     /// The points order_[first, end) of one cell.
     HWY_NOINLINE void answer(std::uint32_t key, std::size_t first, std::size_t end)
@@ -132,32 +136,17 @@ private:
         const model::CandidateList list = model::candidate_list(model_, (key & ~k_inside) >> 6, key & 63u);
         const bool known_inside = (key & k_inside) != 0;
         if (list.count == 0 || has_crossed(list)) {
-            for (; first < end; ++first) answer_singly(order_[first], key);
+            for (; first < end; ++first) side_[order_[first]] = k_open;
             return;
         }
-        const bool is_read = list.count <= k_read, is_short = list.count <= TriangleBlock::k_max;
-        if (is_read) read(list, 0, list.count);
-        if (is_short) prepare(triangle_, list.count);
+        triangles_.start(list);
         for (; first < end; first += hn::Lanes(df)) {
             const std::size_t count = std::min(hn::Lanes(df), end - first);
             HWY_ALIGN std::int32_t slots[k_lanes];
             for (std::size_t i = 0; i < hn::Lanes(df); ++i) slots[i] = order_[first + std::min(i, count - 1)];
             const I at = hn::Load(di, slots);
             const V3 p{hn::GatherIndex(df, x_, at), hn::GatherIndex(df, y_, at), hn::GatherIndex(df, z_, at)};
-            const F zero = hn::Zero(df);
-            Nearest nearest{set(1e30f), {zero, zero, zero}, hn::Zero(di), none(), none(), none()};
-            if (is_short) {
-                search(p, triangle_, list.count, nearest);
-            } else {
-                for (std::uint32_t k = 0; k < list.count; k += TriangleBlock::k_max) {
-                    const auto n = std::min<std::uint32_t>(list.count - k, TriangleBlock::k_max);
-                    if (!is_read) read(list, k, n);
-                    const std::int32_t* block = is_read ? triangle_ + k : triangle_;
-                    prepare(block, n);
-                    search(p, block, n, nearest);
-                }
-            }
-            write(p, slots, count, known_inside, nearest);
+            settle(slots, count, known_inside, triangles_.find(p, list));
         }
     }
 
@@ -170,89 +159,8 @@ private:
         return crossed;
     }
 
-    /// Fills up the last vector.
-    void read(const model::CandidateList& list, std::uint32_t first, std::uint32_t count)
-    {
-        list.read(first, count, triangle_);
-        for (std::size_t k = 0; k < k_lanes; ++k) triangle_[count + k] = triangle_[count - 1];
-    }
-
-    HWY_NOINLINE void prepare(const std::int32_t* triangles, std::uint32_t count)
-    {
-        for (std::uint32_t k = 0; k < count; k += static_cast<std::uint32_t>(hn::Lanes(df))) {
-            const I t = hn::LoadU(di, triangles + k), t3 = hn::Add(hn::Add(t, t), t);
-            I corner[3];
-            if (model_.triangles16.empty()) {
-                for (int j = 0; j < 3; ++j) corner[j] = gather_word(model_.triangles32.data() + j, t3);
-            } else {
-                const I one_two = gather_pair(model_.triangles16.data(), t3);
-                corner[0] = low(one_two);
-                corner[1] = high(one_two);
-                corner[2] = high(gather_pair(model_.triangles16.data() + 1, t3));
-            }
-            V3 v[3];
-            for (int j = 0; j < 3; ++j) {
-                const I at = hn::Add(hn::Add(corner[j], corner[j]), corner[j]);
-                const float* vertices = model_.vertices.data();
-                v[j] = {hn::GatherIndex(df, vertices, at), hn::GatherIndex(df, vertices + 1, at),
-                        hn::GatherIndex(df, vertices + 2, at)};
-            }
-            block_.put(k, v[0], v[1], v[2]);
-        }
-    }
-
-    /// Bounds first, without a branch; then what they leave.
-    HWY_NOINLINE void search(const V3& p, const std::int32_t* triangles, std::uint32_t count, Nearest& nearest) const
-    {
-        HWY_ALIGN float lower[TriangleBlock::k_max][k_lanes];
-        F upper = nearest.distance_sq;
-        for (std::uint32_t k = 0; k < count; ++k) {
-            const TriangleBlock::Position q = block_.position(k, p);
-            hn::Store(q.lower_sq, df, lower[k]);
-            // The foot, or else a corner.
-            upper = hn::Min(upper, blend(q.above, q.lower_sq, dot(q.ap, q.ap)));
-        }
-        const F reach = tie_above(upper);
-        std::uint64_t near = 0;
-        for (std::uint32_t k = 0; k < count; ++k)
-            near |= std::uint64_t{any(hn::Le(hn::Load(df, lower[k]), reach)) ? 1u : 0u} << k;
-        Nearest best = nearest;
-        for (; near != 0; near &= near - 1) {
-            const auto k = static_cast<std::uint32_t>(std::countr_zero(near));
-            const TriangleBlock::Position q = block_.position(k, p);
-            const F tie = tie_above(best.distance_sq);
-            F edge_sq;
-            const V3 to_edge = block_.to_edges(k, q, edge_sq);
-            const V3 to_face = block_.to_face(k, q);
-            const V3 offset = blend(q.above, to_face, to_edge);
-            const F distance_sq = blend(q.above, dot(to_face, to_face), edge_sq);
-            // Only triangles near this point count, so that an answer does not depend on its neighbours.
-            const M near_this = hn::Le(hn::Load(df, lower[k]), reach);
-            const M level = hn::And(near_this, hn::Le(distance_sq, tie));
-            // Clearly nearer than what was found before, whose side is forgotten.
-            const M fresh = hn::And(near_this, hn::Lt(tie_above(distance_sq), best.distance_sq));
-            // In the plane of a triangle, or without area, it says nothing of the side.
-            const M in_plane = hn::Lt(hn::Mul(q.height, q.height), hn::Mul(set(0.0025f), distance_sq));
-            const M outside = hn::Gt(q.height, hn::Zero(df));
-            best.unclear = hn::Or(hn::AndNot(fresh, best.unclear), hn::And(level, in_plane));
-            best.outside = hn::Or(hn::AndNot(fresh, best.outside), hn::And(level, outside));
-            best.inside = hn::Or(hn::AndNot(fresh, best.inside), hn::AndNot(outside, level));
-            // A tie goes to the triangle with the highest number, so the order of the list does not matter.
-            const I triangle = set_int(triangles[k]);
-            const M after = hn::RebindMask(df, hn::Gt(triangle, best.triangle));
-            const M nearer = hn::And(
-                near_this, hn::Or(hn::Lt(distance_sq, best.distance_sq), hn::And(hn::Eq(distance_sq, best.distance_sq), after)));
-            best.distance_sq = blend(nearer, distance_sq, best.distance_sq);
-            best.offset = blend(nearer, offset, best.offset);
-            best.triangle = blend(nearer, triangle, best.triangle);
-        }
-        nearest = best;
-    }
-
-    /// Squared distances up to which a triangle is as near, for all that float tells.
-    HWY_INLINE F tie_above(F distance_sq) const { return mul_add(distance_sq, set(1.02f), set(tie_)); }
-
-    HWY_NOINLINE void write(const V3& p, const std::int32_t* slots, std::size_t count, bool known_inside, const Nearest& nearest)
+    /// Notes what was measured of the queue's entries, until it is written.
+    HWY_NOINLINE void settle(const std::int32_t* entries, std::size_t count, bool known_inside, const Nearest& nearest)
     {
         const M lanes = hn::FirstN(df, count);
         // The side is right where all nearest triangles agree on it, be it a face, an edge or a corner that is nearest: one of
@@ -261,39 +169,84 @@ private:
         const M inside = known_inside ? lanes : hn::AndNot(open, hn::AndNot(nearest.outside, lanes));
         if (job_.unproven != nullptr) {
             const M unproven = hn::And(lanes, hn::Le(nearest.distance_sq, set(rounding_ * rounding_)));
-            if (any(unproven)) each_lane(unproven, [&](std::size_t i) { job_.unproven[point_[slots[i]]] = 1; });
+            if (any(unproven)) each_lane(unproven, [&](std::size_t i) { job_.unproven[point_[entries[i]]] = 1; });
         }
-        const M candidates = hn::Or(inside, open);
-        if (!any(candidates)) return;
-        const F depth = hn::Sqrt(nearest.distance_sq), inverse = hn::Div(set(1.f), hn::Max(depth, set(1e-30f)));
-        HWY_ALIGN float v[7][k_lanes];
-        HWY_ALIGN std::int32_t triangles[k_lanes], is_open[k_lanes];
-        hn::Store(hn::Add(p.x, nearest.offset.x), df, v[0]);
-        hn::Store(hn::Add(p.y, nearest.offset.y), df, v[1]);
-        hn::Store(hn::Add(p.z, nearest.offset.z), df, v[2]);
-        hn::Store(hn::Mul(nearest.offset.x, inverse), df, v[3]);
-        hn::Store(hn::Mul(nearest.offset.y, inverse), df, v[4]);
-        hn::Store(hn::Mul(nearest.offset.z, inverse), df, v[5]);
-        hn::Store(depth, df, v[6]);
+        HWY_ALIGN float v[5][k_lanes];
+        HWY_ALIGN std::int32_t triangles[k_lanes], sides[k_lanes];
+        hn::Store(nearest.distance_sq, df, v[0]);
+        hn::Store(nearest.offset.x, df, v[1]);
+        hn::Store(nearest.offset.y, df, v[2]);
+        hn::Store(nearest.offset.z, df, v[3]);
         hn::Store(nearest.triangle, di, triangles);
-        hn::Store(hn::VecFromMask(di, hn::RebindMask(di, open)), di, is_open);
-        each_lane(candidates, [&](std::size_t i) {
-            const auto slot = static_cast<std::size_t>(slots[i]);
-            if (is_open[i] != 0) {
-                answer_singly(slot, key_[slot]);
+        hn::Store(blend(open, set_int(k_open), blend(inside, set_int(k_inner), set_int(k_outer))), di, sides);
+        if (keeps_)
+            hn::Store(blend(hn::Or(open, inside), set(KeptProbe::k_always), due_after(hn::Sqrt(nearest.distance_sq))), df, v[4]);
+        for (std::size_t i = 0; i < count; ++i) {
+            const auto entry = static_cast<std::size_t>(entries[i]);
+            for (std::size_t k = 0; k < 4; ++k) measured_[k][entry] = v[k][i];
+            nearest_[entry] = triangles[i];
+            side_[entry] = sides[i];
+            if (keeps_) job_.kept->point_due[static_cast<std::size_t>(slot_[entry])] = v[4][i];
+        }
+    }
+
+    /// The contacts among what is queued.
+    HWY_NOINLINE void write()
+    {
+        for (std::size_t first = 0; first < queued_; first += hn::Lanes(df)) {
+            const M lanes = hn::FirstN(df, std::min(queued_ - first, hn::Lanes(df)));
+            const M contact = hn::And(lanes, hn::RebindMask(df, hn::Ne(hn::LoadU(di, side_ + first), set_int(k_outer))));
+            if (any(contact)) write_contacts(first, contact);
+        }
+    }
+    HWY_NOINLINE void write_contacts(std::size_t first, M contact)
+    {
+        // Nothing may have been measured of entries that are open.
+        const M measured = hn::And(contact, hn::RebindMask(df, hn::Ne(hn::LoadU(di, side_ + first), set_int(k_open))));
+        const auto column = [&](std::size_t k) { return hn::IfThenElseZero(measured, hn::LoadU(df, measured_[k] + first)); };
+        const V3 offset{column(1), column(2), column(3)};
+        const F depth = hn::Sqrt(column(0)), inverse = hn::Div(set(1.f), hn::Max(depth, set(1e-30f)));
+        HWY_ALIGN float v[7][k_lanes];
+        hn::Store(hn::Add(hn::LoadU(df, x_ + first), offset.x), df, v[0]);
+        hn::Store(hn::Add(hn::LoadU(df, y_ + first), offset.y), df, v[1]);
+        hn::Store(hn::Add(hn::LoadU(df, z_ + first), offset.z), df, v[2]);
+        hn::Store(hn::Mul(offset.x, inverse), df, v[3]);
+        hn::Store(hn::Mul(offset.y, inverse), df, v[4]);
+        hn::Store(hn::Mul(offset.z, inverse), df, v[5]);
+        hn::Store(depth, df, v[6]);
+        each_lane(contact, [&](std::size_t i) {
+            const std::size_t entry = first + i;
+            if (side_[entry] == k_open) {
+                answer_singly(entry, key_[entry]);
                 return;
             }
-            const auto triangle = static_cast<std::uint32_t>(triangles[i]);
+            const auto triangle = static_cast<std::uint32_t>(nearest_[entry]);
             const std::uint16_t word = model_.triangle_part[triangle];
             const Vec3f normal = v[6][i] > touching_ ? Vec3f{v[3][i], v[4][i], v[5][i]} : normal_of(triangle);
             contacts_.write({{v[0][i], v[1][i], v[2][i]},
                              normal,
                              v[6][i],
-                             point_[slot],
+                             point_[entry],
                              static_cast<std::int16_t>(model::part_of(word)),
                              v[6][i] > rounding_,
                              model::is_made_up(word) ? k_made_up : k_ok});
         });
+    }
+
+    /// How far points in free cells are from the solid at least, and points outside the grid from that; model units.
+    HWY_INLINE F clearance_of(const Entered& e) const
+    {
+        Located at = e.at;  // or the free eighth of a divided cell
+        at.gap_code = blend(at.is_free, at.gap_code, shift_right<LocatorCell::k_gap_shift>(at.cell));
+        return hn::Mul(blend(in_grid(e.in_cells), gap_of(at), outside_grid(e.in_cells)), set(locator_.cell));
+    }
+    /// True where points are measured that need not be: a few a tick, which then rest for longer.
+    bool spends(M points)
+    {
+        const std::size_t count = count_of(points);
+        if (count > job_.kept->budget) return false;
+        job_.kept->budget -= count;
+        return true;
     }
 
     Vec3f normal_of(std::uint32_t triangle) const
@@ -306,16 +259,17 @@ private:
         return normalized(cross(corner(1) - a, corner(2) - a));
     }
 
-    void answer_singly(std::size_t slot, std::uint32_t key)
+    void answer_singly(std::size_t entry, std::uint32_t key)
     {
         const ModelContact c =
-            query_exact_in(model_, {x_[slot], y_[slot], z_[slot]}, (key & ~k_inside) >> 6, key & 63u, (key & k_inside) != 0);
-        if (!c.certain && job_.unproven != nullptr) job_.unproven[point_[slot]] = 1;
-        if (c.contact) contacts_.write(contact_of(c, point_[slot]));
+            query_exact_in(model_, {x_[entry], y_[entry], z_[entry]}, (key & ~k_inside) >> 6, key & 63u, (key & k_inside) != 0);
+        if (!c.certain && job_.unproven != nullptr) job_.unproven[point_[entry]] = 1;
+        if (c.contact) contacts_.write(contact_of(c, point_[entry]));
     }
 
+    enum Side : std::int32_t { k_outer, k_inner, k_open };  // open: answered singly
+
     ContactWriter contacts_;
-    float tie_;       // what rounding adds to a squared distance
     float rounding_;  // distance up to which float does not prove the side
     float touching_;  // depth up to which a contact's normal is its triangle's
     std::size_t queued_ = 0;
@@ -324,8 +278,12 @@ private:
     std::uint16_t group_[k_capacity], order_[k_capacity], slots_[k_slots];
     std::uint32_t group_key_[k_capacity];
     std::uint16_t group_end_[k_capacity];
-    TriangleBlock block_;
-    std::int32_t triangle_[k_read + k_lanes];  // of a list, or of a block of one that is longer
+    // Squared distance of the nearest triangle and offset to it, that triangle, and the side, for each entry of the queue.
+    float measured_[4][k_capacity];
+    std::int32_t nearest_[k_capacity], side_[k_capacity];
+    const bool keeps_;
+    std::int32_t slot_[k_capacity];  // where points are kept
+    NearestTriangles triangles_;
 };
 
 }  // namespace

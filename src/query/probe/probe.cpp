@@ -6,6 +6,7 @@
 #include "sqmap/math/assert.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 namespace sqmap::query {
@@ -19,6 +20,13 @@ void fit_sphere(std::size_t count, At&& at, float sphere[4])
     const Sphere3<float> small = small_sphere<float>(count, at, {.steps = 12, .pull = 0.3f, .shrink = 0.8f});
     for (int k = 0; k < 3; ++k) sphere[k] = small.centre[k];
     sphere[3] = small.radius * 1.00001f;
+}
+
+/// Numbers the positions of all probes.
+std::uint64_t next_stamp() noexcept
+{
+    static constinit std::atomic<std::uint64_t> stamp{0};
+    return stamp.fetch_add(1, std::memory_order_relaxed) + 1;
 }
 
 float least(float a, float b) { return a < b ? a : b; }
@@ -61,6 +69,7 @@ void Probe::move(std::span<const Vec3d> points, std::span<const std::uint8_t> wa
 {
     SQMAP_ASSERT(points.size() == size() && (wanted.empty() || wanted.size() == size()));
     if (points.size() != size_) return;
+    stamp_ = next_stamp();
     fill_clusters(
         points.data(), point_.data(), origin_, wanted.size() == size_ ? wanted.data() : nullptr, k_far,
         {x_.data(), y_.data(), z_.data(), centre_x_.data(), centre_y_.data(), centre_z_.data(), radius_.data(), clusters()});

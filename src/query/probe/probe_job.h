@@ -6,6 +6,8 @@
 
 namespace sqmap::query {
 
+struct KeptProbe;
+
 /// Positions in model space, as the kernels read them.
 struct PointBatch {
     static constexpr std::size_t k_size = 64;  ///< a multiple of a cluster
@@ -48,7 +50,8 @@ struct ProbeJob {
     Layer layer;  ///< One, Two, Three, Exact, or Gate
     std::uint32_t gate;
     bool first_only;
-    CallerFrame caller;  ///< of the contacts that are written
+    KeptProbe* kept = nullptr;  ///< of earlier ticks; null: nothing is known
+    CallerFrame caller;         ///< of the contacts that are written
     std::span<Contact> out;
 };
 

@@ -6,6 +6,7 @@
 #define SQMAP_QUERY_PROBE_PROBE_WALK_INL_H
 #endif
 
+#include "kept_probe.h"
 #include "probe_job.h"
 #include "query/locator/locate-inl.h"
 
@@ -24,8 +25,9 @@ public:
     explicit ProbeWalk(const ProbeJob& job) : LocatorLanes(job.model), job_(job) {}
 
     /// Calls take(slot) for a vector of points from each slot on that may touch the solid; after_cluster() when a cluster of them
-    /// is done and after_group() for a group, which ends the walk by false. Points without clusters: all of them.
-    template <class Take, class AfterCluster, class AfterGroup>
+    /// is done and after_group() for a group, which ends the walk by false. Points without clusters: all of them. k_keeps: where
+    /// a workspace keeps the probe, clusters are passed over that cannot have reached the solid.
+    template <bool k_keeps = false, class Take, class AfterCluster, class AfterGroup>
     HWY_INLINE void each_near(Take&& take, AfterCluster&& after_cluster, AfterGroup&& after_group) const
     {
         if (job_.clusters == 0) {
@@ -41,15 +43,20 @@ public:
             std::uint32_t near_groups = 0;
             const std::size_t end = std::min(job_.groups, first + k_groups_at_once);
             for (std::size_t g = first; g < end; ++g) {
-                if (job_.groups > 1 && is_far(job_.group_x[g], job_.group_y[g], job_.group_z[g], job_.group_radius[g])) continue;
+                const bool kept = k_keeps && job_.kept != nullptr;
+                if (kept ? !is_due(g)
+                         : job_.groups > 1 && is_far(job_.group_x[g], job_.group_y[g], job_.group_z[g], job_.group_radius[g]))
+                    continue;
                 near_groups |= 1u << (g - first);
-                if constexpr (k_fetches) each_vector(g, [&](std::size_t c, std::size_t) { fetch_clusters(c); });
+                if (k_fetches && !kept) each_vector(g, [&](std::size_t c, std::size_t) { fetch_clusters(c); });
             }
             for (std::size_t g = first; g < end; ++g) {
                 if ((near_groups >> (g - first) & 1u) == 0) continue;
                 each_vector(g, [&](std::size_t c, std::size_t count) {
-                    const M near = hn::And(near_clusters(c), hn::FirstN(df, count));
+                    const M near = near_clusters<k_keeps>(c, due_clusters<k_keeps>(c, count));
                     each_lane(near, [&](std::size_t i) {
+                        if constexpr (k_keeps)
+                            if (job_.kept != nullptr) job_.kept->visited[job_.kept->visits++] = static_cast<std::uint32_t>(c + i);
                         for (std::size_t k = 0; k < Probe::k_cluster; k += hn::Lanes(df)) take((c + i) * Probe::k_cluster + k);
                         after_cluster();
                     });
@@ -129,16 +136,94 @@ public:
         fetch(model_.locator_cells.data(), a.index, hn::AndNot(a.free_brick, c.touches_box));
     }
 
-    /// The clusters from first on that may touch the solid: the same test, finer, for each lane.
-    HWY_NOINLINE M near_clusters(std::size_t first) const
+    /// The clusters of a mask from first on that may touch the solid: the same test, finer, for each lane.
+    template <bool k_keeps>
+    HWY_NOINLINE M near_clusters(std::size_t first, M which) const
     {
         const Centres c = centres(first);
-        if (!any(c.touches_box)) return c.touches_box;
-        const Located found = locate(c.at, c.touches_box);
-        const F gap = gap_of(found);
-        const M far_away = hn::And(found.is_free, hn::Gt(gap, hn::Zero(df)));
-        const F away = hn::Mul(gap, set(locator_.cell));
-        return hn::AndNot(hn::And(far_away, hn::Gt(mul_add(away, away, c.outside_sq), c.reach_sq)), c.touches_box);
+        const M touches_box = hn::And(which, c.touches_box);
+        M near = touches_box;
+        F away = hn::Zero(df);
+        if (any(touches_box)) {
+            const Located found = locate(c.at, touches_box);
+            const F gap = gap_of(found);
+            const M far_away = hn::And(found.is_free, hn::Gt(gap, hn::Zero(df)));
+            away = hn::Mul(gap, set(locator_.cell));
+            near = hn::AndNot(hn::And(far_away, hn::Gt(mul_add(away, away, c.outside_sq), c.reach_sq)), touches_box);
+            away = hn::IfThenElseZero(hn::And(far_away, touches_box), away);
+        }
+        if constexpr (k_keeps)
+            if (job_.kept != nullptr) keep_clusters(first, c, which, away);
+        return near;
+    }
+
+    /// Notes how far clusters may move before a point of them can be in the solid. away: of their centres from it, 0 where the
+    /// locator does not say.
+    HWY_INLINE void keep_clusters(std::size_t first, const Centres& c, M which, F away) const
+    {
+        // All outside the grid is free.
+        const F clear = hn::Sub(hn::Sqrt(mul_add(away, away, c.outside_sq)), hn::Sqrt(c.reach_sq));
+        hn::BlendedStore(due_after(clear), which, df, job_.kept->due.data() + first);
+        job_.kept->reuse.clusters += count_of(which);
+    }
+
+    /// Clusters from one on that have to be looked at; beside them those that soon would have.
+    template <bool k_keeps>
+    HWY_INLINE M due_clusters(std::size_t first, std::size_t count) const
+    {
+        const M present = hn::FirstN(df, count);
+        if (!k_keeps || job_.kept == nullptr) return present;
+        const F due = hn::LoadU(df, job_.kept->due.data() + first);
+        const M now = hn::And(present, hn::Le(due, set(job_.kept->travel)));
+        return any(now) ? hn::And(present, hn::Le(due, set(job_.kept->soon))) : now;
+    }
+    HWY_INLINE bool is_due(std::size_t group) const
+    {
+        bool due = false;
+        each_vector(group, [&](std::size_t c, std::size_t count) { due = due || any(due_clusters<true>(c, count)); });
+        return due;
+    }
+
+    HWY_INLINE F due_after(F length) const
+    {
+        return hn::Add(set(job_.kept->travel), hn::Max(hn::Sub(length, set(job_.kept->margin)), hn::Zero(df)));
+    }
+    /// Notes that points from a slot on are free while they move less than a length.
+    HWY_INLINE void keep_points(std::size_t slot, F length, M which) const
+    {
+        hn::BlendedStore(due_after(length), which, df, job_.kept->point_due.data() + slot);
+    }
+    /// Points from a slot on that have to be looked at. Where one has, those that soon would have are looked at too, so that
+    /// their cluster rests as a whole; but not beside contacts, which have to be every time.
+    struct DuePoints {
+        M which;
+        bool rests;
+    };
+    HWY_INLINE DuePoints due_points(std::size_t slot) const
+    {
+        const F due = hn::LoadU(df, job_.kept->point_due.data() + slot);
+        DuePoints found{hn::Le(due, set(job_.kept->travel)), false};
+        if (!any(found.which) || any(hn::Lt(due, hn::Zero(df)))) return found;
+        return {hn::Le(due, set(job_.kept->soon)), true};
+    }
+    /// When all points of a cluster that was looked at are kept, so is the cluster.
+    HWY_NOINLINE void keep_visited(std::size_t contacts) const
+    {
+        KeptProbe& kept = *job_.kept;
+        kept.contacts = contacts;
+        for (std::size_t v = 0; v < kept.visits; ++v) {
+            const std::size_t c = kept.visited[v];
+            F least = hn::LoadU(df, kept.point_due.data() + c * Probe::k_cluster);
+            for (std::size_t k = hn::Lanes(df); k < Probe::k_cluster; k += hn::Lanes(df))
+                least = hn::Min(least, hn::LoadU(df, kept.point_due.data() + c * Probe::k_cluster + k));
+            kept.due[c] = hn::GetLane(hn::MinOfLanes(df, least));
+        }
+    }
+    /// How far outside of the grid positions are, in cells.
+    HWY_INLINE F outside_grid(const V3& g) const
+    {
+        const auto beyond = [&](F v, int k) { return hn::Max(hn::Max(hn::Neg(v), hn::Sub(v, set(extent_[k]))), hn::Zero(df)); };
+        return hn::Max(hn::Max(beyond(g.x, 0), beyond(g.y, 1)), beyond(g.z, 2));
     }
 
     HWY_INLINE V3 posed(const V3& local) const
@@ -168,14 +253,16 @@ public:
 
     /// Points in cells that are not Free. Their cells may be divided.
     struct Entered {
-        V3 p;  // model space
+        V3 p;         // model space
+        V3 in_cells;  // from the grid's corner
         Located at;
         M occupied;
     };
-    HWY_INLINE Entered enter(std::size_t slot) const
+    HWY_INLINE Entered enter(std::size_t slot, M which = hn::Not(none())) const
     {
         const Posed posed = pose(slot);
-        Entered e{posed.p, locate(posed.in_cells, posed.in_grid), posed.in_grid};
+        const M in_grid = hn::And(posed.in_grid, which);
+        Entered e{posed.p, posed.in_cells, locate(posed.in_cells, in_grid), in_grid};
         e.occupied = hn::AndNot(e.at.is_free, e.occupied);
         return e;
     }
