@@ -35,12 +35,15 @@ constexpr auto k_drape = &measure_drape, k_dressed = &measure_dressed;
 constexpr int (*k_drape)(int, char**) = nullptr, (*k_dressed)(int, char**) = nullptr;
 #endif
 #ifdef SQMAP_MEASURE_CGAL
-constexpr auto k_wrap = &measure_wrap, k_invariance = &measure_invariance;
+constexpr auto k_borders = &measure_borders, k_wrap = &measure_wrap, k_invariance = &measure_invariance;
 #else
-constexpr int (*k_wrap)(int, char**) = nullptr, (*k_invariance)(int, char**) = nullptr;
+constexpr int (*k_borders)(int, char**) = nullptr, (*k_wrap)(int, char**) = nullptr, (*k_invariance)(int, char**) = nullptr;
 #endif
 
 constexpr Topic k_topics[] = {
+    {"borders", "MESH...",
+     "Borders of parts and of named parts beside the shortest loops of edges within a quarter of their radius.", k_borders,
+     "libcgal-dev"},
     {"clearance", "POSES MESH_A MESH_B",
      "Distance of two meshes that are apart, beside FCL's: time and error at 0.1 % of R_max to all of it.", k_clearance,
      "libfcl-dev"},

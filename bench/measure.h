@@ -6,6 +6,7 @@ namespace sqmap::bench {
 /// A topic returns this when its words are wrong: sqmap_measure prints the topic's usage then.
 inline constexpr int k_wrong_usage = 64;
 
+int measure_borders(int argc, char** argv);
 int measure_clearance(int argc, char** argv);
 int measure_cloth(int argc, char** argv);
 int measure_coherence(int argc, char** argv);

@@ -7,6 +7,7 @@
 #include "bake/parts/bound_figures.h"
 #include "bake/parts/fit.h"
 #include "budget.h"
+#include "decompose/borders.h"
 #include "decompose/mirror.h"
 #include "decompose/named_parts.h"
 #include "decompose/partition.h"
@@ -266,15 +267,17 @@ decompose::Partition Bake::named_partition(const mesh::Mesh& mesh)
     decompose::Partition partition = first_partition(mesh, options_);
     if (options_.partition != nullptr) return partition;
     std::optional<decompose::Mirror> mirror;
-    if (!hidden_share() && options_.decompose.cutting == decompose::Cutting::Passes) {
+    const bool as_named = !hidden_share() && options_.decompose.cutting == decompose::Cutting::Passes;
+    if (as_named) {
         partition = decompose::cut_creases(mesh, std::move(partition), {.max_parts = options_.max_parts});
         mirror = decompose::find_mirror(mesh);
         if (mirror) partition = decompose::symmetrised(mesh, *mirror, std::move(partition), options_.max_parts);
     }
-    const std::vector<std::uint32_t> names = decompose::named_parts(mesh, partition, {}, mirror ? &*mirror : nullptr);
+    decompose::NamedPartition named{partition, decompose::named_parts(mesh, partition, {}, mirror ? &*mirror : nullptr)};
+    if (as_named) named = decompose::smoothed(mesh, named, mirror ? &*mirror : nullptr);
     name_of_triangle_.clear();
-    for (const std::uint32_t part : partition.part_of_triangle) name_of_triangle_.push_back(names[part]);
-    return partition;
+    for (const std::uint32_t part : named.partition.part_of_triangle) name_of_triangle_.push_back(named.names[part]);
+    return named.partition;
 }
 
 /// The parts of a coarse copy, on the mesh: they depend on its shape, not on its detail.

@@ -14,7 +14,7 @@ namespace sqmap::bake {
 namespace {
 
 constexpr double k_min_cost = 0.005;   ///< no cut is tried for a part that costs less
-constexpr double k_split_gain = 0.05;  ///< a split stays if it saves this share of the part's cost
+constexpr double k_split_gain = 0.07;  ///< a split stays if it saves this share of the part's cost
 
 /// Fits the parts of one mesh's partitions, and keeps every fit: the same patch comes back while cuts are tried.
 class PartFitter {

@@ -240,8 +240,9 @@ TEST(Rebake, MapsOfNeighboursAreAgainAsBakedWhenAllIsBack)
                 std::memcmp(was.translation, is.translation, sizeof was.translation) != 0 || was.w_min != is.w_min ||
                 was.w_step != is.w_step || std::memcmp(was.chart_centre, is.chart_centre, sizeof was.chart_centre) != 0)
                 continue;
+            // A triangle that moved may come near a chart and be in none of its cells.
+            if (same_map(baked, was, there.model, is)) continue;
             ++followed;
-            EXPECT_FALSE(same_map(baked, was, there.model, is)) << "part " << i << " with part " << moved;
             EXPECT_TRUE(same_map(baked, was, back.model, again)) << "part " << i << " with part " << moved;
         }
     }
