@@ -2,10 +2,10 @@
 // 1 - 1/e of the best choice) of points that should be cut off, then a pattern search of each plane's direction.
 #include "fit/polytope.h"
 
-#include "half_space_tests.h"
 #include "mesh/convex_hull.h"
 #include "sqmap/fit/fit.h"
 #include "sqmap/mesh/bvh.h"
+#include "support.h"
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 // Kernels for many points at once give the bits of the functions of one, on every set of instructions that the machine has.
-#include "fit/half_space_tests.h"
 #include "fit/problems.h"
+#include "fit/support.h"
 #include "fit/undeformed_points.h"
 
 #include "unit/fit/shapes.h"

@@ -1,13 +1,13 @@
 #include "math/double_targets.h"  // before Highway
 
-#include "half_space_tests.h"
+#include "support.h"
 
 #include <algorithm>
 #include <cstddef>
 #include <limits>
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "fit/half_space_tests.cpp"
+#define HWY_TARGET_INCLUDE "fit/support.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 #include "math/double_lanes-inl.h"
