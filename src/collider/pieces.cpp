@@ -125,20 +125,24 @@ Pieces pieces_of(const model::ModelView& model, const EditedParts& parts, const 
     const std::size_t count = parts.partition.part_count;
     if (parts.superquadrics.size() != count || parts.largest_f.size() != count || parts.names.size() != count)
         throw mesh::InvalidInput("edited parts need a superquadric, a bound and a name each");
-    Pieces out{.name = name, .surface = bake::baked_mesh(model), .is_solid = model.header.solid != 0};
-    const std::vector<bake::Patch> patches = bake::patches_of(out.surface, parts.partition);
+    const mesh::Mesh baked = bake::baked_mesh(model);
+    std::vector<bake::Patch> patches = bake::patches_of(baked, parts.partition);
+    Pieces out{.name = name, .surface = baked, .is_solid = model.header.solid != 0};
+    // Shapes hold the caller's own vertices, which the model's are rounded from.
+    for (std::size_t v = 0; v < out.surface.vertices.size(); ++v) out.surface.vertices[v] = model::mesh_vertex(model, v);
     const auto mesh_units = [&](Vec3d p) {
         return model.header.unit * p + Vec3d{model.header.origin[0], model.header.origin[1], model.header.origin[2]};
     };
     for (std::size_t i = 0; i < patches.size(); ++i) {
-        Piece piece{.name = parts.names[i], .points = bake::corners_of(out.surface, patches[i])};
-        for (Vec3d& p : piece.points) p = mesh_units(p);
-        if (out.is_solid) piece.volume = bake::enclosed_volume(out.surface, patches[i]) * std::pow(model.header.unit, 3);
+        Piece piece{.name = parts.names[i], .points = {}};
+        if (out.is_solid) piece.volume = bake::enclosed_volume(baked, patches[i]) * std::pow(model.header.unit, 3);
+        for (bake::CapTriangle& cap : patches[i].caps)
+            for (Vec3d& p : cap) p = mesh_units(p);
+        piece.points = bake::corners_of(out.surface, patches[i]);
         piece.superquadric = in_mesh_units(parts.superquadrics[i], mesh_units({}), model.header.unit);
         piece.certified = parts.largest_f[i] <= 1;
         out.pieces.push_back(std::move(piece));
     }
-    for (Vec3d& v : out.surface.vertices) v = mesh_units(v);
     if (model.header.self_intersecting != 0) out.crossed = mesh::find_self_intersections(out.surface).crossed;
     return out;
 }

@@ -1,8 +1,10 @@
-// Greedy splitting of the cluster whose ball reaches out farthest, then rounds in the manner of S. Lloyd, "Least squares
-// quantization in PCM", 1982: cells go to the ball that has to grow least for them, where balls that reach out far count as
-// smaller than they are, and each ball becomes the smallest about its cells.
+// Clusters of cells by two ways: greedy splitting of the one whose ball reaches out farthest, and covers by balls within the
+// solid whose protrusion is bounded, a bound that is halved while few enough suffice. Then rounds in the manner of S. Lloyd,
+// "Least squares quantization in PCM", 1982: cells go to the ball that has to grow least for them, where balls that reach out far
+// count as smaller than they are, and each ball becomes the smallest about its cells.
 #include "collider/spheres.h"
 
+#include "collider/inner_balls.h"
 #include "collider/numbers.h"
 #include "collider/searches.h"
 #include "sqmap/math/box.h"
@@ -16,20 +18,16 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <utility>
 
 namespace sqmap::collider {
 namespace {
 
 constexpr int k_cells_along = 44;  ///< of the longest side of the box
 constexpr int k_rounds = 30;
+constexpr int k_halvings = 10;             ///< of the bound on protrusion
 constexpr int k_tried_directions = 40;     ///< of a half sphere, in which a ball's protrusion is probed
 constexpr double k_ball_rounding = 1e-12;  ///< of the greatest coordinate
-
-/// A piece of the solid by its corners.
-struct GridPiece {
-    std::vector<Vec3d> corners;
-    Vec3d middle{};
-};
 
 using Index = std::array<int, 3>;
 using Corners = std::array<Vec3d, 3>;  ///< of a triangle
@@ -60,6 +58,9 @@ public:
         }
         return out;
     }
+
+    /// Corners of the grid within the solid.
+    [[nodiscard]] const std::vector<Vec3d>& inner() const { return inner_; }
 
 private:
     [[nodiscard]] Vec3d corner(const Index& i) const
@@ -114,6 +115,7 @@ private:
                 for (i[2] = 0; i[2] <= count_[2]; ++i[2]) {
                     const Vec3d p = corner(i);
                     if (!solid_.inside(p)) continue;
+                    inner_.push_back(p);
                     for (int c = 0; c < 8; ++c) {
                         const Index cell{i[0] - (c & 1), i[1] - ((c >> 1) & 1), i[2] - ((c >> 2) & 1)};
                         bool is_cell = true;
@@ -130,13 +132,7 @@ private:
     double side_ = 0;
     int count_[3] = {};
     std::map<Index, std::vector<Vec3d>> cells_;
-};
-
-/// Pieces and the smallest ball about them.
-struct Cluster {
-    std::vector<std::size_t> pieces;
-    Sphere ball{};
-    double protrusion = 0;
+    std::vector<Vec3d> inner_;
 };
 
 class Cover {
@@ -144,23 +140,31 @@ public:
     Cover(const std::vector<GridPiece>& pieces, const mesh::Solid& solid) : pieces_(pieces), solid_(solid)
     {
         directions_ = half_sphere(k_tried_directions);
-        Cluster all;
-        all.pieces.resize(pieces.size());
-        std::iota(all.pieces.begin(), all.pieces.end(), std::size_t{0});
-        fit(all);
-        clusters_.push_back(all);
     }
 
-    std::vector<Cluster> run(std::size_t count)
+    /// At most count balls that hold all pieces. Fewer where more would protrude more.
+    std::vector<Cluster> run(std::size_t count, std::vector<Vec3d> inner)
     {
-        std::vector<Cluster> best = clusters_;
-        // Few balls of a round solid protrude less than more of them.
-        while (clusters_.size() < count && split_worst())
+        Cluster all;
+        all.pieces.resize(pieces_.size());
+        std::iota(all.pieces.begin(), all.pieces.end(), std::size_t{0});
+        fit(all);
+        std::vector<Cluster> best{all};
+        const auto offer = [&] {
             if (worst(clusters_) <= worst(best)) best = clusters_;
-        for (int round = 0; round < k_rounds && clusters_.size() > 1; ++round) {
-            reassign();
-            if (worst(clusters_) < worst(best)) best = clusters_;
-        }
+        };
+        const auto improve = [&] {
+            settle();
+            offer();
+            while (clusters_.size() < count && split_worst()) offer();
+            settle();
+            offer();
+        };
+        // Cuts serve flat bodies better, balls within the solid round ones and limbs.
+        clusters_ = {all};
+        improve();
+        clusters_ = least_cover(count, all.ball.radius, std::move(inner));
+        if (!clusters_.empty()) improve();
         return best;
     }
 
@@ -172,17 +176,63 @@ private:
         return out;
     }
 
+    [[nodiscard]] double protrusion_of(const Sphere& ball) const
+    {
+        double protrusion = 0;
+        for (const Vec3d& d : directions_)
+            for (const double sign : {1., -1.}) {
+                const Vec3d p = ball.centre + sign * ball.radius * d;
+                if (!solid_.inside(p)) protrusion = std::max(protrusion, solid_.bvh().closest_point(p).distance);
+            }
+        return protrusion;
+    }
+
+    /// The smallest ball about the pieces.
     void fit(Cluster& c) const
     {
         std::vector<Vec3d> points;
         for (const std::size_t i : c.pieces) points.insert(points.end(), pieces_[i].corners.begin(), pieces_[i].corners.end());
         c.ball = least_ball(points);
-        c.protrusion = 0;
-        for (const Vec3d& d : directions_)
-            for (const double sign : {1., -1.}) {
-                const Vec3d p = c.ball.centre + sign * c.ball.radius * d;
-                if (!solid_.inside(p)) c.protrusion = std::max(c.protrusion, solid_.bvh().closest_point(p).distance);
-            }
+        c.protrusion = protrusion_of(c.ball);
+    }
+
+    /// The smallest ball about the pieces, or the smallest about its own centre where that protrudes less.
+    void shrink(Cluster& c) const
+    {
+        Sphere own{c.ball.centre, 0};
+        for (const std::size_t i : c.pieces) own.radius = std::max(own.radius, reach_of(pieces_[i], own.centre));
+        fit(c);
+        const double protrusion = protrusion_of(own);
+        if (protrusion >= c.protrusion) return;
+        c.ball = own;
+        c.protrusion = protrusion;
+    }
+
+    /// At most count balls about points within the solid, of those that were met the ones that protrude least. None where no such
+    /// balls protrude by less than greatest.
+    [[nodiscard]] std::vector<Cluster> least_cover(std::size_t count, double greatest, std::vector<Vec3d> inner) const
+    {
+        const InnerBalls balls(pieces_, solid_, std::move(inner));
+        std::vector<Cluster> best;
+        double low = 0, high = greatest;
+        for (int halving = 0; halving < k_halvings; ++halving) {
+            const double middle = 0.5 * (low + high);
+            std::vector<Cluster> found = balls.cover(middle, count);
+            (found.empty() ? low : high) = middle;
+            if (found.empty()) continue;
+            for (Cluster& c : found) shrink(c);
+            if (best.empty() || worst(found) <= worst(best)) best = std::move(found);
+        }
+        return best;
+    }
+
+    /// Moves pieces between the clusters in rounds, and leaves the best that was met.
+    void settle()
+    {
+        std::vector<Cluster> best = clusters_;
+        for (int round = 0; round < k_rounds && reassign(); ++round)
+            if (worst(clusters_) < worst(best)) best = clusters_;
+        clusters_ = std::move(best);
     }
 
     /// Unit directions of the spread of the cluster's pieces, the one along which they spread most first.
@@ -233,7 +283,8 @@ private:
         return true;
     }
 
-    void reassign()
+    /// False where every piece stays.
+    bool reassign()
     {
         double mean = 0;
         for (const Cluster& c : clusters_) mean += c.protrusion / static_cast<double>(clusters_.size());
@@ -245,20 +296,23 @@ private:
                 const Cluster& c = clusters_[k];
                 const double allowed = c.ball.radius - 0.3 * (c.protrusion - mean);
                 if (norm(pieces_[i].middle - c.ball.centre) - allowed > least) continue;
-                double reach = 0;
-                for (const Vec3d& p : pieces_[i].corners) reach = std::max(reach, norm(p - c.ball.centre));
-                if (reach - allowed < least) {
-                    least = reach - allowed;
+                const double grown = reach_of(pieces_[i], c.ball.centre) - allowed;
+                if (grown < least) {
+                    least = grown;
                     best = k;
                 }
             }
             pieces[best].push_back(i);
         }
+        bool moved = false;
         for (std::size_t k = 0; k < clusters_.size(); ++k) {
-            if (pieces[k].empty()) continue;  // it keeps its ball, which holds nothing more than others do
+            if (pieces[k] == clusters_[k].pieces) continue;
+            moved = true;
             clusters_[k].pieces = std::move(pieces[k]);
-            fit(clusters_[k]);
+            if (!clusters_[k].pieces.empty()) fit(clusters_[k]);
         }
+        std::erase_if(clusters_, [](const Cluster& c) { return c.pieces.empty(); });
+        return moved;
     }
 
     const std::vector<GridPiece>& pieces_;
@@ -274,13 +328,14 @@ std::vector<Shape> covering_spheres(const mesh::Mesh& surface, std::span<const s
 {
     if (surface.triangles.empty() || count == 0) throw mesh::InvalidInput("spheres: give a closed mesh and a number from 1 on");
     const mesh::Solid solid(surface, crossed);
-    const std::vector<GridPiece> pieces = Grid(surface, solid, held).pieces();
+    Grid grid(surface, solid, held);
+    const std::vector<GridPiece> pieces = grid.pieces();
     double reach = 0;
     for (const Vec3d& v : surface.vertices) reach = std::max(reach, norm(v));
     for (const Corners& t : held)
         for (const Vec3d& p : t) reach = std::max(reach, norm(p));
     std::vector<Shape> out;
-    for (const Cluster& c : Cover(pieces, solid).run(count)) {
+    for (const Cluster& c : Cover(pieces, solid).run(count, grid.inner())) {
         Shape ball{.kind = Kind::Sphere, .xyz = rounded(c.ball.centre)};
         double radius = 0;
         for (const std::size_t i : c.pieces)

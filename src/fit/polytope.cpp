@@ -2,6 +2,7 @@
 // 1 - 1/e of the best choice) of points that should be cut off, then a pattern search of each plane's direction.
 #include "fit/polytope.h"
 
+#include "math/bit_set.h"
 #include "mesh/convex_hull.h"
 #include "sqmap/fit/fit.h"
 #include "sqmap/mesh/bvh.h"
@@ -9,7 +10,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -43,31 +43,10 @@ Vec3d spread_direction(std::size_t k, std::size_t count)
     return {r * std::cos(angle), r * std::sin(angle), z};
 }
 
-/// A set of the points that are to be cut off.
-class PointSet {
-public:
-    explicit PointSet(std::size_t size) : words_((size + 63) / 64) {}
-    void add(const PointSet& other)
-    {
-        for (std::size_t w = 0; w < words_.size(); ++w) words_[w] |= other.words_[w];
-    }
-    std::span<std::uint64_t> words() { return words_; }  ///< point i is bit i % 64 of word i / 64
-    [[nodiscard]] std::size_t count_without(const PointSet& other) const
-    {
-        std::size_t count = 0;
-        for (std::size_t w = 0; w < words_.size(); ++w)
-            count += static_cast<std::size_t>(std::popcount(words_[w] & ~other.words_[w]));
-        return count;
-    }
-
-private:
-    std::vector<std::uint64_t> words_;
-};
-
 /// A tangent plane, and the points outside it.
 struct Cut {
     Vec3d direction;
-    PointSet beyond;
+    BitSet beyond;
 };
 
 class SideChooser {
@@ -143,7 +122,7 @@ private:
 
     [[nodiscard]] Cut cut_along(Vec3d direction) const
     {
-        Cut cut{direction, PointSet(outside_.size())};
+        Cut cut{direction, BitSet(outside_.size())};
         mark_beyond(direction, support(direction), outside_, cut.beyond.words());
         return cut;
     }
@@ -165,7 +144,7 @@ private:
     {
         std::vector<Cut> cuts, chosen;
         for (const Vec3d& d : candidates()) cuts.push_back(cut_along(d));
-        PointSet done(outside_.size());
+        BitSet done(outside_.size());
         while (chosen.size() < max_sides) {
             std::size_t best = 0, gain = 0;
             for (std::size_t i = 0; i < cuts.size(); ++i)
@@ -183,7 +162,7 @@ private:
     /// Turns one plane about the hull while it cuts off more points that the others leave.
     void turn(std::vector<Cut>& chosen, std::size_t index) const
     {
-        PointSet others(outside_.size());
+        BitSet others(outside_.size());
         for (std::size_t i = 0; i < chosen.size(); ++i)
             if (i != index) others.add(chosen[i].beyond);
         std::size_t gain = chosen[index].beyond.count_without(others);

@@ -54,3 +54,18 @@ def write_dumbbell(path, sides=20, rings=40):
             out.write(f"f {at(last, k)} {at(last, k + 1)} {len(heights) * sides + 2}\n")
             for ring in range(last):
                 out.write(f"f {at(ring, k)} {at(ring, k + 1)} {at(ring + 1, k + 1)}\nf {at(ring, k)} {at(ring + 1, k + 1)} {at(ring + 1, k)}\n")
+
+
+def write_torus(path, around=24, across=10):
+    """Writes a torus of radii 1 and 0.35 about z as OBJ."""
+    with open(path, "w") as out:
+        for i in range(around):
+            for k in range(across):
+                u, v = 2 * math.pi * i / around, 2 * math.pi * k / across
+                r = 1 + 0.35 * math.cos(v)
+                out.write(f"v {r * math.cos(u)!r} {r * math.sin(u)!r} {0.35 * math.sin(v)!r}\n")
+        at = lambda i, k: i % around * across + k % across + 1
+        for i in range(around):
+            for k in range(across):
+                a, b, c, d = at(i, k), at(i + 1, k), at(i + 1, k + 1), at(i, k + 1)
+                out.write(f"f {a} {b} {c}\nf {a} {c} {d}\n")
