@@ -30,7 +30,7 @@ struct Freedom {
 };
 // Borders on the half that follows have their length from the other: teeth of their own triangles alone are cut off.
 constexpr Freedom k_free{0.4, 0.3}, k_following{0.15, 2.0};
-constexpr double k_reach = 0.15;          ///< of means of directions, radii
+constexpr double k_facing_reach = 0.15;   ///< of means of directions, radii
 constexpr double k_crease_share = 0.4;    ///< of an edge's length that does not count in a deep crease
 constexpr double k_deep_concavity = 1.5;  ///< of a deep crease, over one radius
 
@@ -187,7 +187,7 @@ private:
         const Vec3d across = centre_[o] - centre_[t];
         const double sq = dot(across, across);
         if (!(sq > 0)) return 0;
-        const double inwards = dot(facing(t, k_reach * radius) - facing(o, k_reach * radius), across);
+        const double inwards = dot(facing(t, k_facing_reach * radius) - facing(o, k_facing_reach * radius), across);
         return std::clamp(radius * inwards / (sq * k_deep_concavity), 0.0, 1.0);
     }
 

@@ -55,7 +55,7 @@ private:
     std::size_t ticks_ = 0, contacts_ = 0, kept_ = 0, passed_over_ = 0;
 };
 
-const test::Solid& hand()
+const test::Solid& whole_hand()
 {
     static const test::Solid k_hand(mesh::polygonized(mesh::hand_capsules(), 0.03));
     return k_hand;
@@ -67,7 +67,7 @@ public:
     Wander(const test::Solid& object, std::uint64_t seed) : random_(seed), object_(object)
     {
         const Vec3d at = object.mesh.vertices[random_.below(object.mesh.vertices.size())];
-        tip_ = hand().mesh.vertices[random_.below(hand().mesh.vertices.size())];
+        tip_ = whole_hand().mesh.vertices[random_.below(whole_hand().mesh.vertices.size())];
         pose_.rotation = test::rotation_about(random_.direction(), random_.between(0, 3));
         pose_.translation = at - pose_.rotation * tip_;
         size_ = static_cast<double>(object.view.header.sphere[3]) * object.view.header.unit;
@@ -77,8 +77,8 @@ public:
     {
         if (left_-- == 0) turn();
         const double step = k_step * size_;
-        const Vec3d centre = apply(pose_, hand().probe.sphere().centre);
-        const Mat3d by = test::rotation_about(axis_, 0.5 * step / hand().probe.sphere().radius);
+        const Vec3d centre = apply(pose_, whole_hand().probe.sphere().centre);
+        const Mat3d by = test::rotation_about(axis_, 0.5 * step / whole_hand().probe.sphere().radius);
         pose_.rotation = by * pose_.rotation;
         pose_.translation = centre + by * (pose_.translation - centre) + 0.5 * step * along_;
         return pose_;
@@ -115,10 +115,11 @@ TEST(ProbeWorkspace, SlowPathsHaveTheSameBits)
         const test::Solid object(shape.mesh);
         if (!model::has_locator(object.view)) continue;
         SCOPED_TRACE(shape.name);
-        Twin twin(hand().probe);
+        Twin twin(whole_hand().probe);
         for (std::uint64_t seed = 1; seed < 4; ++seed) {
             Wander wander(object, seed);
-            for (int i = 0; i < 400; ++i) (void)twin.query(object.view, hand().probe, wander.next(), {.layer = Layer::Exact});
+            for (int i = 0; i < 400; ++i)
+                (void)twin.query(object.view, whole_hand().probe, wander.next(), {.layer = Layer::Exact});
         }
         EXPECT_GT(twin.contacts(), 1000u);
         EXPECT_GT(twin.kept(), 1000u);
@@ -133,9 +134,9 @@ TEST(ProbeWorkspace, EveryInstructionSetHasTheSameBits)
         const std::int64_t one = left & -left;
         SCOPED_TRACE(hwy::TargetName(one));
         hwy::SetSupportedTargetsForTest(one);
-        Twin twin(hand().probe);
+        Twin twin(whole_hand().probe);
         Wander wander(ring(), 9);
-        for (int i = 0; i < 300; ++i) (void)twin.query(ring().view, hand().probe, wander.next(), {.layer = Layer::Exact});
+        for (int i = 0; i < 300; ++i) (void)twin.query(ring().view, whole_hand().probe, wander.next(), {.layer = Layer::Exact});
         hwy::SetSupportedTargetsForTest(0);
         EXPECT_GT(twin.contacts(), 100u);
         EXPECT_GT(twin.passed_over(), 1000u);
@@ -145,31 +146,31 @@ TEST(ProbeWorkspace, EveryInstructionSetHasTheSameBits)
 
 TEST(ProbeWorkspace, SmallMotionNearTheSurfacePassesClustersOver)
 {
-    Twin twin(hand().probe);
+    Twin twin(whole_hand().probe);
     // Outside, the nearest point two hundredths of the size above the ring.
     Pose pose;
     const double size = static_cast<double>(ring().view.header.sphere[3]) * ring().view.header.unit;
     for (pose.translation.z = 3; pose.translation.z > 0; pose.translation.z -= 0.01 * size)
-        if (twin.query(ring().view, hand().probe, pose, {.layer = Layer::Exact}).contacts > 0) break;
+        if (twin.query(ring().view, whole_hand().probe, pose, {.layer = Layer::Exact}).contacts > 0) break;
     ASSERT_GT(twin.contacts(), 0u);
     pose.translation.z += 0.03 * size;
-    Twin near(hand().probe);
+    Twin near(whole_hand().probe);
     constexpr int k_ticks = 1000;
     for (int i = 0; i < k_ticks; ++i) {
         pose.translation.x += (i / 10 % 2 == 0 ? k_step : -k_step) * size;
-        (void)near.query(ring().view, hand().probe, pose, {.layer = Layer::Exact});
+        (void)near.query(ring().view, whole_hand().probe, pose, {.layer = Layer::Exact});
     }
     EXPECT_EQ(near.contacts(), 0u);
     EXPECT_GT(near.kept(), k_ticks - 10u);
-    EXPECT_GT(near.passed_over(), 85 * k_ticks * hand().probe.clusters() / 100);
+    EXPECT_GT(near.passed_over(), 85 * k_ticks * whole_hand().probe.clusters() / 100);
 }
 
 TEST(ProbeWorkspace, JumpsNaNAndOtherQueriesBetweenAreSeen)
 {
     const test::Solid ball(mesh::sphere(0.4, 3));
-    const std::vector<Vec3d> few(hand().mesh.vertices.begin(), hand().mesh.vertices.begin() + 100);
-    const Probe small(few), copy = hand().probe;
-    Twin twin(hand().probe);
+    const std::vector<Vec3d> few(whole_hand().mesh.vertices.begin(), whole_hand().mesh.vertices.begin() + 100);
+    const Probe small(few), copy = whole_hand().probe;
+    Twin twin(whole_hand().probe);
     test::Random random(3);
     for (std::uint64_t seed = 20; seed < 26; ++seed) {
         Wander wander(ring(), seed);
@@ -181,7 +182,7 @@ TEST(ProbeWorkspace, JumpsNaNAndOtherQueriesBetweenAreSeen)
                     wander.jump(0.02);
                     break;
                 case 1:
-                    (void)twin.query(ball.view, hand().probe, pose, options);
+                    (void)twin.query(ball.view, whole_hand().probe, pose, options);
                     break;
                 case 2:
                     (void)twin.query(ring().view, small, pose, options);
@@ -192,7 +193,7 @@ TEST(ProbeWorkspace, JumpsNaNAndOtherQueriesBetweenAreSeen)
                 case 4: {
                     Pose broken = pose;
                     broken.translation.y = std::numeric_limits<double>::quiet_NaN();
-                    EXPECT_NE(twin.query(ring().view, hand().probe, broken, options).status & k_not_finite, 0);
+                    EXPECT_NE(twin.query(ring().view, whole_hand().probe, broken, options).status & k_not_finite, 0);
                     break;
                 }
                 case 5:
@@ -208,7 +209,7 @@ TEST(ProbeWorkspace, JumpsNaNAndOtherQueriesBetweenAreSeen)
                     twin.workspace().forget();
                     break;
                 case 9:
-                    (void)twin.query(ring().view, hand().probe, test::shifted({1e6, 0, 0}), options);
+                    (void)twin.query(ring().view, whole_hand().probe, test::shifted({1e6, 0, 0}), options);
                     break;
                 case 10:
                     options = {.layer = Layer::Auto};
@@ -216,7 +217,7 @@ TEST(ProbeWorkspace, JumpsNaNAndOtherQueriesBetweenAreSeen)
                 default:
                     break;
             }
-            (void)twin.query(ring().view, hand().probe, pose, options);
+            (void)twin.query(ring().view, whole_hand().probe, pose, options);
         }
     }
     EXPECT_GT(twin.contacts(), 1000u);
@@ -225,7 +226,7 @@ TEST(ProbeWorkspace, JumpsNaNAndOtherQueriesBetweenAreSeen)
 
 TEST(ProbeWorkspace, PointsThatMoveAreSeen)
 {
-    std::vector<Vec3d> points = hand().mesh.vertices;
+    std::vector<Vec3d> points = whole_hand().mesh.vertices;
     Probe probe(points);
     Twin twin(probe);
     Wander wander(ring(), 5);
@@ -251,11 +252,11 @@ TEST(ProbeWorkspace, AnotherModelAtTheSameAddressIsSeen)
 {
     const test::Solid ball(mesh::sphere(0.7, 3));
     model::ModelView view = ring().view;
-    Twin twin(hand().probe);
+    Twin twin(whole_hand().probe);
     Wander wander(ring(), 6);
     for (int i = 0; i < 300; ++i) {
         if (i % 40 == 39) view = i % 80 == 79 ? ring().view : ball.view;
-        (void)twin.query(view, hand().probe, wander.next(), {.layer = Layer::Exact});
+        (void)twin.query(view, whole_hand().probe, wander.next(), {.layer = Layer::Exact});
     }
     EXPECT_GT(twin.contacts(), 100u);
     EXPECT_GT(twin.kept(), 100u);
@@ -263,9 +264,9 @@ TEST(ProbeWorkspace, AnotherModelAtTheSameAddressIsSeen)
 
 TEST(ProbeWorkspace, WithoutSpaceContactsAreCounted)
 {
-    Twin twin(hand().probe, 3);
+    Twin twin(whole_hand().probe, 3);
     Wander wander(ring(), 7);
-    for (int i = 0; i < 300; ++i) (void)twin.query(ring().view, hand().probe, wander.next(), {.layer = Layer::Exact});
+    for (int i = 0; i < 300; ++i) (void)twin.query(ring().view, whole_hand().probe, wander.next(), {.layer = Layer::Exact});
     EXPECT_EQ(twin.workspace().contacts().size(), 3u);
     EXPECT_GT(twin.contacts(), 3u * 300u);
 }
@@ -275,12 +276,12 @@ TEST(ProbeWorkspace, OneOfNoPointsAndOneThatWasMovedFromAreRight)
     const Probe none(std::span<const Vec3d>{});
     Twin twin(none);
     for (int i = 0; i < 10; ++i) EXPECT_EQ(twin.query(ring().view, none, {}, {.layer = Layer::Exact}).contacts, 0u);
-    ProbeWorkspace first(hand().probe, 10);
+    ProbeWorkspace first(whole_hand().probe, 10);
     const ProbeWorkspace second = std::move(first);
     EXPECT_EQ(second.contacts().size(), 10u);
     first.forget();                    // NOLINT(bugprone-use-after-move): it says that it is empty
     EXPECT_FALSE(first.reuse().kept);  // NOLINT(bugprone-use-after-move)
-    (void)query_probe({.model = &ring().view}, {.probe = &hand().probe}, {.layer = Layer::Exact}, first);
+    (void)query_probe({.model = &ring().view}, {.probe = &whole_hand().probe}, {.layer = Layer::Exact}, first);
     EXPECT_FALSE(first.reuse().kept);
 }
 
