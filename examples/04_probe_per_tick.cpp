@@ -15,7 +15,7 @@ try {
     const io::ReadResult tool = io::read_mesh_file(argv[2]);
     if (tool.error) return 65;
     const query::Probe probe(tool.soup.positions);
-    std::vector<query::Contact> contacts(probe.size());
+    std::vector<query::Contact> contacts(probe.size());  // a query::ProbeWorkspace instead makes queries of slow hands sooner
 
     // Each tick, real-time safe: poses in, contacts out, in the frame of the poses. Here the world's, the model at its origin.
     for (const double height : {2.1, 1.95}) {

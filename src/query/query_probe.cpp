@@ -37,7 +37,9 @@ ProbeResult query_probe(const Body& touched, const Body& collider, const QueryOp
 ProbeResult query_probe(const Body& touched, const Body& collider, const QueryOptions& options,
                         ProbeWorkspace& workspace) noexcept
 {
-    return answer(touched, collider, options, KeptProbe::contacts_of(workspace), KeptProbe::of(workspace));
+    KeptProbe* const kept = KeptProbe::of(workspace);
+    if (kept != nullptr) kept->reuse = {};
+    return answer(touched, collider, options, KeptProbe::contacts_of(workspace), kept);
 }
 
 }  // namespace sqmap::query

@@ -21,7 +21,7 @@ struct ProbeReuse {
 /// A caller keeps it of one probe between ticks: space for contacts and, on layer Exact, how far each cluster and point of the
 /// probe may move before it can be in the solid. Until then a query passes over it. Its contacts are those of a query
 /// without a workspace, in the same order, with the same bits; it takes less time where the probe is near the model and moves
-/// little against it (docs/bench.md has figures), and at most 2 % more elsewhere.
+/// little against it (docs/algorithms/probe-queries.md has figures), and at most 2 % more elsewhere.
 ///
 /// Nothing has to be reset: another model, points that moved (Probe::move), or a step of more than 6 % of the side of the
 /// locator's cell (0.3 mm on an object of 0.3 m) make it start anew after four smaller steps; other layers, offset, margin,

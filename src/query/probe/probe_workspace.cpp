@@ -51,7 +51,6 @@ bool ModelKey::is_of(const model::ModelView& m) const noexcept
 
 KeptProbe* KeptProbe::advance(const ProbeJob& job, const Probe& of) noexcept
 {
-    reuse = {};
     // Planes and maps err near the surface, so that distances from it say nothing of their contacts.
     if (job.layer != Layer::Exact || job.first_only || point_due.size() != job.clusters * Probe::k_cluster) return nullptr;
     float moved = INFINITY;

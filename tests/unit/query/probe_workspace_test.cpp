@@ -194,6 +194,7 @@ TEST(ProbeWorkspace, JumpsNaNAndOtherQueriesBetweenAreSeen)
                     Pose broken = pose;
                     broken.translation.y = std::numeric_limits<double>::quiet_NaN();
                     EXPECT_NE(twin.query(ring().view, whole_hand().probe, broken, options).status & k_not_finite, 0);
+                    EXPECT_FALSE(twin.workspace().reuse().kept);
                     break;
                 }
                 case 5:
@@ -246,6 +247,26 @@ TEST(ProbeWorkspace, PointsThatMoveAreSeen)
     }
     EXPECT_GT(twin.contacts(), 1000u);
     EXPECT_GT(twin.kept(), 300u);
+}
+
+TEST(ProbeWorkspace, ForgettingLooksAtAllClustersAgain)
+{
+    Pose pose = test::shifted({0, 0, 2 * ring().view.header.sphere[3]});
+    ProbeWorkspace workspace(whole_hand().probe, 100);
+    const auto looked_at = [&] {
+        (void)query_probe({.model = &ring().view}, {.probe = &whole_hand().probe, .pose = pose}, {.layer = Layer::Exact},
+                          workspace);
+        return workspace.reuse().clusters;
+    };
+    // Down until the probe's sphere meets the model, then at rest.
+    for (int i = 0; i < 5000 && looked_at() < whole_hand().probe.clusters() / 2; ++i) pose.translation.z -= 0.001;
+    for (int i = 0; i < 10; ++i) (void)looked_at();
+    ASSERT_TRUE(workspace.reuse().kept);
+    const std::size_t at_rest = looked_at();
+    EXPECT_LT(at_rest, whole_hand().probe.clusters() / 10);
+    workspace.forget();
+    EXPECT_GT(looked_at(), whole_hand().probe.clusters() / 2);
+    EXPECT_EQ(looked_at(), at_rest);
 }
 
 TEST(ProbeWorkspace, AnotherModelAtTheSameAddressIsSeen)
