@@ -10,6 +10,7 @@ namespace sqmap::collider {
 namespace {
 
 constexpr std::size_t k_tests = 10'000'000;  ///< of pieces in balls, for each cover
+constexpr std::size_t k_least_centres = 500;
 
 }  // namespace
 
@@ -28,9 +29,14 @@ InnerBalls::InnerBalls(const std::vector<GridPiece>& pieces, const mesh::Solid& 
         radii_.push_back(reach_of(piece, piece.middle));
         first_step = std::max(first_step, radii_.back());
     }
-    const std::size_t stride = 1 + inner.size() * pieces.size() / k_tests;
-    for (std::size_t i = 0; i < inner.size(); i += stride)
-        if (solid.inside(inner[i])) centres_.push_back(deepest_near(solid, inner[i], first_step));
+    // Spread over all of them, in whatever order they are.
+    constexpr double k_golden = 0.6180339887498949;
+    const std::size_t wanted = std::min(inner.size(), std::max(k_tests / pieces.size(), k_least_centres));
+    for (std::size_t i = 0; i < wanted; ++i) {
+        const double share = k_golden * static_cast<double>(i) - std::floor(k_golden * static_cast<double>(i));
+        const Vec3d& p = inner[static_cast<std::size_t>(share * static_cast<double>(inner.size()))];
+        if (solid.inside(p)) centres_.push_back(deepest_near(solid, p, first_step));
+    }
 }
 
 /// Walks away from the surface to about the medial axis, where balls protrude least.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <list>
+#include <vector>
 
 namespace sqmap::collider {
 namespace {
@@ -21,17 +22,19 @@ struct Support4 {
         // centre = p0 + sum_i l_i d_i with 2 d_i . centre' = |d_i|^2: Gram's system by elimination.
         const int n = count - 1;
         double a[3][4] = {};
+        double scale = 0;
         Vec3d d[3];
         for (int i = 0; i < n; ++i) d[i] = points[i + 1] - points[0];
         for (int i = 0; i < n; ++i) {
             for (int j = 0; j < n; ++j) a[i][j] = 2 * dot(d[i], d[j]);
             a[i][3] = norm_sq(d[i]);
+            scale = std::max(scale, a[i][3]);
         }
         for (int c = 0; c < n; ++c) {
             int pivot = c;
             for (int r = c + 1; r < n; ++r)
                 if (std::abs(a[r][c]) > std::abs(a[pivot][c])) pivot = r;
-            if (std::abs(a[pivot][c]) < 1e-14 * a[0][3]) return Support4{points, count - 1}.ball();
+            if (!(std::abs(a[pivot][c]) > 1e-13 * scale)) return Support4{points, count - 1}.ball();
             for (int k = 0; k < 4; ++k) std::swap(a[c][k], a[pivot][k]);
             for (int r = 0; r < n; ++r) {
                 if (r == c) continue;
@@ -64,8 +67,12 @@ Sphere smallest(List& points, const List::iterator end, const Support4& support)
 
 }  // namespace
 
-Sphere least_ball(std::span<const Vec3d> points)
+Sphere least_ball(std::span<const Vec3d> points_far)
 {
+    // About one of them: beside large coordinates the tests of small distances would fail.
+    const Vec3d origin = points_far.empty() ? Vec3d{} : points_far[0];
+    std::vector<Vec3d> points;
+    for (const Vec3d& p : points_far) points.push_back(p - origin);
     constexpr int k_max_pivots = 200;  // each grows the ball, and a dozen suffice as a rule
     List pivots;
     Sphere ball{points.empty() ? Vec3d{} : points[0], 0};
@@ -87,6 +94,7 @@ Sphere least_ball(std::span<const Vec3d> points)
     double radius_sq = 0;
     for (const Vec3d& p : points) radius_sq = std::max(radius_sq, norm_sq(p - ball.centre));
     ball.radius = std::sqrt(radius_sq);
+    ball.centre += origin;
     return ball;
 }
 

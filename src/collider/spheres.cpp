@@ -1,7 +1,7 @@
-// Clusters of cells by two ways: greedy splitting of the one whose ball reaches out farthest, and covers by balls within the
-// solid whose protrusion is bounded, a bound that is halved while few enough suffice. Then rounds in the manner of S. Lloyd,
-// "Least squares quantization in PCM", 1982: cells go to the ball that has to grow least for them, where balls that reach out far
-// count as smaller than they are, and each ball becomes the smallest about its cells.
+// Clusters of cells in three ways: greedy splitting of the one whose ball reaches out farthest; covers by balls within the solid,
+// whose protrusion is bounded, a bound that is halved while few enough suffice; equal boxes. Then rounds in the manner of S.
+// Lloyd, "Least squares quantization in PCM", 1982: cells go to the ball that has to grow least for them, where balls that reach
+// out far count as smaller than they are, and each ball becomes the smallest about its cells.
 #include "collider/spheres.h"
 
 #include "collider/inner_balls.h"
@@ -151,7 +151,7 @@ public:
         fit(all);
         std::vector<Cluster> best{all};
         const auto offer = [&] {
-            if (worst(clusters_) <= worst(best)) best = clusters_;
+            if (worst(clusters_) < worst(best)) best = clusters_;
         };
         const auto improve = [&] {
             settle();
@@ -160,11 +160,14 @@ public:
             settle();
             offer();
         };
-        // Cuts serve flat bodies better, balls within the solid round ones and limbs.
+        // Cuts serve flat bodies better, boxes of a lattice compact ones, balls within the solid round ones and limbs.
         clusters_ = {all};
         improve();
         clusters_ = least_cover(count, all.ball.radius, std::move(inner));
         if (!clusters_.empty()) improve();
+        clusters_ = in_lattice(count);
+        offer();
+        improve();
         return best;
     }
 
@@ -224,6 +227,39 @@ private:
             if (best.empty() || worst(found) <= worst(best)) best = std::move(found);
         }
         return best;
+    }
+
+    /// The pieces in each of the equal boxes of a lattice, which are as small as count allows.
+    [[nodiscard]] std::vector<Cluster> in_lattice(std::size_t count) const
+    {
+        Box box;
+        for (const GridPiece& piece : pieces_) extend(box, piece.middle);
+        const Vec3d s = size(box);
+        const auto clusters_of = [&](double side) {
+            std::map<Index, Cluster> boxes;
+            for (std::size_t i = 0; i < pieces_.size(); ++i) {
+                Index at{};
+                for (int k = 0; k < 3; ++k) {
+                    const double along = std::ceil(std::max(s[k] / side, 1.0));
+                    const double where = s[k] > 0 ? (pieces_[i].middle[k] - box.lo[k]) / s[k] * along : 0;
+                    at[static_cast<std::size_t>(k)] = static_cast<int>(std::min(where, along - 1));
+                }
+                boxes[at].pieces.push_back(i);
+            }
+            return boxes;
+        };
+        const double longest = std::max({s.x, s.y, s.z});
+        double low = longest / k_cells_along, high = longest;
+        for (int halving = 0; halving < k_halvings && longest > 0; ++halving) {
+            const double side = 0.5 * (low + high);
+            (clusters_of(side).size() <= count ? high : low) = side;
+        }
+        std::vector<Cluster> out;
+        for (auto& [at, cluster] : clusters_of(longest > 0 ? high : 1)) {
+            fit(cluster);
+            out.push_back(std::move(cluster));
+        }
+        return out;
     }
 
     /// Moves pieces between the clusters in rounds, and leaves the best that was met.

@@ -156,6 +156,7 @@ private:
     {
         constexpr std::uint32_t k_source = 0, k_sink = 1;
         const double radius = chain.length / (2 * std::numbers::pi);
+        if (!(radius > 0)) return;
         ++chain_;
         const Labels free = movable(pair, chain, freedom.band * radius);
         Labels node(name_.size(), mesh::k_no_triangle);

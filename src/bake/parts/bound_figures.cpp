@@ -156,7 +156,8 @@ public:
         const double share = volume > 0 ? both / volume : 0;
         figures.own.volume[k_superquadric] = static_cast<float>(volume);
         figures.own.volume[k_polytope] = static_cast<float>(bounds.polytope_volume);
-        figures.own.volume[k_both] = static_cast<float>(both);
+        // Sampled, it may come out above the polytope's, which is exact.
+        figures.own.volume[k_both] = static_cast<float>(std::min(both, bounds.polytope_volume));
         figures.own.standard_error =
             static_cast<float>(volume * std::sqrt(share * (1 - share) / std::max<double>(1, static_cast<double>(inside.size()))));
         figures.far = far_points(bounds);

@@ -1,4 +1,5 @@
 #include "collider/numbers.h"
+#include "collider/searches.h"
 #include "collider/spheres.h"
 #include "math/predicates.h"
 #include "math/random.h"
@@ -7,6 +8,7 @@
 #include "sqmap/math/rotation.h"
 #include "sqmap/mesh/shapes.h"
 #include "sqmap/mesh/solid.h"
+#include "support/small_meshes.h"
 
 #include <gtest/gtest.h>
 
@@ -276,6 +278,25 @@ TEST(CoveringSpheres, MoreThanARoundSolidNeedsAreNotMade)
     const double of_one = protrusion(1);
     for (const std::size_t count : {std::size_t{3}, std::size_t{4}, std::size_t{7}})
         EXPECT_LE(protrusion(count), of_one) << count;
+}
+
+TEST(CoveringSpheres, OfABoxAreAsSmallAsThoseOfALatticeWhereverItLies)
+{
+    for (const double away : {0., 1e5}) {
+        const Vec3d lo{away, -away, away};
+        const mesh::Mesh box = test::box(lo, lo + Vec3d{1, 1, 1});
+        const std::vector<Shape> balls = covering_spheres(box, {}, 8);
+        const double protrusion = figures_of(balls, {.points = box.vertices, .volume = 1, .solid = &box}).protrusion;
+        EXPECT_LE(protrusion, (std::sqrt(3.) - 1) / 4 + 0.005) << away;  // of a ball about an eighth
+    }
+}
+
+TEST(LeastBall, OfASquareAndOfPointsOnALineIsFinite)
+{
+    const Vec3d square[] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+    EXPECT_NEAR(least_ball(square).radius, std::sqrt(0.5), 1e-12);
+    const Vec3d line[] = {{1e6, 0, 0}, {1e6 + 1, 0, 0}, {1e6 + 2, 0, 0}, {1e6 + 4, 0, 0}};
+    EXPECT_NEAR(least_ball(line).radius, 2, 1e-9);
 }
 
 TEST(ExportNames, AreReadWhateverTheirCase)
