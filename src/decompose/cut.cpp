@@ -1,5 +1,5 @@
 // Least-weight cut in a band, after Katz and Tal, "Hierarchical mesh decomposition using fuzzy clustering and cuts",
-// SIGGRAPH 2003; maximum flow by Dinic's algorithm.
+// SIGGRAPH 2003.
 #include "cut.h"
 
 #include "maximum_flow.h"

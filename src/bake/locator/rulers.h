@@ -6,7 +6,7 @@
 
 namespace sqmap::bake {
 
-/// A triangle's distances from the points of a lattice, and the way to it from each: one of four arrays, by lattice point.
+/// From each point of a lattice the distance to a triangle and the vector to its nearest point; arrays by lattice point.
 struct LatticeDistances {
     const float* distance;
     const float* offset[3];
